@@ -119,7 +119,7 @@ bench-gpu: $(VENV)/.installed-test
 studies: $(VENV)/.installed-test
 	$(python) -m benchmarks studies $(STUDIES)
 
-# Writes sweeps/planning/rates.py. Settings: RATES='--part 0.1', and others.
+# Writes sweeps/scene/plan/rates.py. Settings: RATES='--part 0.1', and others.
 rates: $(VENV)/.installed-test
 	$(python) -m benchmarks rates $(RATES)
 

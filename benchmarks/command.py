@@ -20,7 +20,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from sweeps.archive import provenance
+from sweeps.running.archive import provenance
 
 ROOT = Path(__file__).resolve().parents[1]
 

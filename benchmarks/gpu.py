@@ -22,8 +22,8 @@ from benchmarks.command import processor, settings
 from benchmarks.measure import seconds_of
 from benchmarks.studies import RANGES, SCALARS, sampled
 from engine_dyn.types import Floats
-from sweeps.checks import usable_device
-from sweeps.errors import SceneError
+from sweeps.base.checks import usable_device
+from sweeps.base.errors import SceneError
 
 
 def solve(designs: int, device: str) -> Any:

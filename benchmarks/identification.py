@@ -30,7 +30,7 @@ from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from oracle.teeth import SampledEngine, tooth_times, write_times
-from sweeps.measuring.identification import Varied
+from sweeps.lab.speed.identification import Varied
 from sweeps.scene.reading import read_scene
 
 LOADS = (25.0, 50.0, 90.0)

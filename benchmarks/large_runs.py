@@ -26,14 +26,14 @@ import psutil
 
 from benchmarks.command import ROOT, campaign, log
 from benchmarks.tables import save, toml_text
-from sweeps.errors import size_text
+from sweeps.base.errors import size_text
 
 BLOCK = 1e6
 """Bytes of a block of the runs that are killed: many blocks of few designs."""
 
 COMMAND = """
 import sys
-from sweeps.running import limits
+from sweeps.running.compute import limits
 limits.LARGEST_BLOCK = min(limits.LARGEST_BLOCK, float(sys.argv.pop(1)))
 from sweeps.cli.main import main
 main()

@@ -14,7 +14,7 @@ from benchmarks import comparison, measure, page, study_times, throughput
 from benchmarks.command import CPUS, ROOT, log, settings, versions
 from benchmarks.studies import STUDIES
 from benchmarks.tables import number, small
-from sweeps.figures.sheet import STYLE
+from sweeps.view.figures.sheet import STYLE
 
 
 def write(run: measure.Run) -> None:

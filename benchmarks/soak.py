@@ -26,11 +26,11 @@ import psutil
 import sweeps
 from benchmarks.command import campaign, temporary_files_apart
 from benchmarks.workers import in_processes
-from sweeps.planning.blocks import Block, Results
-from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive, limits
-from sweeps.running.computation import Computation
-from sweeps.running.options import Options, Stopped
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.computation import Computation
+from sweeps.running.compute.options import Options, Stopped
+from sweeps.scene.plan.blocks import Block, Results
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 
 GROWTH = 4096.0

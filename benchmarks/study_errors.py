@@ -24,7 +24,7 @@ from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Floats, Integers
 from oracle import solution, spline
 from oracle.solution import Design, Problem
-from sweeps.planning.plan import make_plan
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 
 COMPARED = ("delta", "omega_max", "omega_min", "omega_mean")

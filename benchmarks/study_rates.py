@@ -2,8 +2,8 @@
 
 Times studies of `benchmarks.studies` at two sizes, by the processor time of one thread, so that a
 busy machine counts little; writes them into `benchmarks/recorded_times.csv`, fits the seconds of
-each piece of work (see `sweeps.planning.forecast.work_of`) so that relative errors are least, and
-writes `sweeps/planning/rates.py`. Pieces that no study has keep their seconds.
+each piece of work (see `sweeps.scene.plan.forecast.work_of`) so that relative errors are least, and
+writes `sweeps/scene/plan/rates.py`. Pieces that no study has keep their seconds.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from benchmarks import tables
 from benchmarks.command import settings
 from benchmarks.studies import STUDIES, Scene, study
 from engine_dyn.pressure import memory
-from sweeps.planning import rates
-from sweeps.planning.forecast import seconds_of_computing, work_of
-from sweeps.planning.plan import Plan, make_plan
+from sweeps.scene.plan import rates
+from sweeps.scene.plan.forecast import seconds_of_computing, work_of
+from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import read_scene
 
 SHARES = (0.05, 1.0)

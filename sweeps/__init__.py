@@ -10,6 +10,9 @@ from typing import Any
 
 import lazy_loader
 
+from sweeps.base import documented_paths
+
+documented_paths.keep()
 # The names and where they are defined stand in the stub, __init__.pyi, which type checkers read
 # too. Each is loaded when it is first used: `import sweeps` and the command's help stay quick.
 _loaded, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
@@ -23,17 +26,17 @@ def __getattr__(name: str) -> Any:
     if name == "figures":  # a package, which no function of ours returns
         from importlib import import_module
 
-        return import_module("sweeps.figures")
+        return import_module("sweeps.view.figures")
     if name not in __all__:
         hint = ""
         if not name.startswith("_"):  # which notebooks ask for by the dozen
-            from sweeps.errors import did_you_mean
+            from sweeps.base.errors import did_you_mean
 
             hint = did_you_mean(name, __all__)
         raise AttributeError(f"module 'sweeps' has no attribute {name!r}{hint}")
     found = _loaded(name)
     if "Dataset" in str(getattr(found, "__annotations__", {}).get("return", "")):
-        import sweeps.accessor  # noqa: F401  # datasets of sweeps have `dyn`
+        import sweeps.view.accessor  # noqa: F401  # datasets of sweeps have `dyn`
     return found
 
 

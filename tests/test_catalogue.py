@@ -9,8 +9,8 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities.graph import PARAMETERS
-from sweeps.checks import check_range, number
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.base.checks import check_range, number
+from sweeps.scene.engine.engine_files import catalogue, load_engine
 from tests.support.scenes import computed
 from tests.support.tools import tool
 

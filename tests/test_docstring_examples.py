@@ -9,8 +9,8 @@ import pytest
 
 import engine_dyn
 import sweeps
-from sweeps.accessor.archive import ArchiveAccessor
-from sweeps.accessor.plots import Plots
+from sweeps.view.accessor.archive import ArchiveAccessor
+from sweeps.view.accessor.plots import Plots
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -59,5 +59,5 @@ def test_the_page_lists_every_public_name() -> None:
     for name in PUBLIC:
         if name.startswith(("sweeps.", "engine_dyn.")):
             assert f":: {name}\n" in page, name
-    assert "autoclass:: sweeps.accessor.archive.ArchiveAccessor\n   :members:\n" in page
-    assert "autoclass:: sweeps.accessor.plots.Plots\n" in page
+    assert "autoclass:: sweeps.view.accessor.archive.ArchiveAccessor\n   :members:\n" in page
+    assert "autoclass:: sweeps.view.accessor.plots.Plots\n" in page

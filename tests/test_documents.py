@@ -15,14 +15,14 @@ import sweeps
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.speed.methods import METHODS
 from sweeps.cli.main import main as command
-from sweeps.figures.kinds import KINDS, figures_of
-from sweeps.figures.study import study_of
-from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.running import into_archive
-from sweeps.running.options import Options
+from sweeps.running.compute import into_archive
+from sweeps.running.compute.options import Options
+from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import built_in_scenes, read_scene
+from sweeps.view.figures.kinds import KINDS, figures_of
+from sweeps.view.figures.study import study_of
 from tests.support.scenes import asking
 from tests.support.tools import ROOT, tool
 

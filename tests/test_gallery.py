@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.figures.kinds import KINDS
+from sweeps.view.figures.kinds import KINDS
 from tests.support.tools import tool
 
 gallery = tool("gallery")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 from tests.support.commands import invoke, ok
 from tests.support.known_pressures import KnownPressure
 

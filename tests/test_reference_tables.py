@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
-from sweeps.planning.plan import make_plan
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.tools import tool
 

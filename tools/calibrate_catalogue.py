@@ -22,9 +22,9 @@ from pages import with_numbers
 
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
 from engine_dyn.units import BAR, RPM
-from sweeps.measuring import cycle_fits
-from sweeps.reading.engine_files import PERIODS, catalogue, read_values
-from sweeps.reading.modelled_diagrams import modelled_cycle
+from sweeps.lab.speed import cycle_fits
+from sweeps.scene.engine.engine_files import PERIODS, catalogue, read_values
+from sweeps.scene.engine.modelled_diagrams import modelled_cycle
 
 RATED = {
     "boxer_twin_101x70": 62.5e3,

@@ -35,7 +35,7 @@ from engine_dyn.pressure.diesel_cycle import FILE_UNITS, DieselCycle
 from engine_dyn.speed.api import PeriodicSpeed
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, RPM
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.scene.engine.engine_files import catalogue, load_engine
 
 Parameters = dict[str, float]
 Usual = Mapping[str, tuple[float, float]]

@@ -32,7 +32,7 @@ from thesis_study import (
 from engine_dyn import Diagram, diagram_from_points
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.reading.engine_files import catalogue
+from sweeps.scene.engine.engine_files import catalogue
 
 LOAD = 50
 POINTS = catalogue()["ntua_all_rows"].with_name("ntua_all_rows_pressure.csv")

@@ -19,7 +19,7 @@ from typing import Any
 
 from pages import DOCS, FIGURES, filled, keep_picture, run_command, write
 
-from sweeps.figures.kinds import KINDS
+from sweeps.view.figures.kinds import KINDS
 
 DOCUMENT = DOCS / "gallery.md"
 PICTURES = DOCS / "gallery"

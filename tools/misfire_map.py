@@ -41,9 +41,9 @@ from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from oracle.teeth import write_times
-from sweeps.figures.marks import DASHES, shade
-from sweeps.presenting.cylinder_deviations import deviations_text
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.view.figures.marks import DASHES, shade
+from sweeps.view.texts.cylinder_deviations import deviations_text
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "misfire_detection.md"

@@ -29,7 +29,7 @@ from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.pressure.first_law import FourStrokeCycle, tabulate
 from engine_dyn.units import DEGREE
 from oracle.textbook_cycles import GAMMA, Textbook, finite_release, otto
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 Rows = list[list[str]]
 

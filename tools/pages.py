@@ -22,8 +22,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from sweeps.cli.main import main as engine_dyn
-from sweeps.figures import draw
-from sweeps.figures.sheet import STYLE
+from sweeps.view.figures import draw
+from sweeps.view.figures.sheet import STYLE
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"

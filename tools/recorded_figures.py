@@ -17,9 +17,9 @@ from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
-from sweeps.presenting.recorded_trains import train_text
-from sweeps.reading.engine_files import load_engine
-from sweeps.reading.laboratory.evaluation import evaluated
+from sweeps.lab.pressure.evaluation import evaluated
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.view.texts.recorded_trains import train_text
 
 
 def pressure() -> None:

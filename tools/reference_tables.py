@@ -25,9 +25,9 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.presenting.lists import LISTS, symbol_text
-from sweeps.presenting.quantity_search import OTHER_WORDS, SUBJECTS
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.view.texts.lists import LISTS, symbol_text
+from sweeps.view.texts.quantity_search import OTHER_WORDS, SUBJECTS
 
 OUTCOMES = {row["name"]: row for row in csv_rows(Path(__file__).with_name("outcomes.csv"))}
 """What the outcomes of `engine_dyn.status` mean for a person, and what to do about each."""
@@ -99,7 +99,7 @@ def _quantity_table(names: Iterable[str]) -> str:
 
 
 def dimensions(name: str) -> set[str]:
-    """Dimensions that a quantity has beside the axes of a scene; `sweeps.planning` adds those."""
+    """Dimensions that a quantity has beside the axes of a scene; `sweeps.scene.plan` adds those."""
     if name in DIMENSIONS:
         return {name}
     node = NODES[name][0]

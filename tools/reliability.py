@@ -21,7 +21,7 @@ from typing import Any
 
 from pages import DOCS, csv_rows, csv_text, filled, write
 
-from sweeps.errors import size_text
+from sweeps.base.errors import size_text
 
 TOOLS = Path(__file__).parent
 

@@ -22,7 +22,7 @@ from engine_dyn import Diagram
 from engine_dyn.status import CONVERGED, MEANINGS
 from engine_dyn.units import BAR, DEGREE, RPM
 from oracle import designs, golden
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.reading import built_in_scenes
 
 if TYPE_CHECKING:

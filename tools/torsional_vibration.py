@@ -16,7 +16,7 @@ from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
 from published_shafts import SYSTEMS, comparisons, exceptions, sources, table
 
 import sweeps
-from sweeps.figures.marks import DASHES, shade
+from sweeps.view.figures.marks import DASHES, shade
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "torsional_vibration.md"

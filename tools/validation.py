@@ -38,7 +38,7 @@ from thesis_study import (
 
 from engine_dyn.geometry import slider_crank
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 ERRORS = Path(__file__).with_name("thesis_errors.csv.in")

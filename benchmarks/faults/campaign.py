@@ -23,7 +23,7 @@ from benchmarks import command
 from benchmarks.faults import power
 from benchmarks.faults.scenarios import OTHER, SCENARIOS, Command, Scenario
 from benchmarks.faults.server import Outcome, Server, Unavailable
-from sweeps.archive.partial import Damaged, Partial
+from sweeps.running.archive.partial import Damaged, Partial
 
 _ROOM = ["ENOSPC", "EDQUOT", "EIO"]
 

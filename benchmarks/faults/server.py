@@ -139,10 +139,10 @@ def _warm() -> None:
 
     import sweeps
     from benchmarks.faults.scenarios import SCENE
-    from sweeps.archive.partial import Partial
     from sweeps.cli import exits, files, main, running  # noqa: F401
-    from sweeps.joining import extend, merge, rerun  # noqa: F401
-    from sweeps.running import limits
+    from sweeps.running.archive.partial import Partial
+    from sweeps.running.compute import limits
+    from sweeps.running.join import extend, merge, rerun  # noqa: F401
 
     limits.LARGEST_BLOCK = BLOCK
     with tempfile.TemporaryDirectory() as name:
@@ -152,14 +152,14 @@ def _warm() -> None:
     still: Any = SimpleNamespace(
         perf_counter=lambda: 0.0, strftime=lambda *_: "2000-01-01T00:00:00Z", gmtime=lambda: None
     )
-    sys.modules["sweeps.running.into_archive"].time = still  # type: ignore[attr-defined]
+    sys.modules["sweeps.running.compute.into_archive"].time = still  # type: ignore[attr-defined]
 
     class Still(datetime.datetime):
         @classmethod
         def now(cls, tz: Any = None) -> Any:
             return cls(2000, 1, 1, tzinfo=tz)
 
-    sys.modules["sweeps.archive.provenance"].datetime = Still  # type: ignore[attr-defined]
+    sys.modules["sweeps.running.archive.provenance"].datetime = Still  # type: ignore[attr-defined]
     commands: Any = running
     commands._command_line = lambda *_: "engine-dyn"
     write = Partial.write

@@ -29,12 +29,12 @@ from benchmarks.fuzz.damaged_bytes import damaged, sound_files
 from benchmarks.fuzz.forks import read_in_fork
 from benchmarks.fuzz.hostile import COUNTS, in_one_line, refused_or_taken
 from benchmarks.workers import Lost, answers
-from sweeps.archive.contents import part_of, plan_of, read_contents
+from sweeps.base.netcdf.netcdf_child import read_apart
+from sweeps.base.netcdf.netcdf_files import opened_archive
 from sweeps.cli.files import opened
-from sweeps.figures.study import study_of
-from sweeps.reading.design_files import read_designs
-from sweeps.reading.netcdf_child import read_apart
-from sweeps.reading.netcdf_files import opened_archive
+from sweeps.running.archive.contents import part_of, plan_of, read_contents
+from sweeps.scene.design_files.design_files import read_designs
+from sweeps.view.figures.study import study_of
 
 LONGEST = 20.0
 """Seconds of the processor that the reading of one file may take; of the clock, ten times that."""
@@ -97,7 +97,7 @@ def read_archive(number: int, path: Path) -> bool:
 
 def _in_forks() -> Any:
     """Read files in forks before the child of a command."""
-    return mock.patch("sweeps.reading.netcdf_files.read_apart", _read_in_both)
+    return mock.patch("sweeps.base.netcdf.netcdf_files.read_apart", _read_in_both)
 
 
 def _read_in_both(path: Path, whole: bool = False) -> None:

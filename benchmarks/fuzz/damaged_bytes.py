@@ -21,9 +21,9 @@ import netCDF4
 
 from benchmarks.command import ROOT
 from benchmarks.fuzz.sound import PLAIN, good_archive
-from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive
-from sweeps.running.options import Options
+from sweeps.running.compute import into_archive
+from sweeps.running.compute.options import Options
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 
 STRETCH = 500

@@ -19,10 +19,10 @@ from subprocess import Popen
 
 import psutil
 
-from sweeps.reading.child_process import started
-from sweeps.reading.hdf5_links import follows_indexes
-from sweeps.reading.netcdf_child import OPENING
-from sweeps.reading.netcdf_whole import read_all
+from sweeps.base.files.child_process import started
+from sweeps.base.netcdf.hdf5_links import follows_indexes
+from sweeps.base.netcdf.netcdf_child import OPENING
+from sweeps.base.netcdf.netcdf_whole import read_all
 
 __all__ = ["read_in_fork"]
 

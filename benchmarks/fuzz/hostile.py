@@ -21,10 +21,10 @@ import click.testing
 from hypothesis import strategies as st
 
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from sweeps.base.errors import SceneError
 from sweeps.catalogue import ENGINES, SCENES
 from sweeps.cli.main import main as command
-from sweeps.errors import SceneError
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.toml_tables import SceneFile
 
 # How it is changed --------------------------------------------------------------------------------

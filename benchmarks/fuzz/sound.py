@@ -12,14 +12,14 @@ import netCDF4
 import numpy as np
 
 from benchmarks.fuzz.hostile import FILES, PRESSURE, sandbox
-from sweeps.archive import netcdf
-from sweeps.archive.labels import label
-from sweeps.archive.partial import Partial
 from sweeps.catalogue import ENGINES
-from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options, Stopped
+from sweeps.running.archive import netcdf
+from sweeps.running.archive.labels import label
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.options import Options, Stopped
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 
 _SMALL = {

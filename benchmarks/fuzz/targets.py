@@ -47,19 +47,19 @@ from benchmarks.fuzz.sound import (
     good_texts,
 )
 from benchmarks.tables import toml_text
-from sweeps.archive.contents import part_of, plan_of, read_contents
-from sweeps.archive.partial import Partial
-from sweeps.exploring import opening
-from sweeps.planning.forecast import text
-from sweeps.planning.plan import make_plan
-from sweeps.presenting.engines import engine_text
-from sweeps.reading.design_files import read_designs
-from sweeps.reading.engine_files import load_engine
-from sweeps.reading.laboratory.pressure_options import ImportOptions
-from sweeps.reading.pressure_recordings import read_pressure
-from sweeps.running import into_archive
-from sweeps.running.options import Options, Stopped
+from sweeps.base.columns.pressure_options import ImportOptions
+from sweeps.decide.explore import opening
+from sweeps.lab.pressure.reading import read_pressure
+from sweeps.running.archive.contents import part_of, plan_of, read_contents
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import into_archive
+from sweeps.running.compute.options import Options, Stopped
+from sweeps.scene.design_files.design_files import read_designs
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan.forecast import text
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
+from sweeps.view.texts.engines import engine_text
 
 Drawn = st.SearchStrategy[Any]
 

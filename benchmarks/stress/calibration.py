@@ -26,7 +26,7 @@ from engine_dyn.types import Floats
 from oracle import spline
 from oracle.designs import smooth_pressure
 from oracle.designs import table as points_of
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 PART = "delta_error"
 

@@ -18,7 +18,7 @@ from engine_dyn.speed import dispatch
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.types import Floats
 from oracle import spline
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 ENGINE = "ntua"
 CHUNK = 2**17

@@ -23,7 +23,7 @@ from benchmarks.fuzz.hostile import COUNTS, engines, in_one_line, refused_or_tak
 from benchmarks.fuzz.targets import TARGETS
 from benchmarks.tables import toml_text
 from benchmarks.workers import Lost, answers, in_processes
-from sweeps.reading.design_files import read_designs
+from sweeps.scene.design_files.design_files import read_designs
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import large_runs
-from sweeps.planning.plan import make_plan
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]

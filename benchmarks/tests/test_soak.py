@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import soak
-from sweeps.running import limits
+from sweeps.running.compute import limits
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 

@@ -10,9 +10,9 @@ import sweeps
 from benchmarks import study_rates, study_times, warm_run
 from benchmarks.studies import STUDIES, Study, study
 from engine_dyn.speed.mechanisms import BATCH, counted
-from sweeps.planning import forecast
-from sweeps.planning.plan import make_plan
-from sweeps.planning.rates import SERIAL
+from sweeps.scene.plan import forecast
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.rates import SERIAL
 from sweeps.scene.reading import read_scene
 
 FEW, MANY = 3000, 30_000

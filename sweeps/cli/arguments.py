@@ -14,10 +14,10 @@ from typing import Any
 
 import click
 
+from sweeps.base.dimensions import LABELS
+from sweeps.base.errors import SceneError, one_line, plain_number
+from sweeps.base.ratios import number_or_ratio
 from sweeps.cli.completing import complete_quantities
-from sweeps.dimensions import LABELS
-from sweeps.errors import SceneError, one_line, plain_number
-from sweeps.ratios import number_or_ratio
 
 __all__ = [
     "PATH",
@@ -77,7 +77,7 @@ compression_option = click.option(
 
 def _read_apart_first(context: click.Context, _: click.Parameter, value: bool) -> None:
     if value:
-        from sweeps.reading.netcdf_files import untrusted
+        from sweeps.base.netcdf.netcdf_files import untrusted
 
         context.with_resource(untrusted())
 

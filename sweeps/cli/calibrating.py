@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
+from sweeps.base.errors import SceneError
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, percentages, quiet_option
 from sweeps.cli.exits import announce_compiling, guarded, say, tell
 from sweeps.cli.files import check_output, same_file, writing
-from sweeps.errors import SceneError
 
 __all__ = ["calibrate"]
 
@@ -55,9 +55,9 @@ def calibrate(
     writes one to fill in. Modelled cycles are fitted to rated power and speed and, if known, to
     the peak cylinder pressure and the fuel consumption. All assumptions are listed.
     """
-    from sweeps.measuring.calibration import fit
-    from sweeps.measuring.rated_point import published
-    from sweeps.reading.data_sheets import files_named, read_data_sheet
+    from sweeps.lab.speed.calibration import fit
+    from sweeps.lab.speed.rated_point import published
+    from sweeps.scene.engine.data_sheets import files_named, read_data_sheet
 
     shares = None if loads is None else percentages(loads)
     sheet = read_data_sheet(engine)
@@ -74,12 +74,12 @@ def calibrate(
     announce_compiling(quiet)
     made = fit(sheet, given)
     text = made.text
-    from sweeps.archive.netcdf import replaced
+    from sweeps.running.archive.netcdf import replaced
 
     with writing(output), replaced(output) as partial:
         partial.write_text(text, encoding="utf-8")
     if not quiet:
-        from sweeps.presenting.calibrations import calibration_text
+        from sweeps.view.texts.calibrations import calibration_text
 
         say(calibration_text(made))
         say("")

@@ -55,7 +55,7 @@ def _scenes() -> list[tuple[str, str]]:
 
 
 def _engines() -> list[tuple[str, str]]:
-    from sweeps.reading.engine_files import catalogue
+    from sweeps.scene.engine.engine_files import catalogue
 
     return [(name, "engine of the catalogue") for name in catalogue()]
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
-from sweeps.errors import SceneError, as_name, one_line, printable
+from sweeps.base.errors import SceneError, as_name, one_line, printable
 
 __all__ = [
     "BAD_INPUT",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sweeps.base.errors import NAMED_BADLY, SceneError, one_line
 from sweeps.cli.exits import FAILURE, end, tell
-from sweeps.errors import NAMED_BADLY, SceneError, one_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -137,7 +137,7 @@ def not_written(path: Path, error: Exception) -> SceneError:
 @contextmanager
 def writing(output: Path) -> Iterator[None]:
     """Tell how the writing of an output failed, or where it was stopped."""
-    from sweeps.running.options import Stopped
+    from sweeps.running.compute.options import Stopped
 
     try:
         yield
@@ -155,7 +155,7 @@ def writing(output: Path) -> Iterator[None]:
 
 def write_archive(found: xr.Dataset, output: Path | None, overwrite: bool) -> None:
     """Write what was computed, where an output is given."""
-    from sweeps.archive.netcdf import write
+    from sweeps.running.archive.netcdf import write
 
     if output is not None:
         with writing(output):
@@ -165,7 +165,7 @@ def write_archive(found: xr.Dataset, output: Path | None, overwrite: bool) -> No
 @contextmanager
 def opened(path: Path) -> Iterator[xr.Dataset]:
     """Open an archive for reading; whatever fails while it is open is told as its fault."""
-    from sweeps.exploring.opening import open as open_any
+    from sweeps.decide.explore.opening import open as open_any
 
     with open_any(path) as dataset, _blamed(path):
         yield dataset
@@ -173,8 +173,8 @@ def opened(path: Path) -> Iterator[xr.Dataset]:
 
 @contextmanager
 def opened_to_print(path: Path) -> Iterator[xr.Dataset]:
-    """Open an archive as `opened` does, without xarray: see `sweeps.archive.stored_dataset`."""
-    from sweeps.archive.stored_dataset import stored_dataset
+    """Open an archive as `opened` does, without xarray."""
+    from sweeps.running.archive.stored_dataset import stored_dataset
 
     with stored_dataset(path) as dataset, _blamed(path):
         yield dataset
@@ -207,7 +207,7 @@ def check_slices(dataset: xr.Dataset, *given: Mapping[str, float | str]) -> None
     SceneError
         For a value outside its axis.
     """
-    from sweeps.presenting.nearest_values import nearest_notes
+    from sweeps.view.texts.nearest_values import nearest_notes
 
     for values in given:
         for note in nearest_notes(dataset, values):

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sweeps.base.errors import SceneError, one_line, plain_number
 from sweeps.cli.arguments import overwrite_option, quiet_option
 from sweeps.cli.completing import complete_keys, complete_scene
 from sweeps.cli.exits import guarded, say
 from sweeps.cli.files import check_output, write_archive
-from sweeps.errors import SceneError, one_line, plain_number
 
 if TYPE_CHECKING:
-    from sweeps.measuring.identification import Varied
+    from sweeps.lab.speed.identification import Varied
 
 __all__ = ["identify"]
 
@@ -77,8 +77,8 @@ def identify(
     wanted = _wanted(vary, own, priors)
     perfect = teeth in ("estimated", "perfect")
     deviation = None if perfect else _deviation(teeth)
-    from sweeps.measuring.identification import identify as fit
-    from sweeps.presenting.fits import fit_text
+    from sweeps.lab.speed.identification import identify as fit
+    from sweeps.view.texts.fits import fit_text
 
     found = fit(
         scene, wanted, teeth=teeth if perfect else "estimated", tooth_deviation=deviation,
@@ -93,7 +93,7 @@ def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Va
     """What is fitted, from the texts of the options."""
     from dataclasses import replace
 
-    from sweeps.measuring.identification import Varied
+    from sweeps.lab.speed.identification import Varied
 
     found: dict[str, Varied] = {}
     for part in vary.split(","):

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
+from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.cli.arguments import PATH, untrusted_option
 from sweeps.cli.completing import LISTED, complete_engine, complete_list, complete_scene
 from sweeps.cli.exits import guarded, say, tell, warn
 from sweeps.cli.files import not_written
-from sweeps.errors import SceneError, not_known, shown
 
 __all__ = ["list_", "new", "plan", "schema"]
 
@@ -24,9 +24,9 @@ def plan(scene: str) -> None:
 
     No design is solved; whatever `run` would refuse is refused.
     """
-    from sweeps.planning.forecast import text
-    from sweeps.planning.plausibility import plausibility_warnings
-    from sweeps.running.planned import plan as planned_scene
+    from sweeps.running.compute.planned import plan as planned_scene
+    from sweeps.scene.plan.forecast import text
+    from sweeps.scene.plan.plausibility import plausibility_warnings
 
     planned = planned_scene(scene)
     say(text(planned))
@@ -48,7 +48,7 @@ def list_(what: str | None, words: tuple[str, ...]) -> None:
     list. Names, descriptions and synonyms are searched: `engine-dyn list quantities cyclic
     irregularity` finds delta, and `engine-dyn list keys conrod` the keys of the connecting rod.
     """
-    from sweeps.presenting.lists import list_lines, quantity_lines
+    from sweeps.view.texts.lists import list_lines, quantity_lines
 
     if what not in (None, *LISTED):
         raise SceneError(
@@ -136,8 +136,8 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
 
     if engine is None:
         return starting_scene()
-    from sweeps.reading.engine_files import catalogue, load_engine
-    from sweeps.reading.engine_tables import DIAGRAMS
+    from sweeps.scene.engine.engine_files import catalogue, load_engine
+    from sweeps.scene.engine.engine_tables import DIAGRAMS
 
     found = load_engine(engine, None, "--for")
     if not found.family.diagrams and found.torque is None:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
+from sweeps.base.errors import SceneError, one_line, plain_number
 from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_option
 from sweeps.cli.exits import guarded, tell, warn
 from sweeps.cli.files import check_folder, check_output, same_file, writing
-from sweeps.errors import SceneError, one_line, plain_number
 
 if TYPE_CHECKING:
-    from sweeps.reading.laboratory.imported_pressure import ImportedPressure
+    from sweeps.lab.pressure.imported_pressure import ImportedPressure
 
 __all__ = ["import_"]
 
@@ -33,7 +33,7 @@ class _WithKeys(click.Command):
 
 @cache
 def _key_options() -> tuple[click.Option, ...]:
-    from sweeps.reading.laboratory.pressure_options import ImportOptions
+    from sweeps.base.columns.pressure_options import ImportOptions
 
     found = []
     for name, field in ImportOptions.model_fields.items():
@@ -72,7 +72,7 @@ def import_(
     """
     if same_file(output, raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")
-    from sweeps.reading.pressure_recordings import read_pressure
+    from sweeps.lab.pressure.reading import read_pressure
 
     chosen = {name: v for name, v in given.items() if v not in (None, False, ())}
     found = read_pressure(raw, **{name: _value(name, v) for name, v in chosen.items()})
@@ -96,7 +96,7 @@ def import_(
             tell(step)
         tell(f"{output}: {len(found.mean.angle)} points")
         if figures is not None and not found.sized:
-            from sweeps.reading.laboratory.evaluation import NOT_SIZED
+            from sweeps.lab.pressure.evaluation import NOT_SIZED
 
             tell(f"{figures}: {NOT_SIZED}; give engine")
     warn(f"{raw}: {warning}" for warning in found.warnings)
@@ -105,8 +105,8 @@ def import_(
 def _draw(found: ImportedPressure, folder: Path) -> None:
     """Draw the sheet of each cylinder, in folders of their own where there are several."""
     from engine_dyn.recordings.signal_checks import examine
-    from sweeps.figures import draw
-    from sweeps.reading.laboratory.evaluation import evaluated
+    from sweeps.lab.pressure.evaluation import evaluated
+    from sweeps.view.figures import draw
 
     for number, (name, cycles) in enumerate(found.recorded.items(), start=1):
         findings = examine(cycles, found.geometry, level=found.levels.get(name))
@@ -119,7 +119,7 @@ def _draw(found: ImportedPressure, folder: Path) -> None:
 
 def _value(name: str, text: Any) -> Any:
     """Value of an option in the type of its key; a text that has none is left for the check."""
-    from sweeps.reading.laboratory.pressure_options import ImportOptions
+    from sweeps.base.columns.pressure_options import ImportOptions
 
     if isinstance(text, bool):
         return text

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from sweeps.base.dimensions import REDUCTION
+from sweeps.base.errors import as_name, counted, size_text
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
@@ -34,8 +36,6 @@ from sweeps.cli.files import (
     opened_to_print,
     writing,
 )
-from sweeps.dimensions import REDUCTION
-from sweeps.errors import as_name, counted, size_text
 
 __all__ = ["compare", "export", "info", "plot", "show"]
 
@@ -59,35 +59,35 @@ def info(what: str, provenance: bool, units: str | None) -> None:
     """
     toml = what.endswith(".toml")
     if toml or not os.path.exists(what):
-        from sweeps.reading.engine_files import catalogue, load_engine
+        from sweeps.scene.engine.engine_files import catalogue, load_engine
         from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 
         if is_scene(Path(what)) if toml else what in built_in_scenes():
-            from sweeps.presenting.scenes import scene_text
+            from sweeps.view.texts.scenes import scene_text
 
             scene = read_scene(what)
             say(scene_text(scene, as_name(what)))
             if any(engine.shaft is not None for engine in scene.engines):
-                from sweeps.planning.plan import make_plan
-                from sweeps.planning.plausibility import plausibility_warnings
+                from sweeps.scene.plan.plan import make_plan
+                from sweeps.scene.plan.plausibility import plausibility_warnings
 
                 warn(plausibility_warnings(make_plan(scene)))
             return
         if toml or what in catalogue():
-            from sweeps.presenting.engines import engine_text
+            from sweeps.view.texts.engines import engine_text
 
             say(engine_text(load_engine(what)))
             return
-    from sweeps.presenting.interrupted import interrupted_run, interrupted_text
+    from sweeps.view.texts.interrupted import interrupted_run, interrupted_text
 
     folder = interrupted_run(Path(what))
     if folder is not None:
         say(interrupted_text(folder))
         return
-    from sweeps.reading.netcdf_child import start
+    from sweeps.base.netcdf.netcdf_child import start
 
     start()
-    from sweeps.presenting.archives import archive_text
+    from sweeps.view.texts.archives import archive_text
 
     with opened_to_print(Path(what)) as dataset:
         described = archive_text(dataset, what, provenance=provenance, units=units)
@@ -124,8 +124,8 @@ def show(
     relative: str | None, units: str | None,
 ) -> None:  # fmt: skip
     """Show numbers of ARCHIVE as a table."""
-    from sweeps.reading.netcdf_child import start
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_child import start
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     select = axis_slices(slices)
     base: Mapping[str, float | str] | str | None = None
@@ -137,13 +137,13 @@ def show(
     names = names_of(quantities)
     check_file(archive)
     start()
-    from sweeps.exploring.attributes import of_designs
-    from sweeps.exploring.rows import rows
-    from sweeps.exploring.slices import nearest
-    from sweeps.presenting.readable_units import unit_choices
-    from sweeps.presenting.reductions import reduction_lines
-    from sweeps.presenting.sensitivities import has_indices, sensitivities_text
-    from sweeps.presenting.tables import rows_text
+    from sweeps.decide.explore.attributes import of_designs
+    from sweeps.decide.explore.rows import rows
+    from sweeps.decide.explore.slices import nearest
+    from sweeps.view.texts.readable_units import unit_choices
+    from sweeps.view.texts.reductions import reduction_lines
+    from sweeps.view.texts.sensitivities import has_indices, sensitivities_text
+    from sweeps.view.texts.tables import rows_text
 
     with opened_to_print(archive) as dataset:
         check_slices(dataset, select, {} if base is None or isinstance(base, str) else base)
@@ -192,13 +192,13 @@ def compare(
         check_folder(folder)
     paths: list[Path] = []
     with opened(first) as one, opened(second) as two:
-        from sweeps.exploring.compare import compare as compare_archives
-        from sweeps.presenting.comparison import comparison_text
+        from sweeps.decide.explore.compare import compare as compare_archives
+        from sweeps.view.texts.comparison import comparison_text
 
         found = compare_archives(one, two, (str(first), str(second)))
         described = comparison_text(found)
         if folder is not None:
-            from sweeps.presenting.comparison import draw_comparison
+            from sweeps.view.texts.comparison import draw_comparison
 
             with writing(folder):
                 paths = draw_comparison(one, two, folder, file_format, (first, second))
@@ -249,19 +249,19 @@ def export(
 
     Other programs read curves as a universal file (UFF, data sets 58) or, of one design, as an FMU.
     """
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     check_file(archive)
-    from sweeps.exploring.export import check_format
-    from sweeps.exploring.export import export as write
+    from sweeps.decide.explore.export import check_format
+    from sweeps.decide.explore.export import export as write
 
     check_format(output)
     check_output(output, overwrite, archive)
     select = axis_slices(slices)
     names = names_of(quantities)
     with opened(archive) as dataset, writing(output):
-        from sweeps.exploring.slices import nearest
-        from sweeps.presenting.readable_dataset import in_units
+        from sweeps.decide.explore.slices import nearest
+        from sweeps.view.texts.readable_dataset import in_units
 
         check_slices(dataset, select)
         asked = in_units(nearest(dataset, **select), units)
@@ -348,18 +348,18 @@ def plot(
 ) -> None:  # fmt: skip
     """Draw figures of ARCHIVE, a netCDF file that `run` wrote."""
     select = axis_slices(slices)
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     check_file(archive)
     folder = archive.with_suffix("") if output is None else output
     if not listed:
         check_folder(folder)
-    from sweeps.figures import draw, options_of
+    from sweeps.view.figures import draw, options_of
 
     options = options_of(select=select, target=given.pop("targets"), **given)
     with opened(archive) as dataset:
-        from sweeps.presenting.figure_kinds import kinds_text
-        from sweeps.presenting.readable_dataset import readable_dataset
+        from sweeps.view.texts.figure_kinds import kinds_text
+        from sweeps.view.texts.readable_dataset import readable_dataset
 
         readable = readable_dataset(dataset, units)
         # --zero turns the crank angle, which the figures look after themselves.

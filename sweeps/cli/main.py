@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 
+from sweeps.base.errors import one_line
 from sweeps.cli.calibrating import calibrate
 from sweeps.cli.exits import BAD_INPUT, FAILURE, end, open_closed_streams, warn
 from sweeps.cli.identifying import identify
@@ -25,7 +26,6 @@ from sweeps.cli.ordering import firing_orders, firing_patterns
 from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
 from sweeps.cli.searching import best, optimise, sensitivities
-from sweeps.errors import one_line
 
 __all__ = ["main"]
 

@@ -56,8 +56,8 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     the keys of the table; `engine-dyn new` writes a scene with an example.
     """
     read = _read(scene, output, overwrite)
-    from sweeps.measuring.measured import measured as compare
-    from sweeps.presenting.measured import measured_text
+    from sweeps.lab.speed.measured import measured as compare
+    from sweeps.view.texts.measured import measured_text
 
     _write(lambda: compare(read), measured_text, output, overwrite, quiet)
 
@@ -76,8 +76,8 @@ def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     periodically, with the jump in speed that this forces, and each cycle repeated periodically.
     """
     read = _read(scene, output, overwrite)
-    from sweeps.measuring.recorded_train import follow_cycles
-    from sweeps.presenting.recorded_trains import train_text
+    from sweeps.lab.speed.recorded_train import follow_cycles
+    from sweeps.view.texts.recorded_trains import train_text
 
     _write(lambda: follow_cycles(read), train_text, output, overwrite, quiet)
 
@@ -113,8 +113,8 @@ def cylinders(
     read = _read(scene, output, overwrite)
     rate = number_of(false_alarms, "--false-alarms")
     deviation = number_of(tooth_deviation, "--tooth-deviation")
-    from sweeps.measuring.cylinder_deviations import cylinder_deviations
-    from sweeps.presenting.cylinder_deviations import deviations_text
+    from sweeps.lab.speed.cylinder_deviations import cylinder_deviations
+    from sweeps.view.texts.cylinder_deviations import deviations_text
 
     _write(
         lambda: cylinder_deviations(read, false_alarms=rate, tooth_deviation=deviation),

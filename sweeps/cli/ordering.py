@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from sweeps.base.errors import SceneError, one_line, plain_number
 from sweeps.cli.arguments import (
     PATH,
     overwrite_option,
@@ -19,7 +20,6 @@ from sweeps.cli.arguments import (
 from sweeps.cli.completing import complete_engine_or_scene, complete_quantities
 from sweeps.cli.exits import announce_compiling, guarded, say, terminal_width, warn
 from sweeps.cli.files import check_output, write_archive
-from sweeps.errors import SceneError, one_line, plain_number
 
 __all__ = ["firing_orders", "firing_patterns"]
 
@@ -89,8 +89,8 @@ def firing_orders(
     if output is not None:
         check_output(output, overwrite, Path(what))
     announce_compiling(quiet)
-    from sweeps.exploring.firing_orders import firing_orders as ranked
-    from sweeps.presenting.firing_orders import orders_text
+    from sweeps.decide.explore.firing_orders import firing_orders as ranked
+    from sweeps.view.texts.firing_orders import orders_text
 
     with _warnings_told_later():
         found = ranked(
@@ -174,8 +174,8 @@ def firing_patterns(
     if output is not None:
         check_output(output, overwrite, Path(what))
     announce_compiling(quiet)
-    from sweeps.exploring.firing_patterns import firing_patterns as ranked
-    from sweeps.presenting.firing_patterns import patterns_text
+    from sweeps.decide.explore.firing_patterns import firing_patterns as ranked
+    from sweeps.view.texts.firing_patterns import patterns_text
 
     with _warnings_told_later():
         found = ranked(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from sweeps.base.errors import SceneError, size_text
 from sweeps.cli.arguments import (
     archive_argument,
     file_size,
@@ -17,7 +18,6 @@ from sweeps.cli.arguments import (
 )
 from sweeps.cli.exits import guarded, tell
 from sweeps.cli.files import check_output, opened, writing
-from sweeps.errors import SceneError, size_text
 
 __all__ = ["report"]
 
@@ -49,14 +49,14 @@ def report(
     It has tables, figures that can be zoomed, and an explorer with a slider for every axis. It
     opens in any browser without a network connection.
     """
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     size = file_size(limit)
     if output.suffix.lower() not in (".html", ".htm"):
         raise SceneError(f"{output}: unknown extension; must be .html")
     check_file(archive)
     check_output(output, overwrite, archive)
-    from sweeps.presenting.report.page import report as write
+    from sweeps.view.report.page import report as write
 
     with opened(archive) as dataset, writing(output):
         write(dataset, output, limit=size, units=units, overwrite=overwrite)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sweeps.base.errors import SceneError, counted, size_text
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
@@ -37,14 +38,13 @@ from sweeps.cli.exits import (
     warn,
 )
 from sweeps.cli.files import check_output, files_of, writing
-from sweeps.errors import SceneError, counted, size_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from sweeps.planning.plan import Plan
-    from sweeps.running.options import Finished
+    from sweeps.running.compute.options import Finished
     from sweeps.scene.model import Scene
+    from sweeps.scene.plan.plan import Plan
 
 __all__ = ["extend", "merge", "rerun", "run"]
 
@@ -120,24 +120,24 @@ def run(
     allowed = None if memory is None else memory_size(memory)
     part = None if shard is None else shard_number(shard)
     if scheduler is not None:
-        from sweeps.running.cluster import check_address
+        from sweeps.running.compute.cluster import check_address
 
         check_address(scheduler)
         if threads is not None:
             raise SceneError(
                 "--threads: not allowed with --scheduler, whose workers have one thread each"
             )
-    from sweeps.checks import usable_device
+    from sweeps.base.checks import usable_device
     from sweeps.scene.reading import read_scene, with_uncertainty
 
     read = with_uncertainty(scene) if uncertainty else read_scene(scene)
     check_output(output, overwrite or resume, *files_of(read))
 
-    from sweeps.planning.plan import make_plan
-    from sweeps.planning.plausibility import plausibility_warnings
-    from sweeps.planning.shards import shard as shard_of
-    from sweeps.running import into_archive
-    from sweeps.running.options import Options
+    from sweeps.running.compute import into_archive
+    from sweeps.running.compute.options import Options
+    from sweeps.scene.plan.plan import make_plan
+    from sweeps.scene.plan.plausibility import plausibility_warnings
+    from sweeps.scene.plan.shards import shard as shard_of
 
     announce_compiling(quiet)
     plan = make_plan(read)
@@ -205,10 +205,10 @@ def extend(
         raise SceneError("either --axis AXIS=VALUES or --number POINTS is needed")
     name, values = new_points(axis) if axis is not None else ("", [])
     _check_archive(archive)
-    from sweeps.dimensions import DESIGN
-    from sweeps.joining.extend import extend as add_points
-    from sweeps.joining.extend import extend_sample
-    from sweeps.running.options import Options
+    from sweeps.base.dimensions import DESIGN
+    from sweeps.running.compute.options import Options
+    from sweeps.running.join.extend import extend as add_points
+    from sweeps.running.join.extend import extend_sample
 
     announce_compiling(quiet)
     more = ["--axis", axis] if axis is not None else ["--number", str(number)]
@@ -249,8 +249,8 @@ def merge(
     for path in archives:
         _check_archive(path)
     check_output(output, overwrite)
-    from sweeps.joining.merge import merge as join
-    from sweeps.running.options import Options
+    from sweeps.running.compute.options import Options
+    from sweeps.running.join.merge import merge as join
 
     options = Options(overwrite=overwrite, level=level, command=_command_line())
     with writing(output):
@@ -285,8 +285,8 @@ def rerun(
     """
     _check_archive(archive)
     check_output(output, overwrite or resume, archive)
-    from sweeps.joining.rerun import rerun as run_again
-    from sweeps.running.options import Options
+    from sweeps.running.compute.options import Options
+    from sweeps.running.join.rerun import rerun as run_again
 
     announce_compiling(quiet)
     again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]
@@ -308,14 +308,14 @@ def rerun(
 
 
 def _check_archive(path: Path) -> None:
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     check_file(path)
 
 
 def _warn_of(output: Path) -> None:
     """Print the plausibility warnings that a finished archive holds."""
-    from sweeps.archive.warnings import lines_of
+    from sweeps.running.archive.warnings import lines_of
 
     warn(lines_of(output))
 
@@ -348,8 +348,8 @@ def _print_published(plan: Plan, output: Path) -> None:
     if plan.output_bytes > LARGEST_TABLE:
         tell(f"published values are in the archive; {plan.designs} designs are too many to print")
         return
-    from sweeps.archive.stored_dataset import stored_dataset
-    from sweeps.presenting.published import text
+    from sweeps.running.archive.stored_dataset import stored_dataset
+    from sweeps.view.texts.published import text
 
     with stored_dataset(output, own=True) as dataset:
         published = text(dataset)
@@ -359,10 +359,10 @@ def _print_published(plan: Plan, output: Path) -> None:
 
 def _print_numbers(plan: Plan, output: Path) -> None:
     """Print what came out, where these are few numbers; or how to look at them."""
-    from sweeps.archive.stored_dataset import stored_dataset
+    from sweeps.running.archive.stored_dataset import stored_dataset
 
     if plan.scene.gives("recorded_cycle"):
-        from sweeps.presenting.archives import recorded_cycle_lines
+        from sweeps.view.texts.archives import recorded_cycle_lines
 
         with stored_dataset(output, own=True) as dataset:
             for line in recorded_cycle_lines(dataset):
@@ -373,9 +373,9 @@ def _print_numbers(plan: Plan, output: Path) -> None:
     if plan.designs > SHOWN:
         tell(f"values: engine-dyn show {shlex.quote(str(output))}")
         return
-    from sweeps.exploring.columns import has_single_numbers
-    from sweeps.exploring.rows import rows
-    from sweeps.presenting.tables import rows_text
+    from sweeps.decide.explore.columns import has_single_numbers
+    from sweeps.decide.explore.rows import rows
+    from sweeps.view.texts.tables import rows_text
 
     with stored_dataset(output, own=True) as dataset:
         if has_single_numbers(dataset):
@@ -391,7 +391,7 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     if plan.modes:
         tell(plan.modes)
     if done.outcomes:
-        from sweeps.presenting.archives import explained, of_all_designs
+        from sweeps.view.texts.archives import explained, of_all_designs
 
         counts = of_all_designs(done.outcomes, plan.designs)
         tell("outcomes: " + ", ".join(f"{one} {n}{explained(one)}" for one, n in counts.items()))

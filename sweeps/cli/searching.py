@@ -33,7 +33,7 @@ from sweeps.cli.exits import (
     warn,
 )
 from sweeps.cli.files import check_output, check_slices, opened, write_archive
-from sweeps.optimising.limits import DESIGNS, GENERATIONS, RESTARTS
+from sweeps.decide.optimise.limits import DESIGNS, GENERATIONS, RESTARTS
 
 __all__ = ["best", "optimise", "sensitivities"]
 
@@ -86,14 +86,14 @@ def best(
     Example, the lightest flywheel for delta = 1/200 at every load and speed: `engine-dyn best my.nc
     --least inertia --within "delta <= 1/200" --at-every load,speed`.
     """
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     select = axis_slices(slices)
     check_file(archive)
     with opened(archive) as dataset:
-        from sweeps.exploring.search import best as best_of
-        from sweeps.exploring.slices import nearest
-        from sweeps.presenting.found import found_text
+        from sweeps.decide.explore.search import best as best_of
+        from sweeps.decide.explore.slices import nearest
+        from sweeps.view.texts.found import found_text
 
         check_slices(dataset, select)
         part = nearest(dataset, **select)
@@ -186,9 +186,9 @@ def optimise(
 
     if output is not None:
         check_output(output, overwrite, Path(scene))
-    from sweeps.dimensions import FOUND
-    from sweeps.optimising.optimise import optimise as search
-    from sweeps.presenting.optimised import optimised_text
+    from sweeps.base.dimensions import FOUND
+    from sweeps.decide.optimise.optimise import optimise as search
+    from sweeps.view.texts.optimised import optimised_text
 
     announce_compiling(quiet)
     with warnings.catch_warnings():
@@ -244,15 +244,15 @@ def sensitivities(
     """
     import sys
 
-    from sweeps.reading.netcdf_files import check_file
+    from sweeps.base.netcdf.netcdf_files import check_file
 
     level = number_of(confidence, "--confidence")
     check_file(archive)
     if output is not None:
         check_output(output, overwrite)
     with opened(archive) as dataset:
-        from sweeps.exploring.sensitivities import sensitivities as indices_of
-        from sweeps.presenting.sensitivities import sensitivities_text
+        from sweeps.decide.explore.sensitivities import sensitivities as indices_of
+        from sweeps.view.texts.sensitivities import sensitivities_text
 
         names = names_of(quantities)
         found = indices_of(

@@ -11,12 +11,12 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
-from sweeps.checks import check_range, check_structure, is_ratio, known_key, number, numbers
-from sweeps.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, METHOD
-from sweeps.errors import SceneError, shown
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
-from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.base.checks import check_range, check_structure, is_ratio, known_key, number, numbers
+from sweeps.base.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, METHOD
+from sweeps.base.errors import SceneError, shown
 from sweeps.scene.cylinders import read_arrangement_axis
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
+from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.firing_patterns import FiringPattern, read_pattern_axis
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from engine_dyn.loads.characteristic import CHARACTERISTICS, Characteristic
-from sweeps.errors import SceneError, not_known, shown
+from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.values import GivenValues
 

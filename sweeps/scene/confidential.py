@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES, NODES
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 
 __all__ = ["TELLING", "check_quantities", "without_pressures"]
 

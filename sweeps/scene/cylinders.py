@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
-from sweeps.checks import mentioned
-from sweeps.errors import SceneError, shown
-from sweeps.reading.cylinder_keys import (
+from sweeps.base.checks import mentioned
+from sweeps.base.errors import SceneError, shown
+from sweeps.scene.engine.cylinder_keys import (
     ArrangementTable,
     CylinderKeys,
     arrangement_of,

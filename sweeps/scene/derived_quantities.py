@@ -1,8 +1,8 @@
 """Quantities that follow from others: their names, and of which there are some.
 
 `delta_elasticity` in [output] asks for the elasticities of `delta`. What is computed for it is in
-`sweeps.planning.elasticities`. `torque_rms` and `torque_mean`, the root mean square and the mean of
-a curve, are nodes of the graph (`engine_dyn.quantities.curve_means`) and so need nothing here.
+`sweeps.scene.plan.elasticities`. `torque_rms` and `torque_mean`, the root mean square and the mean
+of a curve, are nodes of the graph (`engine_dyn.quantities.curve_means`) and so need nothing here.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES
-from sweeps.dimensions import ELASTICITY
-from sweeps.errors import SceneError
+from sweeps.base.dimensions import ELASTICITY
+from sweeps.base.errors import SceneError
 
 __all__ = ["elasticities_in", "meanings_of", "ordinary"]
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from engine_dyn.types import Floats
-from sweeps.checks import check_range, known_key, numbers
-from sweeps.dimensions import LABELS
-from sweeps.errors import SceneError, counted, one_line, shown
-from sweeps.reading.design_files import read_designs
-from sweeps.reading.referred_files import referred
+from sweeps.base.checks import check_range, known_key, numbers
+from sweeps.base.dimensions import LABELS
+from sweeps.base.errors import SceneError, counted, one_line, shown
+from sweeps.base.files.referred_files import referred
+from sweeps.scene.design_files.design_files import read_designs
 
 __all__ = ["read_designs_table"]
 

@@ -15,9 +15,9 @@ from pydantic import Field
 
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.checks import Strict, check_range, check_structure, number, numbers
-from sweeps.errors import SceneError, shown
-from sweeps.reading.libraries import library
+from sweeps.base.checks import Strict, check_range, check_structure, number, numbers
+from sweeps.base.errors import SceneError, shown
+from sweeps.base.files.libraries import library
 
 __all__ = ["Choice", "Distribution", "DistributionTable", "read_distribution"]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
-from sweeps.reading.torque_tables import TorqueTables
+from sweeps.scene.engine.torque_tables import TorqueTables
 from sweeps.scene.values import GivenValues
 
 __all__ = ["driven_machine", "motor_of_slip"]

@@ -17,18 +17,18 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.types import Floats, Integers
-from sweeps.checks import mentioned
-from sweeps.dimensions import ARRANGEMENT, ENGINE
-from sweeps.errors import SceneError, counted, shown
-from sweeps.reading.cylinder_keys import (
+from sweeps.base.checks import mentioned
+from sweeps.base.dimensions import ARRANGEMENT, ENGINE
+from sweeps.base.errors import SceneError, counted, shown
+from sweeps.scene.cylinders import read_arrangement_axis
+from sweeps.scene.engine.cylinder_keys import (
     ArrangementTable,
     arrangement_of,
     name_of,
     read_arrangement,
     read_cylinder_keys,
 )
-from sweeps.reading.engine_files import engine_path, load_engine
-from sweeps.scene.cylinders import read_arrangement_axis
+from sweeps.scene.engine.engine_files import engine_path, load_engine
 from sweeps.scene.toml_tables import SceneFile
 
 __all__ = ["EngineChoice", "EngineChoices", "check_engine_given", "engine_choices"]

@@ -13,14 +13,14 @@ from engine_dyn.pressure.file_fields import MEANINGS, FileField
 from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-from sweeps.reading.data_sheets import KNOWN_OF_CYCLE
-from sweeps.reading.diagram_speeds import MEANING, SPEEDS
-from sweeps.reading.engine_files import SHAFT_KEYS, TORQUE
-from sweeps.reading.engine_tables import EngineFile
-from sweeps.reading.modelled_diagrams import KINDS, OF_ENGINE, Kind
-from sweeps.reading.silenced_warnings import KNOWN
-from sweeps.reading.torque_diagrams import TorqueDiagram
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.data_sheets import KNOWN_OF_CYCLE
+from sweeps.scene.engine.diagram_speeds import MEANING, SPEEDS
+from sweeps.scene.engine.engine_files import SHAFT_KEYS, TORQUE
+from sweeps.scene.engine.engine_tables import EngineFile
+from sweeps.scene.engine.modelled_diagrams import KINDS, OF_ENGINE, Kind
+from sweeps.scene.engine.silenced_warnings import KNOWN
+from sweeps.scene.engine.torque_diagrams import TorqueDiagram
 from sweeps.scene.schema_parts import (
     DRAFT,
     Schema,

@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry.cylinders import LARGEST_FIRING, MOST_CYCLES, SEALED
-from sweeps.checks import numbers
-from sweeps.dimensions import DESIGN, FIRING_PATTERN
-from sweeps.errors import SceneError, shown
+from sweeps.base.checks import numbers
+from sweeps.base.dimensions import DESIGN, FIRING_PATTERN
+from sweeps.base.errors import SceneError, shown
 from sweeps.scene.representations import named_some
 
 __all__ = [

@@ -12,9 +12,20 @@ from typing import NamedTuple
 
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
-from sweeps.errors import SceneError
-from sweeps.reading.diagram_speeds import SPEEDS, read_speeds
-from sweeps.reading.indicator_files import (
+from sweeps.base.columns.recording import MOST_BYTES, SUFFIXES, read_recording
+from sweeps.base.errors import SceneError
+from sweeps.base.files.referred_files import (
+    add_files_read,
+    file_bytes,
+    kept,
+    kept_name,
+    read_text,
+    referred,
+)
+from sweeps.lab.pressure.imported_pressure import HEADER
+from sweeps.scene.confidential import without_pressures
+from sweeps.scene.engine.diagram_speeds import SPEEDS, read_speeds
+from sweeps.scene.engine.indicator_files import (
     HEAD,
     NAMES,
     WHAT,
@@ -24,17 +35,6 @@ from sweeps.reading.indicator_files import (
     notes_of,
     read_indicator,
 )
-from sweeps.reading.laboratory.imported_pressure import HEADER
-from sweeps.reading.laboratory.recording import MOST_BYTES, SUFFIXES, read_recording
-from sweeps.reading.referred_files import (
-    add_files_read,
-    file_bytes,
-    kept,
-    kept_name,
-    read_text,
-    referred,
-)
-from sweeps.scene.confidential import without_pressures
 from sweeps.scene.toml_tables import Indicator
 
 __all__ = ["Indicated", "read_indicator_table"]
@@ -107,7 +107,7 @@ def read_indicator_table(
         each = cycles_of_text(text, where, engine.period) if cycles else ()
         notes = notes_of(path)
     else:
-        from sweeps.reading.laboratory.pressure import imported
+        from sweeps.lab.pressure.pressure import imported
 
         recording = read_recording(path, where, table)
         found = imported(recording, path.name, table, engine.period, engine)

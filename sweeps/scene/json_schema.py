@@ -11,10 +11,10 @@ from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
-from sweeps.checks import is_ratio
-from sweeps.dimensions import ELASTICITY, FIRING_PATTERN, LABELS
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-from sweeps.reading.silenced_warnings import KNOWN
+from sweeps.base.checks import is_ratio
+from sweeps.base.dimensions import ELASTICITY, FIRING_PATTERN, LABELS
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.silenced_warnings import KNOWN
 from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.schema_parts import (

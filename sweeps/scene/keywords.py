@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypedDict, TypeVar
 
-from sweeps.errors import SceneError, did_you_mean, one_line
+from sweeps.base.errors import SceneError, did_you_mean, one_line
 
 __all__ = ["Tables", "TablesButOutput", "changed", "no_scene", "tables_in_signature"]
 

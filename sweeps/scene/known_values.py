@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, variants_of
 from engine_dyn.speed.fields import FRICTION_NAMES
-from sweeps.reading.exclusive_keys import replaced_by
+from sweeps.scene.engine.exclusive_keys import replaced_by
 from sweeps.scene.values import GivenValues
 
 __all__ = ["Value", "known_values"]

@@ -1,6 +1,6 @@
 """The table [measured] of a scene: recordings of the speed, and to which designs they belong.
 
-Recordings are read by `sweeps.measuring`, not with the scene: they may be large, and archives of
+Recordings are read by `sweeps.lab.speed`, not with the scene: they may be large, and archives of
 computed results do not need them.
 """
 
@@ -16,11 +16,11 @@ from pydantic import Field
 
 from engine_dyn.recordings.wheel import Wheel, wheel_from_angles, wheel_from_text
 from engine_dyn.types import Floats
-from sweeps.checks import Companions, check_companions, number
-from sweeps.dimensions import DESIGN
-from sweeps.errors import SceneError, shown
-from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.referred_files import referred
+from sweeps.base.checks import Companions, check_companions, number
+from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.dimensions import DESIGN
+from sweeps.base.errors import SceneError, shown
+from sweeps.base.files.referred_files import referred
 from sweeps.scene.values import GivenValues
 
 __all__ = ["KINDS", "Measured", "MeasuredTable", "read_measured"]

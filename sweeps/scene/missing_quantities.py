@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 
 __all__ = ["those_possible"]
 

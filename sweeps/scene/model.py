@@ -22,11 +22,11 @@ from engine_dyn.quantities.graph import Variants, variants_of
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats, Integers
-from sweeps.dimensions import DESIGN
-from sweeps.errors import counted, one_line
-from sweeps.reading.engine_files import RATIO
-from sweeps.reading.torque_tables import TorqueTables
+from sweeps.base.dimensions import DESIGN
+from sweeps.base.errors import counted, one_line
 from sweeps.scene.driven import driven_machine
+from sweeps.scene.engine.engine_files import RATIO
+from sweeps.scene.engine.torque_tables import TorqueTables
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.known_values import Value, known_values
 from sweeps.scene.measured import Measured

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
-from sweeps.dimensions import DESIGN, LABELS
-from sweeps.errors import SceneError, one_line, shown
-from sweeps.reading.design_columns import check_units
-from sweeps.reading.laboratory.imported_pressure import ImportedPressure
-from sweeps.reading.numbers_with_units import magnitude
+from sweeps.base.dimensions import DESIGN, LABELS
+from sweeps.base.errors import SceneError, one_line, shown
+from sweeps.base.files.numbers_with_units import magnitude
+from sweeps.lab.pressure.imported_pressure import ImportedPressure
+from sweeps.scene.design_files.design_columns import check_units
 
 __all__ = ["GIVEN", "plain_objects"]
 

@@ -19,20 +19,13 @@ from typing import IO, Any, Unpack
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.types import Floats
+from sweeps.base.checks import check_structure, plain, shortened
+from sweeps.base.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
+from sweeps.base.errors import SceneError, not_known, one_line, shown, size_text
+from sweeps.base.files.referred_files import kept_files, text_of_bytes
+from sweeps.base.files.regular_files import reading
+from sweeps.base.files.toml_files import MOST_BYTES, parse_toml, toml_of_text
 from sweeps.catalogue import SCENES
-from sweeps.checks import check_structure, plain, shortened
-from sweeps.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
-from sweeps.errors import SceneError, not_known, one_line, shown, size_text
-from sweeps.reading.auxiliary_tables import with_auxiliaries
-from sweeps.reading.block_tables import NOT_WITH_TABLE, WEIGHT_KEYS, with_block_tables
-from sweeps.reading.cylinder_keys import read_cylinder_keys
-from sweeps.reading.engine_files import load_engine, with_shaft
-from sweeps.reading.referred_files import kept_files, text_of_bytes
-from sweeps.reading.regular_files import reading
-from sweeps.reading.shaft_tables import read_shaft
-from sweeps.reading.silenced_warnings import read_silenced
-from sweeps.reading.toml_files import MOST_BYTES, parse_toml, toml_of_text
-from sweeps.reading.torque_tables import read_torque_tables
 from sweeps.scene.axes import read_axes, read_settings
 from sweeps.scene.characteristic import read_characteristic
 from sweeps.scene.confidential import check_quantities
@@ -42,6 +35,13 @@ from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.derived_quantities import elasticities_in, ordinary
 from sweeps.scene.designs import read_designs_table
+from sweeps.scene.engine.auxiliary_tables import with_auxiliaries
+from sweeps.scene.engine.block_tables import NOT_WITH_TABLE, WEIGHT_KEYS, with_block_tables
+from sweeps.scene.engine.cylinder_keys import read_cylinder_keys
+from sweeps.scene.engine.engine_files import load_engine, with_shaft
+from sweeps.scene.engine.shaft_tables import read_shaft
+from sweeps.scene.engine.silenced_warnings import read_silenced
+from sweeps.scene.engine.torque_tables import read_torque_tables
 from sweeps.scene.engine_choices import (
     EngineChoice,
     EngineChoices,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from sweeps.checks import Strict
+from sweeps.base.checks import Strict
 
 if TYPE_CHECKING:
     pass

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sweeps.checks import names_given
-from sweeps.dimensions import LABELS, STATUS
-from sweeps.errors import SceneError, not_known, shown
+from sweeps.base.checks import names_given
+from sweeps.base.dimensions import LABELS, STATUS
+from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.model import Scene
 from sweeps.scene.reduce import BestTable, FrontTable, Kept, Reduce, ReduceTable
 

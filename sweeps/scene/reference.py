@@ -13,11 +13,11 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
-from sweeps.checks import is_ratio
-from sweeps.dimensions import DESIGN, INERTIA_MODEL, LABELS, METHOD
-from sweeps.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
-from sweeps.reading.csv_tables import CsvTable, read_csv
-from sweeps.reading.referred_files import referred
+from sweeps.base.checks import is_ratio
+from sweeps.base.dimensions import DESIGN, INERTIA_MODEL, LABELS, METHOD
+from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
+from sweeps.base.files.csv_tables import CsvTable, read_csv
+from sweeps.base.files.referred_files import referred
 from sweeps.scene.model import Reference, Scene
 from sweeps.scene.toml_tables import LARGEST_AXIS
 

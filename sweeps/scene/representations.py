@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
-from sweeps.errors import one_line
+from sweeps.base.errors import one_line
 
 __all__ = ["ends", "html_tables", "named_some", "unit_after"]
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.checks import known_key
-from sweeps.dimensions import LABELS
-from sweeps.errors import SceneError, counted, shown, shown_for_whole
-from sweeps.reading.libraries import library
+from sweeps.base.checks import known_key
+from sweeps.base.dimensions import LABELS
+from sweeps.base.errors import SceneError, counted, shown, shown_for_whole
+from sweeps.base.files.libraries import library
 from sweeps.scene.distributions import Distribution, read_distribution
 
 __all__ = [

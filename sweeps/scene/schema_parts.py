@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 from engine_dyn.quantities.node import Node
-from sweeps.checks import POWER, Strict, allowed, is_power, is_ratio
-from sweeps.reading.auxiliary_tables import AuxiliaryTable
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
-from sweeps.reading.shaft_tables import SHAFT, ShaftTable
-from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
+from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
+from sweeps.scene.engine.auxiliary_tables import AuxiliaryTable
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
+from sweeps.scene.engine.shaft_tables import SHAFT, ShaftTable
+from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
 
 __all__ = [
     "DRAFT",

@@ -13,19 +13,19 @@ from pydantic import Field
 from engine_dyn import status
 from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
-from sweeps.checks import Strict
-from sweeps.reading.auxiliary_tables import AUXILIARIES
-from sweeps.reading.auxiliary_tables import MOST as MOST_AUXILIARIES
-from sweeps.reading.block_tables import (
+from sweeps.base.checks import Strict
+from sweeps.base.columns.pressure_options import PressureOptions
+from sweeps.scene.engine.auxiliary_tables import AUXILIARIES
+from sweeps.scene.engine.auxiliary_tables import MOST as MOST_AUXILIARIES
+from sweeps.scene.engine.block_tables import (
     COUNTERWEIGHTS,
     MOST,
     MOUNTS,
     CounterweightTable,
     MountTable,
 )
-from sweeps.reading.diagram_speeds import MEANING
-from sweeps.reading.laboratory.pressure_options import PressureOptions
-from sweeps.reading.silenced_warnings import SILENCED
+from sweeps.scene.engine.diagram_speeds import MEANING
+from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.measured import MeasuredTable
 from sweeps.scene.reduce import ReduceTable
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from engine_dyn.engine import Engine
-from sweeps.errors import SceneError
-from sweeps.reading.exclusive_keys import exclusive_pair
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.exclusive_keys import exclusive_pair
 from sweeps.scene.sample import Sample, read_sample
 from sweeps.scene.values import GivenValues
 

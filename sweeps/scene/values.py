@@ -17,7 +17,7 @@ from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
-from sweeps.dimensions import DESIGN
+from sweeps.base.dimensions import DESIGN
 
 __all__ = ["Given", "GivenValues"]
 

@@ -13,8 +13,8 @@ from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from sweeps.reading.engine_files import GEOMETRIC
 from sweeps.scene.driven import motor_of_slip
+from sweeps.scene.engine.engine_files import GEOMETRIC
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.friction_law import friction_law, over_stroke
 from sweeps.scene.values import GivenValues

@@ -20,7 +20,7 @@ from engine_dyn.speed.required import search, solve_for_inertia
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, STALLED, TOLERANCE_NOT_MET
 from oracle import solution
 from oracle.solution import CYCLE
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 from tests.support.held_out import design_of, family_of, inputs_of
 
 pytestmark = pytest.mark.compiled

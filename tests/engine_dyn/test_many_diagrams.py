@@ -8,7 +8,7 @@ from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import ROWS_AT_ONCE, Family, peaks_between
 from engine_dyn.pressure.motored import peak_with_factor, row_with_factor
 from engine_dyn.types import Floats
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 
 def family_of(name: str) -> Family:

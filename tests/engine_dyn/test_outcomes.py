@@ -18,7 +18,7 @@ from engine_dyn.speed import dispatch
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from oracle import solution, spline
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 pytestmark = pytest.mark.compiled
 

@@ -28,7 +28,7 @@ from engine_dyn.speed.torque import torque_extremes
 from oracle import solution
 from oracle.designs import SmoothPressure, engine
 from oracle.solution import CYCLE, Design
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 from tests.support.differences import slope
 from tests.support.held_out import family_of, inputs_of, solved, torque_inputs_of
 

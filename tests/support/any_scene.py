@@ -22,9 +22,9 @@ from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.units import RPM
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
-from sweeps.reading.engine_files import catalogue
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import catalogue
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from sweeps.scene.toml_tables import FAILURES
 from tests.support.shafts import complete_shaft

@@ -13,16 +13,16 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.archive import netcdf
-from sweeps.archive.labels import label
-from sweeps.archive.partial import Partial
-from sweeps.joining.merge import merge
-from sweeps.planning.blocks import Block, Results
-from sweeps.planning.plan import Plan, make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import into_archive, limits
-from sweeps.running.computation import Computation
-from sweeps.running.options import Options, Stopped
+from sweeps.running.archive import netcdf
+from sweeps.running.archive.labels import label
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.computation import Computation
+from sweeps.running.compute.options import Options, Stopped
+from sweeps.running.join.merge import merge
+from sweeps.scene.plan.blocks import Block, Results
+from sweeps.scene.plan.plan import Plan, make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 
 from .commands import ok

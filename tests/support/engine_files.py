@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 import sweeps
-from sweeps.reading.engine_files import catalogue
+from sweeps.scene.engine.engine_files import catalogue
 
 ENGINES = Path(sweeps.__file__ or "").parent / "catalogue" / "engines"
 

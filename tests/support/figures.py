@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from sweeps.figures.kinds import figures_of
-from sweeps.figures.sheet import STYLE
-from sweeps.figures.study import study_of
+from sweeps.view.figures.kinds import figures_of
+from sweeps.view.figures.sheet import STYLE
+from sweeps.view.figures.study import study_of
 
 
 @contextmanager

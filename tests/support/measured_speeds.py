@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.measuring.speed_fit import (
+from sweeps.lab.speed.speed_fit import (
     FittedSpeeds,
     MeasuredCycles,
     Parameter,

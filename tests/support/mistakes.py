@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 
 __all__ = ["MISTAKES", "Mistake"]
 

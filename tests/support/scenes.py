@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from sweeps.scene.reading import read_scene
 from tests.support.shafts import complete_shaft
 

@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import sweeps
-import sweeps.accessor
-from sweeps.figures.kinds import KINDS
+import sweeps.view.accessor
+from sweeps.view.figures.kinds import KINDS
 from tests.sweeps.processes import python
 
 
@@ -132,7 +132,7 @@ def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: s
 
 @pytest.mark.parametrize(
     "statement",
-    ["sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.accessor"],
+    ["sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.view.accessor"],
 )
 def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
     code = f"import sweeps; {statement}; import xarray; print(xarray.Dataset().dyn)"

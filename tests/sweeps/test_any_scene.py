@@ -19,13 +19,13 @@ from hypothesis import strategies as st
 import sweeps
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS
 from oracle import solution
-from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
-from sweeps.running import in_memory, into_archive, limits
-from sweeps.running.options import Options
+from sweeps.running.compute import in_memory, into_archive, limits
+from sweeps.running.compute.options import Options
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.json_schema import scene_schema
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 from tests.support import any_scene
 

@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.archive.contents import files_as_now, plan_of, read_contents
-from sweeps.archive.provenance import differences, identity
+from sweeps.base.errors import SceneError
+from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT, check_format
 from sweeps.catalogue import SCENES
-from sweeps.errors import SceneError
-from sweeps.reading.netcdf_files import ARCHIVE_FORMAT, check_format
+from sweeps.running.archive.contents import files_as_now, plan_of, read_contents
+from sweeps.running.archive.provenance import differences, identity
 from tests.support.commands import invoke, ok, refused
 
 pytestmark = pytest.mark.quick

@@ -12,12 +12,12 @@ import sweeps
 from engine_dyn import flywheel
 from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import even_cylinders
-from sweeps.errors import SceneError
-from sweeps.figures import draw
-from sweeps.figures.balance import shaking, vector_names
-from sweeps.figures.study import study_of
-from sweeps.reading.engine_files import load_engine
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures import draw
+from sweeps.view.figures.balance import shaking, vector_names
+from sweeps.view.figures.study import study_of
 from tests.support.commands import ok
 from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import computed, write_scene

@@ -14,11 +14,11 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.units import RPM
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
-from sweeps.planning.plausibility import plausibility_warnings
-from sweeps.reading.engine_files import load_engine
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import asking, computed, refusal
 

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.reducing import every_point, ranges
+from sweeps.base.errors import SceneError
+from sweeps.running.reduce import every_point, ranges
 from sweeps.scene.conditions import constraint
 from tests.support import commands
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from sweeps.planning import blocks
-from sweeps.planning.plan import Plan, make_plan
-from sweeps.running.in_memory import compute
+from sweeps.running.compute.in_memory import compute
+from sweeps.scene.plan import blocks
+from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import IN_BLOCKS
 

@@ -24,17 +24,17 @@ from engine_dyn.quantities.graph import DIMENSIONS, NUMBERED, PARAMETERS, PATTER
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
-from sweeps.presenting.archives import archive_text
-from sweeps.presenting.key_texts import WORDS_OF_KEYS, default_text, value_text
-from sweeps.presenting.lists import symbol_text
-from sweeps.presenting.published import text as reference_text
-from sweeps.presenting.quantity_search import found_quantities
-from sweeps.presenting.report.sections import assumed
-from sweeps.reading.cylinder_keys import CYLINDER_KEYS
-from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.reading.shaft_tables import built_in_shafts
-from sweeps.reading.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.engine.shaft_tables import built_in_shafts
+from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
+from sweeps.view.report.sections import assumed
+from sweeps.view.texts.archives import archive_text
+from sweeps.view.texts.key_texts import WORDS_OF_KEYS, default_text, value_text
+from sweeps.view.texts.lists import symbol_text
+from sweeps.view.texts.published import text as reference_text
+from sweeps.view.texts.quantity_search import found_quantities
 from tests.support import commands
 from tests.support.archives import sound_archive
 from tests.support.commands import invoke, ok, refused
@@ -229,7 +229,7 @@ def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     rows = [line for line in ok("info", archive).splitlines() if "; over " in line]
     told = next(line for line in rows if line.startswith("  delta "))
     assert [float(word) for word in told.split()[1:4:2]] == pytest.approx([low, high], rel=1e-3)
-    monkeypatch.setattr("sweeps.presenting.archives.MOST_READ", 100)
+    monkeypatch.setattr("sweeps.view.texts.archives.MOST_READ", 100)
     text = ok("info", archive)
     assert "ranges of quantities of more than 100 values" in text
     rows = [line for line in text.splitlines() if "; over " in line]

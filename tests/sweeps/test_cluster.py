@@ -19,11 +19,11 @@ from numpy.testing import assert_array_equal
 
 import sweeps
 from engine_dyn.compilation import COMPILING
-from sweeps.archive import provenance
-from sweeps.archive.netcdf import open_archive
-from sweeps.archive.partial import Partial
-from sweeps.running import cluster, into_archive, limits, worker
-from sweeps.running.options import Options
+from sweeps.running.archive import provenance
+from sweeps.running.archive.netcdf import open_archive
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import cluster, into_archive, limits, worker
+from sweeps.running.compute.options import Options
 from tests.support.archives import assert_same, interrupted, plan_of
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import ENGINES
@@ -162,7 +162,7 @@ def slow_block(folder: str, key: str, number: int) -> Any:
     import time
     from pathlib import Path
 
-    from sweeps.running import worker
+    from sweeps.running.compute import worker
 
     def write(word: str) -> None:
         with Path(folder).with_name("diary.txt").open("a") as stream:
@@ -225,17 +225,17 @@ def test_a_killed_worker_costs_its_blocks_and_nothing_else(
 
 SLOW_CLIENT = """
 import sys, time
-import sweeps.running.limits, sweeps.running.worker
-sweeps.running.limits.LARGEST_BLOCK = 4e5
+import sweeps.running.compute.limits, sweeps.running.compute.worker
+sweeps.running.compute.limits.LARGEST_BLOCK = 4e5
 def slow(folder, key, number):
     import time
-    from sweeps.running import worker
+    from sweeps.running.compute import worker
     time.sleep(0.2)
     return worker.block(folder, key, number)
 if __name__ == "__main__":
     import signal
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    sweeps.running.worker.block = slow
+    sweeps.running.compute.worker.block = slow
     from sweeps.cli.main import main
     main()
 """
@@ -350,19 +350,19 @@ def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
 
 
 def elsewhere(folder: str, key: str) -> str:
-    from sweeps.running.worker import look
+    from sweeps.running.compute.worker import look
 
     return look(f"/not shared{folder}", key)
 
 
 def not_ours(folder: str, key: str) -> str:
-    from sweeps.running.worker import look
+    from sweeps.running.compute.worker import look
 
     return look(folder, "another key")
 
 
 def other_kind(dask_worker: Any) -> dict[str, Any]:
-    from sweeps.running.worker import about
+    from sweeps.running.compute.worker import about
 
     told = about(dask_worker)
     if dask_worker.name == 1:
@@ -431,8 +431,8 @@ def test_workers_that_come_later_are_checked_too(
 def full_disk(folder: str, key: str, number: int) -> Any:
     import errno
 
-    from sweeps.archive.partial import Partial
-    from sweeps.running import worker
+    from sweeps.running.archive.partial import Partial
+    from sweeps.running.compute import worker
 
     write = Partial.write
 

@@ -20,12 +20,12 @@ import xarray as xr
 from cf_xarray.units import units
 
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, QUANTITIES
-from sweeps.archive import netcdf
-from sweeps.joining.extend import extend
-from sweeps.joining.merge import merge
-from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive
-from sweeps.running.options import Options
+from sweeps.running.archive import netcdf
+from sweeps.running.compute import into_archive
+from sweeps.running.compute.options import Options
+from sweeps.running.join.extend import extend
+from sweeps.running.join.merge import merge
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.archives import shards, sound_archive
 from tests.support.scenes import IN_BLOCKS, NOT_OF_AN_ENGINE

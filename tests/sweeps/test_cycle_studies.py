@@ -10,12 +10,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.pressure.cycle_table import CycleTable
-from sweeps.planning import blocks
-from sweeps.planning.blocks import divided
-from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running import in_memory
-from sweeps.running.streaming import stream
+from sweeps.running.compute import in_memory
+from sweeps.running.compute.streaming import stream
+from sweeps.scene.plan import blocks
+from sweeps.scene.plan.blocks import divided
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 
 pytestmark = pytest.mark.compiled

@@ -15,10 +15,10 @@ from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.quantities.graph import QUANTITIES
-from sweeps.errors import SceneError
-from sweeps.planning.forecast import text as plan_text
-from sweeps.planning.plan import make_plan
-from sweeps.reading.engine_files import load_engine
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan.forecast import text as plan_text
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
 from tests.support.scenes import NOT_OF_AN_ENGINE, computed, refusal, refusal_of

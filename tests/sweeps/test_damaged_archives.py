@@ -18,8 +18,8 @@ import psutil
 import pytest
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.reading import hdf5_links, netcdf_child, netcdf_files
+from sweeps.base.errors import SceneError
+from sweeps.base.netcdf import hdf5_links, netcdf_child, netcdf_files
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import write_scene
@@ -80,7 +80,7 @@ def test_a_heap_without_sizes_does_not_hang(
     path = tmp_path / "a.nc"
     path.write_bytes(make())
     # In a process of its own first: inside the library this test could not be stopped.
-    code = "from sweeps.reading import netcdf_child\nnetcdf_child.SECONDS = 0.3\n" + COMMAND
+    code = "from sweeps.base.netcdf import netcdf_child\nnetcdf_child.SECONDS = 0.3\n" + COMMAND
     done = python(code, "info", path, timeout=120)
     assert done.returncode == 2, done.stderr
     monkeypatch.setattr(netcdf_child, "SECONDS", 0.3)
@@ -199,7 +199,7 @@ def test_a_child_that_takes_too_much_memory_is_ended(
 def test_a_child_that_runs_for_ever_can_be_interrupted(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(with_zero_size())
-    code = "from sweeps.reading import netcdf_child\nnetcdf_child.SECONDS = 1000.0\n"
+    code = "from sweeps.base.netcdf import netcdf_child\nnetcdf_child.SECONDS = 1000.0\n"
     # A shell that runs tests in the background makes them ignore the signal.
     code += "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
     code += "print('ready', flush=True)\n" + COMMAND

@@ -13,14 +13,14 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
-from sweeps.archive import netcdf
-from sweeps.archive.stored_dataset import stored_dataset
-from sweeps.errors import SceneError
-from sweeps.exploring.rows import rows
-from sweeps.exploring.slices import nearest
-from sweeps.presenting.archives import archive_text
-from sweeps.presenting.published import text as published_text
-from sweeps.presenting.tables import rows_text
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore.rows import rows
+from sweeps.decide.explore.slices import nearest
+from sweeps.running.archive import netcdf
+from sweeps.running.archive.stored_dataset import stored_dataset
+from sweeps.view.texts.archives import archive_text
+from sweeps.view.texts.published import text as published_text
+from sweeps.view.texts.tables import rows_text
 from tests.support.commands import ok
 
 SCENE: dict[str, Any] = {

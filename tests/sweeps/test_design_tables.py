@@ -17,12 +17,12 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps import checks
-from sweeps.archive import netcdf
-from sweeps.errors import SceneError
-from sweeps.reading import design_csv, design_netcdf, design_parquet
-from sweeps.reading.csv_tables import CsvTable, find_header, parse_rows
-from sweeps.reading.design_files import read_designs
+from sweeps.base import checks
+from sweeps.base.errors import SceneError
+from sweeps.base.files.csv_tables import CsvTable, find_header, parse_rows
+from sweeps.running.archive import netcdf
+from sweeps.scene.design_files import design_csv, design_netcdf, design_parquet
+from sweeps.scene.design_files.design_files import read_designs
 from sweeps.scene.reading import read_scene
 from tests.support import commands
 from tests.support.scenes import asking

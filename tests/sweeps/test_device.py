@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import sweeps
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from tests.sweeps.processes import python
 
 pytestmark = pytest.mark.compiled

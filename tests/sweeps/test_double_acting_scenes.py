@@ -12,12 +12,12 @@ from scipy.optimize import brentq
 import sweeps
 from engine_dyn.pressure.double_acting import FILE_UNITS, DoubleActingCycle, DoubleActingDiagram
 from engine_dyn.units import BAR
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
-from sweeps.planning.plausibility import plausibility_warnings
-from sweeps.presenting.engines import engine_text
-from sweeps.reading.engine_files import load_engine
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import read_scene
+from sweeps.view.texts.engines import engine_text
 from tests.support.figures import plates, words
 from tests.support.scenes import computed, refusal
 

@@ -11,9 +11,9 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.loads.driven_machine import torque_over_angle
-from sweeps.planning import forecast
-from sweeps.planning.plan import make_plan
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan import forecast
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.commands import ok
 from tests.support.engine_files import ENGINES

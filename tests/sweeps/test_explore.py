@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.presenting.report.explore import explore
+from sweeps.base.errors import SceneError
+from sweeps.view.report.explore import explore
 from tests.support.reports import SCENE, hostile, large
 
 panel = pytest.importorskip("panel")

@@ -12,11 +12,11 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.exploring import compare as comparing
-from sweeps.exploring import export
-from sweeps.exploring.compare import compare
-from sweeps.presenting.comparison import comparison_text
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore import compare as comparing
+from sweeps.decide.explore import export
+from sweeps.decide.explore.compare import compare
+from sweeps.view.texts.comparison import comparison_text
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import DESIGN_TABLE, TO_JOIN, asking
@@ -221,7 +221,7 @@ def test_texts_of_an_excel_file_are_not_computed_and_more_rows_than_it_has_refus
 ) -> None:
     from openpyxl import load_workbook
 
-    from sweeps.exploring import excel
+    from sweeps.decide.explore import excel
 
     data = archive.assign_attrs(title='=HYPERLINK("http://localhost")')
     sweeps.export(data, tmp_path / "results.xlsx")

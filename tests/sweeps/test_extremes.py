@@ -14,8 +14,8 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.quantities.graph import NODES, QUANTITIES
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
+from sweeps.base.errors import SceneError
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 
 pytestmark = pytest.mark.compiled

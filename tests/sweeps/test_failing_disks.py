@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 import sweeps
-from sweeps.archive import durable, partial
-from sweeps.archive.partial import Partial
-from sweeps.reading import netcdf_files
-from sweeps.reading.netcdf_lock import netcdf_library
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
+from sweeps.base.netcdf import netcdf_files
+from sweeps.base.netcdf.netcdf_lock import netcdf_library
+from sweeps.running.archive import durable, partial
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.options import Options
 from tests.support.archives import interrupted, plan_of
 from tests.support.commands import invoke
 

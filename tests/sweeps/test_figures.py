@@ -12,17 +12,17 @@ from numpy.testing import assert_allclose, assert_array_equal
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
-from sweeps.archive import labels as dataset
-from sweeps.errors import SceneError
-from sweeps.figures import arrangement, draw, kinds
-from sweeps.figures.curves import curve_figure
-from sweeps.figures.kinds import figures_of
-from sweeps.figures.scales import crank_axis
-from sweeps.figures.sheet import finish, new_sheet
-from sweeps.figures.study import study_of
-from sweeps.figures.traces import draw_curves
-from sweeps.figures.views import pick
-from sweeps.figures.wording import axis_label, number_text, unit_text, value_text, wrap
+from sweeps.base.errors import SceneError
+from sweeps.running.archive import labels as dataset
+from sweeps.view.figures import arrangement, draw, kinds
+from sweeps.view.figures.curves import curve_figure
+from sweeps.view.figures.kinds import figures_of
+from sweeps.view.figures.scales import crank_axis
+from sweeps.view.figures.sheet import finish, new_sheet
+from sweeps.view.figures.study import study_of
+from sweeps.view.figures.traces import draw_curves
+from sweeps.view.figures.views import pick
+from sweeps.view.figures.wording import axis_label, number_text, unit_text, value_text, wrap
 from tests.support.figures import assert_inside, plain, plates, style, texts, variable, words
 from tests.sweeps.processes import python
 
@@ -687,10 +687,10 @@ def test_pyplot_is_never_imported_and_matplotlib_only_to_draw(tmp_path) -> None:
     code = f"""
 import sys
 import xarray as xr
-import sweeps.figures.files
+import sweeps.view.figures.files
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 data = xr.Dataset({{"delta": ("inertia", [1.0, 2.0])}}, coords={{"inertia": [1.0, 3.0]}})
-assert sweeps.figures.draw(data, {str(tmp_path)!r})
+assert sweeps.view.figures.draw(data, {str(tmp_path)!r})
 assert "matplotlib.figure" in sys.modules
 assert "matplotlib.pyplot" not in sys.modules
 """

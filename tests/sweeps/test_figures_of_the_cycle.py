@@ -9,18 +9,18 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
-from sweeps.figures.bearing_loads import (
+from sweeps.view.figures.bearing_loads import (
     bearing_load_names,
     bearing_loads,
     bearing_pressure_names,
     bearing_pressures,
 )
-from sweeps.figures.friction import COMPONENTS, friction_components, friction_names
-from sweeps.figures.load_curves import load_curve_names, load_curves
-from sweeps.figures.polar import polar_names
-from sweeps.figures.study import Study, study_of
-from sweeps.figures.turning_moment import turning, turning_moment, turning_names
-from sweeps.figures.views import View
+from sweeps.view.figures.friction import COMPONENTS, friction_components, friction_names
+from sweeps.view.figures.load_curves import load_curve_names, load_curves
+from sweeps.view.figures.polar import polar_names
+from sweeps.view.figures.study import Study, study_of
+from sweeps.view.figures.turning_moment import turning, turning_moment, turning_names
+from sweeps.view.figures.views import View
 from tests.support.figures import assert_inside, plain, plates, style, variable, words
 
 ANGLES = np.arange(-360.0, 360.0, 1.0)

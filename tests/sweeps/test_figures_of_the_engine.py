@@ -13,13 +13,18 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.figures.crank_train import directions, mechanism
-from sweeps.figures.drawing import figure
-from sweeps.figures.options import options_of
-from sweeps.figures.shaft_modes import crossings, free_places, joined_neighbours, zero_crossings
-from sweeps.figures.shaft_response import sum_of_orders
-from sweeps.figures.study import study_of
+from sweeps.base.errors import SceneError
+from sweeps.view.figures.crank_train import directions, mechanism
+from sweeps.view.figures.drawing import figure
+from sweeps.view.figures.options import options_of
+from sweeps.view.figures.shaft_modes import (
+    crossings,
+    free_places,
+    joined_neighbours,
+    zero_crossings,
+)
+from sweeps.view.figures.shaft_response import sum_of_orders
+from sweeps.view.figures.study import study_of
 from tests.support.figures import assert_inside, plates, variable, words
 
 FOUR = {

@@ -12,14 +12,14 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn import status
-from sweeps.errors import SceneError
-from sweeps.exploring.beside import beside
-from sweeps.figures import pareto
-from sweeps.figures.drawing import figure, figures, kinds_of
-from sweeps.figures.kinds import KINDS
-from sweeps.figures.options import Options, options_of
-from sweeps.figures.study import study_of
-from sweeps.presenting.readable_dataset import readable_dataset
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore.beside import beside
+from sweeps.view.figures import pareto
+from sweeps.view.figures.drawing import figure, figures, kinds_of
+from sweeps.view.figures.kinds import KINDS
+from sweeps.view.figures.options import Options, options_of
+from sweeps.view.figures.study import study_of
+from sweeps.view.texts.readable_dataset import readable_dataset
 from tests.support.archives import run
 from tests.support.commands import invoke, ok
 from tests.support.figures import variable, words

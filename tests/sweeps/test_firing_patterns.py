@@ -12,10 +12,10 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.dimensions import OF_ORDERS
-from sweeps.exploring.firing_patterns import _necklaces, _turned_once
-from sweeps.figures import draw
-from sweeps.presenting.firing_orders import orders_text
+from sweeps.base.dimensions import OF_ORDERS
+from sweeps.decide.explore.firing_patterns import _necklaces, _turned_once
+from sweeps.view.figures import draw
+from sweeps.view.texts.firing_orders import orders_text
 from tests.support import commands
 from tests.support.commands import ok, refused
 from tests.support.scenes import computed, refusal, refusal_of

@@ -11,11 +11,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.quantities.graph import ALL_QUANTITIES, QUANTITIES
-from sweeps.errors import SceneError
-from sweeps.exploring.export import export
-from sweeps.presenting.lists import quantity_lines
-from sweeps.presenting.published import text
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore.export import export
 from sweeps.scene.reading import read_scene
+from sweeps.view.texts.lists import quantity_lines
+from sweeps.view.texts.published import text
 
 pytestmark = pytest.mark.compiled
 

@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.figures import draw
+from sweeps.base.errors import SceneError
+from sweeps.view.figures import draw
 from tests.support.scenes import computed
 
 COMPONENTS = ("wall_thrust", "rod_force", "tangential_force", "radial_force")

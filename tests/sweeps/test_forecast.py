@@ -11,11 +11,11 @@ import pytest
 import sweeps
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import METHOD_NAMES
-from sweeps.planning import forecast
-from sweeps.planning.blocks import divided
-from sweeps.planning.forecast import diagram_count, seconds, seconds_of_computing, text, work_of
-from sweeps.planning.plan import Plan, make_plan
-from sweeps.planning.rates import SECONDS
+from sweeps.scene.plan import forecast
+from sweeps.scene.plan.blocks import divided
+from sweeps.scene.plan.forecast import diagram_count, seconds, seconds_of_computing, text, work_of
+from sweeps.scene.plan.plan import Plan, make_plan
+from sweeps.scene.plan.rates import SECONDS
 from sweeps.scene.reading import read_scene
 
 AXES = {"crank_ratio": [0.2, 0.25, 0.3], "inertia": [1.0, 2.0], "speed": [1000, 1100, 1200, 1300]}

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.reading.engine_files import load_engine
+from sweeps.scene.engine.engine_files import load_engine
 from tests.support.scenes import BEARINGS, VALVES, refusal_of
 
 pytestmark = pytest.mark.compiled

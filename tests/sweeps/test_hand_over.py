@@ -17,9 +17,9 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.exploring import fmu, universal_files
-from sweeps.reading.laboratory.recording import read_recording
+from sweeps.base.columns.recording import read_recording
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore import fmu, universal_files
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import computed, refusal
 

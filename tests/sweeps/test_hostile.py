@@ -25,17 +25,18 @@ import pytest
 import xarray as xr
 
 import sweeps
-import sweeps.accessor
-import sweeps.figures
-from sweeps.archive import netcdf, partial, provenance
-from sweeps.archive.partial import Partial
+import sweeps.view.accessor
+import sweeps.view.figures
+from sweeps.base.errors import SceneError
+from sweeps.base.files import regular_files
+from sweeps.base.netcdf import netcdf_files
 from sweeps.catalogue import ENGINES
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
-from sweeps.reading import netcdf_files, regular_files
-from sweeps.reading.design_files import read_designs
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
+from sweeps.running.archive import netcdf, partial, provenance
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.options import Options
+from sweeps.scene.design_files.design_files import read_designs
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import PLAIN, SMALL, interrupted_files, sound_archive
 from tests.support.commands import invoke, ok, refused
@@ -218,7 +219,7 @@ LIMITED = """
 import resource, sys
 import click.testing
 from sweeps.cli.main import main
-import sweeps.figures.files, sweeps.joining.merge, sweeps.running.into_archive
+import sweeps.view.figures.files, sweeps.running.join.merge, sweeps.running.compute.into_archive
 import netCDF4, pyarrow.parquet
 limit = 6 << 30
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -534,7 +535,7 @@ def test_texts_of_an_archive_stay_on_their_lines(
     archive.dyn.show()
     assert all(line.isprintable() for line in capsys.readouterr().out.splitlines())
     # matplotlib warns of letters that its font lacks, and would print them
-    sweeps.figures.figures(archive)
+    sweeps.view.figures.figures(archive)
 
 
 @pytest.mark.parametrize("style", ["/dev/zero", ".", "a" * 300, "big", "drawn"])
@@ -551,7 +552,7 @@ def test_styles_that_are_none(style: str, tmp_path: Path, monkeypatch: pytest.Mo
 def test_styles_run_no_tex(tmp_path: Path) -> None:
     path = tmp_path / "tex.mplstyle"
     path.write_text("text.usetex: True\nfont.size: 9\n")
-    assert sweeps.figures.options_of(style=path).style == {"font.size": 9.0}
+    assert sweeps.view.figures.options_of(style=path).style == {"font.size": 9.0}
 
 
 def test_styles_of_a_workbook_do_not_fill_the_memory(tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
-from sweeps.archive.contents import read_contents
-from sweeps.archive.netcdf import open_archive
-from sweeps.archive.partial import Partial
-from sweeps.planning.plan import make_plan
-from sweeps.running import limits
+from sweeps.running.archive.contents import read_contents
+from sweeps.running.archive.netcdf import open_archive
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import limits
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import (
     assert_same,
@@ -110,9 +110,9 @@ def test_archives_that_differ_in_one_axis(
     every: Any, axis: str, parts: Any, slab: float, chunk: int | None, tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("sweeps.reading.netcdf_files.SLAB", slab)
+    monkeypatch.setattr("sweeps.base.netcdf.netcdf_files.SLAB", slab)
     if chunk:
-        monkeypatch.setattr("sweeps.archive.netcdf.CHUNK", chunk)
+        monkeypatch.setattr("sweeps.running.archive.netcdf.CHUNK", chunk)
     scene = {"engine": "ntua", "output": {"quantities": ["delta", "imep", "load_torque"]}}
     for number, part in enumerate(parts):
         run({**scene, "axes": {**every, axis: every[axis][part]}}, tmp_path / f"{number}.nc")
@@ -272,7 +272,7 @@ def test_an_interrupted_extension_leaves_the_archive(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.joining.copying._copy", stop)
+        patch.setattr("sweeps.running.join.copying._copy", stop)
         result = invoke("extend", path, "--axis", "speed=1300")
     assert result.exit_code == 1
     assert f"engine-dyn: interrupted; {path} is unchanged, finished blocks are" in result.stderr
@@ -369,7 +369,7 @@ def test_an_extension_killed_at_its_last_moments(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.joining.copying._copy", stop)
+        patch.setattr("sweeps.running.join.copying._copy", stop)
         assert "to continue" in invoke("extend", path, "--axis", EXTENSION).stderr
     remove = Partial.remove
 

@@ -12,13 +12,13 @@ import pyuff
 import xarray as xr
 
 import sweeps
-import sweeps.accessor
-from sweeps.archive.netcdf import write
+import sweeps.view.accessor
+from sweeps.base.errors import SceneError
 from sweeps.cli.main import main
-from sweeps.errors import SceneError
-from sweeps.exploring.rows import rows
-from sweeps.exploring.torsion import QUANTITIES, excitation
-from sweeps.figures.study import study_of
+from sweeps.decide.explore.rows import rows
+from sweeps.decide.explore.torsion import QUANTITIES, excitation
+from sweeps.running.archive.netcdf import write
+from sweeps.view.figures.study import study_of
 from tests.support.commands import ok, refused
 
 pytestmark = pytest.mark.compiled
@@ -163,7 +163,7 @@ def test_axes_of_words_are_no_numbers_of_conditions(archive: xr.Dataset) -> None
 
 
 def test_labels_of_two_archives_meet_by_what_is_written(archive: xr.Dataset) -> None:
-    from sweeps.exploring.compare import compare
+    from sweeps.decide.explore.compare import compare
 
     turned = archive.isel(firing_pattern=[1, 2], design=slice(None, None, -1))
     found = compare(archive, turned)

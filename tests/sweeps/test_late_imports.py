@@ -66,7 +66,7 @@ def modules_after(*words: str) -> set[str]:
 @pytest.mark.parametrize("command", ["list", "plan first", "info first", "schema"])
 def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
     modules = modules_after(*command.split())
-    assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.archive.labels"}
+    assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.running.archive.labels"}
     assert not modules & {"scipy", "engine_dyn.speed.dispatch", *COMPILER}
 
 
@@ -149,7 +149,7 @@ FORK = """
 import os, signal, sys
 from pathlib import Path
 from engine_dyn.pressure import memory
-from sweeps.reading import netcdf_child
+from sweeps.base.netcdf import netcdf_child
 
 class Family:
     pass

@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
+from sweeps.base.errors import SceneError
 from sweeps.catalogue import ENGINES
-from sweeps.errors import SceneError
 
 SPEED = 1200.0
 

@@ -13,19 +13,19 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.archive.netcdf import write
+from sweeps.base.columns.recording import read_recording
+from sweeps.base.errors import SceneError, did_you_mean
+from sweeps.base.files.numbers_with_units import number_with_unit
 from sweeps.cli.arguments import axis_slices
 from sweeps.cli.main import main
-from sweeps.errors import SceneError, did_you_mean
-from sweeps.figures import options_of
-from sweeps.figures.study import study_of
-from sweeps.optimising.space import read_space
-from sweeps.presenting.readable_units import factor
-from sweeps.reading.laboratory.recording import read_recording
-from sweeps.reading.numbers_with_units import number_with_unit
+from sweeps.decide.optimise.space import read_space
+from sweeps.running.archive.netcdf import write
 from sweeps.scene.conditions import constraint
 from sweeps.scene.confidential import without_pressures
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures import options_of
+from sweeps.view.figures.study import study_of
+from sweeps.view.texts.readable_units import factor
 from tests.support.commands import invoke
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no alarms")

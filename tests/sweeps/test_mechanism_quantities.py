@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn.forces import harmonics
 from engine_dyn.geometry import kinematic_series, slider_crank
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
+from sweeps.base.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import computed, refusal
 

@@ -27,7 +27,7 @@ PROGRAM = r"""
 import json, re, sys
 from pathlib import Path
 import numpy as np
-import sweeps, sweeps.archive.netcdf, sweeps.presenting.archives
+import sweeps, sweeps.running.archive.netcdf, sweeps.view.texts.archives
 from engine_dyn.speed import dispatch as sweep
 
 def solve(*, wanted, family, method, inertia_model, closure, tolerance, cylinders, crank_angle,
@@ -44,15 +44,15 @@ def peak():
 
 def run(scene):
     dataset = sweeps.run(scene)
-    sweeps.archive.netcdf.write(dataset, "out.nc", overwrite=True)
-    sweeps.presenting.archives.outcome_counts(dataset)
+    sweeps.running.archive.netcdf.write(dataset, "out.nc", overwrite=True)
+    sweeps.view.texts.archives.outcome_counts(dataset)
     return sum(variable.nbytes for variable in dataset.variables.values())
 
 def stream(scene):
-    from sweeps.planning.plan import make_plan
+    from sweeps.scene.plan.plan import make_plan
     from sweeps.scene.reading import read_scene
-    from sweeps.running.into_archive import run
-    from sweeps.running.options import Options
+    from sweeps.running.compute.into_archive import run
+    from sweeps.running.compute.options import Options
     run(make_plan(read_scene(scene)), Path("out.nc"), Options(overwrite=True, memory=100e6))
     return Path("out.nc").stat().st_size
 

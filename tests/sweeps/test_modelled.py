@@ -15,11 +15,11 @@ from engine_dyn.pressure.compressor import CompressorCycle
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
-from sweeps.errors import SceneError
-from sweeps.planning import forecast
-from sweeps.planning.plan import make_plan
-from sweeps.reading.engine_files import load_engine
+from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.pressure import MOST_DIAGRAMS
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan import forecast
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.cycles import PORTS, SPARK, WALL
 from tests.support.scenes import refusal_of

@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 
 import sweeps
-from sweeps.archive.netcdf import write
+from sweeps.base.errors import SceneError
 from sweeps.cli.main import main
-from sweeps.errors import SceneError
-from sweeps.exploring.excel import not_computed
+from sweeps.decide.explore.excel import not_computed
+from sweeps.running.archive.netcdf import write
 from tests.support.commands import invoke, ok
 
 pytestmark = pytest.mark.compiled

@@ -9,12 +9,12 @@ import pytest
 import xarray as xr
 
 from engine_dyn.quantities.graph import QUANTITIES
-from sweeps.errors import SceneError
-from sweeps.planning import blocks
-from sweeps.planning.leaves import points_of
-from sweeps.planning.plan import make_plan
-from sweeps.planning.shards import shard
-from sweeps.running.in_memory import compute, run
+from sweeps.base.errors import SceneError
+from sweeps.running.compute.in_memory import compute, run
+from sweeps.scene.plan import blocks
+from sweeps.scene.plan.leaves import points_of
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 
 PATTERNS = ["1", "110", "11010", "1111110", "deviation 0.05, 2 cycles, seed 3"]

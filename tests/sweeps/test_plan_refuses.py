@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 import sweeps
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from tests.support.commands import refused
 from tests.support.mistakes import MISTAKES, Mistake
 from tests.support.scenes import toml

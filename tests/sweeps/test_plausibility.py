@@ -12,10 +12,10 @@ import pytest
 import engine_dyn
 import sweeps
 from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, NAMES, RESULT_CHECKS
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
-from sweeps.planning.plausibility import plausibility_warnings
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.commands import invoke
 from tests.support.mistakes import MISTAKES, Mistake

@@ -8,8 +8,8 @@ import netCDF4
 import pytest
 
 import sweeps
-from sweeps.archive.contents import plan_of, read_contents
 from sweeps.cli.running import _without_folders
+from sweeps.running.archive.contents import plan_of, read_contents
 from tests.support.commands import ok
 from tests.support.engine_files import ENGINES
 

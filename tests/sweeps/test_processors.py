@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_info
 
-from sweeps.one_thread import linear_algebra_on_one_thread
+from sweeps.base.one_thread import linear_algebra_on_one_thread
 
 SHARES = [f"friction_{part}" for part in ("boundary", "mixed", "hydrodynamic", "skirt")]
 

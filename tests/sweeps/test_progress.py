@@ -11,8 +11,8 @@ import time
 import pytest
 
 import sweeps
-from sweeps.running import progress, reduced
-from sweeps.running.progress import progress_bar
+from sweeps.running.compute import progress, reduced
+from sweeps.running.compute.progress import progress_bar
 
 HANG = 30
 """Seconds."""

@@ -44,7 +44,7 @@ def test_import_loads_nothing_heavy() -> None:
     heavy = {"numpy", "xarray", "pandas", "numba", "pydantic", "matplotlib", "netCDF4"}
     code = (
         "import sweeps, sys; dir(sweeps); print(*sys.modules)\n"
-        "print(sweeps.figures.figure.__name__)"
+        "print(sweeps.view.figures.figure.__name__)"
     )
     done = python(code, check=True)
     modules, figure = done.stdout.splitlines()  # figures are there without another import

@@ -8,11 +8,11 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
+from sweeps.base.errors import SceneError
+from sweeps.base.files.numbers_with_units import number_with_unit
+from sweeps.base.ratios import number_or_ratio, ratio_text
 from sweeps.cli.arguments import axis_slice, new_points
-from sweeps.errors import SceneError
-from sweeps.exploring.slices import nearest
-from sweeps.ratios import number_or_ratio, ratio_text
-from sweeps.reading.numbers_with_units import number_with_unit
+from sweeps.decide.explore.slices import nearest
 from sweeps.scene.conditions import constraint
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal

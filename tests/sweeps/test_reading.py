@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import sweeps
-from sweeps.archive.netcdf import open_archive
-from sweeps.errors import SceneError
-from sweeps.exploring import opening
-from sweeps.fronts import front_of
-from sweeps.reducing import ranges
-from sweeps.reducing.kept_front import Front
+from sweeps.base.errors import SceneError
+from sweeps.base.fronts import front_of
+from sweeps.decide.explore import opening
+from sweeps.running.archive.netcdf import open_archive
+from sweeps.running.reduce import ranges
+from sweeps.running.reduce.kept_front import Front
 from sweeps.scene.conditions import constraint
 from tests.support.archives import run, shards
 from tests.support.commands import ok

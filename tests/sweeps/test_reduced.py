@@ -11,12 +11,12 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.dimensions import REDUCTION
-from sweeps.errors import SceneError
-from sweeps.planning.plan import make_plan
-from sweeps.reducing.reduction import STATE
-from sweeps.running import cluster, limits, reduced
+from sweeps.base.dimensions import REDUCTION
+from sweeps.base.errors import SceneError
+from sweeps.running.compute import cluster, limits, reduced
+from sweeps.running.reduce.reduction import STATE
 from sweeps.scene import sample
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Drawing, read_sample
 from tests.support.archives import stop_after
@@ -278,7 +278,7 @@ def test_a_condition_that_nothing_fulfils(tmp_path: Path) -> None:
 
 
 def test_a_damaged_state_is_told(archive: Path) -> None:
-    from sweeps.reducing.reduction import state_in
+    from sweeps.running.reduce.reduction import state_in
 
     found = loaded(archive)
     found[STATE].values[100:200] += 1

@@ -14,18 +14,18 @@ from SALib.test_functions import Ishigami
 import sweeps
 from engine_dyn.status import WITH_NUMBERS
 from engine_dyn.types import Floats
-from sweeps.dimensions import STATE
-from sweeps.exploring.compare import compare
-from sweeps.figures.drawing import figures
-from sweeps.planning.blocks import lengths_within
-from sweeps.planning.plan import Plan, make_plan
-from sweeps.planning.shards import shard
-from sweeps.reducing.indices import Indices
-from sweeps.reducing.statistics import MOST_BINS, Statistics
-from sweeps.running.reduced import Units
+from sweeps.base.dimensions import STATE
+from sweeps.decide.explore.compare import compare
+from sweeps.running.compute.reduced import Units
+from sweeps.running.reduce.indices import Indices
+from sweeps.running.reduce.statistics import MOST_BINS, Statistics
 from sweeps.scene.distributions import Uniform
+from sweeps.scene.plan.blocks import lengths_within
+from sweeps.scene.plan.plan import Plan, make_plan
+from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Sample, drawn
+from sweeps.view.figures.drawing import figures
 from tests.support.archives import run
 from tests.support.commands import ok, refused
 from tests.support.scenes import asking, computed, refusal_of
@@ -151,7 +151,7 @@ def test_the_same_bits_whatever_the_portions_units_and_shards(
     monkeypatch.setattr("sweeps.scene.sample.PORTION", 320)
     portions = plan_of(**BESIDE)
     assert len(portions.portions) == 4
-    monkeypatch.setattr("sweeps.running.reduced.MOST_UNITS", 7)
+    monkeypatch.setattr("sweeps.running.compute.reduced.MOST_UNITS", 7)
     for parts in (states(plan, 3e4), [s for one in shards for s in states(one, 3e4)],
                   states(portions, 1e9), states(portions, 3e4)):  # fmt: skip
         assert len(parts) > 3

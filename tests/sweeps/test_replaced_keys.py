@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-from sweeps.planning.plan import make_plan
-from sweeps.reading.exclusive_keys import replaced_by
+from sweeps.scene.engine.exclusive_keys import replaced_by
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, SPLIT_PINS, VALUES, written
 from tests.support.scenes import asking, computed, refusal, toml

@@ -14,11 +14,11 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.presenting.report.embedding import embedded
-from sweeps.presenting.report.model_limits import model_limits
-from sweeps.presenting.report.page import page
-from sweeps.presenting.tables import number_text
+from sweeps.base.errors import SceneError
+from sweeps.view.report.embedding import embedded
+from sweeps.view.report.model_limits import model_limits
+from sweeps.view.report.page import page
+from sweeps.view.texts.tables import number_text
 from tests.support.commands import ok, refused
 from tests.support.reports import SCENE, any_archive, hostile, large
 

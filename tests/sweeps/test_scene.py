@@ -18,8 +18,8 @@ from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS, STROKE_
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.speed.methods import METHOD_NAMES
-from sweeps.checks import outside
-from sweeps.errors import SceneError
+from sweeps.base.checks import outside
+from sweeps.base.errors import SceneError
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.commands import ok

@@ -12,9 +12,9 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.joining.extend import extend
-from sweeps.planning.forecast import text
-from sweeps.running.options import Options
+from sweeps.running.compute.options import Options
+from sweeps.running.join.extend import extend
+from sweeps.scene.plan.forecast import text
 from tests.support.shafts import complete_shaft
 
 

@@ -15,13 +15,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from engine_dyn.units import RPM
+from sweeps.base.errors import SceneError
 from sweeps.catalogue import SHAFTS
-from sweeps.errors import SceneError
-from sweeps.exploring.shaft_extremes import barred_speeds, worst_of_shaft
-from sweeps.planning.plausibility import plausibility_warnings
-from sweeps.presenting.engines import engine_text
-from sweeps.presenting.report.shaft_results import shaft_results
-from sweeps.presenting.scenes import scene_text
+from sweeps.decide.explore.shaft_extremes import barred_speeds, worst_of_shaft
+from sweeps.scene.plan.plausibility import plausibility_warnings
+from sweeps.view.report.shaft_results import shaft_results
+from sweeps.view.texts.engines import engine_text
+from sweeps.view.texts.scenes import scene_text
 from tests.support.scenes import refusal, write_scene
 from tests.support.shafts import DIESEL, complete_shaft, dense
 

@@ -10,12 +10,12 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.exploring.rows import Rows, rows
-from sweeps.presenting.nearest_values import nearest_notes
-from sweeps.presenting.readable_units import factor
-from sweeps.presenting.tables import number_cells, number_text, rows_text
-from sweeps.reducing import ranges as reading
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore.rows import Rows, rows
+from sweeps.running.reduce import ranges as reading
+from sweeps.view.texts.nearest_values import nearest_notes
+from sweeps.view.texts.readable_units import factor
+from sweeps.view.texts.tables import number_cells, number_text, rows_text
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
 

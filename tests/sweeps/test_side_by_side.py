@@ -10,13 +10,13 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
+from sweeps.base.errors import SceneError
 from sweeps.catalogue import ENGINES
-from sweeps.errors import SceneError
-from sweeps.planning.forecast import text
-from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.options import Options
 from sweeps.scene import engine_choices
+from sweeps.scene.plan.forecast import text
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, assert_same_in_parts, interrupted
 from tests.support.commands import ok, refused

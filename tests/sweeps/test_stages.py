@@ -9,8 +9,8 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
-from sweeps.planning.forecast import DIRECT, text
-from sweeps.planning.plan import Plan, make_plan
+from sweeps.scene.plan.forecast import DIRECT, text
+from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.scenes import asking
 from tests.support.shafts import complete_shaft
@@ -157,8 +157,8 @@ PROGRAM = """
 import json, sys, threading
 from pathlib import Path
 import engine_dyn
-from sweeps.planning.plan import make_plan
-from sweeps.running.in_memory import compute
+from sweeps.scene.plan.plan import make_plan
+from sweeps.running.compute.in_memory import compute
 from sweeps.scene.reading import read_scene
 
 scene, table, designs = json.loads(sys.argv[1])

@@ -14,9 +14,9 @@ import pytest
 import sweeps
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
 from engine_dyn.pressure.file_fields import MEANINGS
-from sweeps.errors import SceneError
-from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.reading.modelled_diagrams import KINDS
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.engine.modelled_diagrams import KINDS
 from sweeps.scene.engine_schema import engine_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.commands import invoke, ok, refused

@@ -22,11 +22,11 @@ from numpy.testing import assert_array_equal
 
 import sweeps
 from engine_dyn.compilation import COMPILING
-from sweeps.archive import netcdf, partial
-from sweeps.archive.partial import Partial
-from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options
+from sweeps.running.archive import netcdf, partial
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.options import Options
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, plan_of, stop_after, watch_blocks
 from tests.support.commands import invoke, ok, refused
@@ -41,8 +41,8 @@ SMALL = 4e4
 
 PROGRAM = """
 import sys
-import sweeps.running.limits
-sweeps.running.limits.LARGEST_BLOCK = 4e5
+import sweeps.running.compute.limits
+sweeps.running.compute.limits.LARGEST_BLOCK = 4e5
 from sweeps.cli.main import main
 main()
 """
@@ -430,9 +430,9 @@ def test_a_full_disk_loses_nothing(
 
 LIMITED = """
 import resource, sys
-import sweeps.running.limits
+import sweeps.running.compute.limits
 from sweeps.cli.main import main
-sweeps.running.limits.LARGEST_BLOCK = 4e5
+sweeps.running.compute.limits.LARGEST_BLOCK = 4e5
 sweeps.run(sys.argv[3])  # loads the kernels, which need files of their own
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)
 main()
@@ -484,7 +484,7 @@ def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
 SLOW = """
 import signal
 import time
-from sweeps.archive.partial import Partial
+from sweeps.running.archive.partial import Partial
 signal.signal(signal.SIGINT, signal.default_int_handler)
 write = Partial.write
 def wait_and_write(*arguments):

@@ -14,8 +14,8 @@ import sweeps
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.system import shaft_system
 from engine_dyn.units import RPM
-from sweeps.errors import SceneError
-from sweeps.exploring.torsion import QUANTITIES, excitation
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore.torsion import QUANTITIES, excitation
 from tests.support.shafts import DIESEL
 from tests.sweeps.processes import ROOT
 

@@ -1,4 +1,4 @@
 """Whether the parts of a scene fit each other and its engine; one subject a file.
 
-`sweeps.checks` looks at single values and tables by themselves, this package at whole scenes.
+`sweeps.base.checks` looks at single values and tables by themselves, this package at whole scenes.
 """

@@ -11,9 +11,9 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import with_values
-from sweeps.checks import mentioned
-from sweeps.dimensions import ELASTICITY, FIRING_PATTERN
-from sweeps.errors import SceneError
+from sweeps.base.checks import mentioned
+from sweeps.base.dimensions import ELASTICITY, FIRING_PATTERN
+from sweeps.base.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues

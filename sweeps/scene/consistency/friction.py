@@ -9,7 +9,7 @@ import numpy as np
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.quantities.friction_components import NODES
 from engine_dyn.quantities.parameters import STROKE_SHARES
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from sweeps.scene.friction_law import BY_COMPONENT, friction_law
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues

@@ -11,8 +11,8 @@ from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.graph import UNLESS_GIVEN
 from engine_dyn.speed.methods import METHODS
 from engine_dyn.units import RPM
-from sweeps.checks import mentioned
-from sweeps.errors import SceneError
+from sweeps.base.checks import mentioned
+from sweeps.base.errors import SceneError
 from sweeps.scene.model import Scene
 
 __all__ = ["check_driven"]

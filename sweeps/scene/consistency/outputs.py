@@ -23,11 +23,11 @@ from engine_dyn.quantities.graph import (
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.speed import AT_START
-from sweeps.dimensions import ELASTICITY
-from sweeps.errors import SceneError, not_known, shown
-from sweeps.reading.block_tables import MOUNTS
-from sweeps.reading.engine_files import GEOMETRIC, RATIO
+from sweeps.base.dimensions import ELASTICITY
+from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
+from sweeps.scene.engine.block_tables import MOUNTS
+from sweeps.scene.engine.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 

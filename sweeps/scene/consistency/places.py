@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from sweeps.errors import SceneError
-from sweeps.reading.exclusive_keys import exclusive_pair
+from sweeps.base.errors import SceneError
+from sweeps.scene.engine.exclusive_keys import exclusive_pair
 from sweeps.scene.values import GivenValues
 
 __all__ = ["check_places"]

@@ -10,9 +10,9 @@ from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.motored import motored
 from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from sweeps.checks import mentioned
-from sweeps.dimensions import FIRING_PATTERN
-from sweeps.errors import SceneError
+from sweeps.base.checks import mentioned
+from sweeps.base.dimensions import FIRING_PATTERN
+from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 

@@ -10,8 +10,8 @@ from engine_dyn.flywheel import mean_diameter
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
-from sweeps.checks import mentioned
-from sweeps.errors import SceneError
+from sweeps.base.checks import mentioned
+from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues

@@ -11,7 +11,7 @@ from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.units import RPM
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from sweeps.scene.friction_law import BY_COMPONENT, friction_law
 from sweeps.scene.model import Scene
 

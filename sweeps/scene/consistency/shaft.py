@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.torsion.shaft import Shaft
-from sweeps.errors import SceneError, counted
-from sweeps.reading.engine_files import INERTIA_KEYS, SHAFT_KEYS
+from sweeps.base.errors import SceneError, counted
 from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.engine.engine_files import INERTIA_KEYS, SHAFT_KEYS
 from sweeps.scene.model import Scene
 
 __all__ = ["check_shaft"]

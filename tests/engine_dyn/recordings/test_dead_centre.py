@@ -21,7 +21,7 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.units import BAR
-from sweeps.reading.engine_files import catalogue, load_engine
+from sweeps.scene.engine.engine_files import catalogue, load_engine
 from tests.support import recorded_engine as engine
 
 DEGREE = engine.DEGREE

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sweeps.errors import SceneError
-from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recording import read_recording
-from sweeps.reading.laboratory.units import pressure_unit
-from sweeps.reading.pressure_recordings import read_pressure
+from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.recording import read_recording
+from sweeps.base.columns.units import pressure_unit
+from sweeps.base.errors import SceneError
+from sweeps.lab.pressure.reading import read_pressure
 from tests.support.laboratory import rows, samples, universal
 
 ANGLE, PRESSURE = samples(-360.0)
@@ -325,7 +325,7 @@ def test_recordings_that_take_too_much(
     style: str, limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The libraries of these formats run in a process with limits of time and memory."""
-    from sweeps.reading.laboratory import recordings_apart
+    from sweeps.base.columns import recordings_apart
     from tests.support.laboratory import STYLES
 
     write, name, options = STYLES[style]
@@ -338,7 +338,7 @@ def test_recordings_that_take_too_much(
 
 
 def test_a_reader_that_ends_its_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from sweeps.reading.laboratory import recordings_apart
+    from sweeps.base.columns import recordings_apart
 
     (tmp_path / "run.mat").write_bytes(bytes(1000))
     monkeypatch.setattr(recordings_apart, "CHILD", "sweeps.no_such_module")

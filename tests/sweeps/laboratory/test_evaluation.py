@@ -13,12 +13,12 @@ import sweeps
 from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
-from sweeps.figures import draw
-from sweeps.figures.kinds import figures_of
-from sweeps.figures.study import study_of
-from sweeps.reading.engine_files import load_engine
-from sweeps.reading.laboratory.evaluation import evaluated
-from sweeps.reading.pressure_recordings import read_pressure
+from sweeps.lab.pressure.evaluation import evaluated
+from sweeps.lab.pressure.reading import read_pressure
+from sweeps.scene.engine.engine_files import load_engine
+from sweeps.view.figures import draw
+from sweeps.view.figures.kinds import figures_of
+from sweeps.view.figures.study import study_of
 from tests.support import recorded_engine as engine
 from tests.support.laboratory import avl, four_cylinders, imep, own, rows, samples
 

@@ -12,10 +12,10 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.quantities import graph
-from sweeps.errors import SceneError
-from sweeps.presenting.archives import recorded_cycle_lines
-from sweeps.reading.laboratory.imported_pressure import HEADER
+from sweeps.base.errors import SceneError
+from sweeps.lab.pressure.imported_pressure import HEADER
 from sweeps.scene.confidential import TELLING
+from sweeps.view.texts.archives import recorded_cycle_lines
 from tests.support.commands import invoke, ok, refused
 from tests.support.laboratory import (
     avl,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.reading.laboratory.imported_pressure import ImportedPressure
-from sweeps.reading.pressure_recordings import read_pressure
+from sweeps.lab.pressure.imported_pressure import ImportedPressure
+from sweeps.lab.pressure.reading import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, imep, rows
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.reading.laboratory import text_tables
-from sweeps.reading.laboratory.evaluation import evaluated
-from sweeps.reading.laboratory.reading_choices import ReadingChoices
-from sweeps.reading.laboratory.recording import SUFFIXES
-from sweeps.reading.pressure_recordings import read_pressure
+from sweeps.base.columns import text_tables
+from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.recording import SUFFIXES
+from sweeps.lab.pressure.evaluation import evaluated
+from sweeps.lab.pressure.reading import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, STYLES, four_cylinders, imep, rows, samples
 

@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.geometry import slider_crank
-from sweeps.reading.engine_files import load_engine
-from sweeps.reading.pressure_recordings import read_pressure
+from sweeps.lab.pressure.reading import read_pressure
+from sweeps.scene.engine.engine_files import load_engine
 from tests.support.scenes import refusal_of, write_scene
 
 NAMES = "volume_cm3,pressure_bar\n"

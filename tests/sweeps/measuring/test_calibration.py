@@ -12,11 +12,11 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.geometry.slider_crank import position
-from sweeps.errors import SceneError
-from sweeps.measuring import cycle_fits
-from sweeps.measuring.usual_engines import KINDS
-from sweeps.reading.engine_files import catalogue, load_engine
-from sweeps.reading.unit_registry import unit_registry
+from sweeps.base.errors import SceneError
+from sweeps.base.files.unit_registry import unit_registry
+from sweeps.lab.speed import cycle_fits
+from sweeps.lab.speed.usual_engines import KINDS
+from sweeps.scene.engine.engine_files import catalogue, load_engine
 from tests.support.commands import invoke, ok, refused
 from tests.support.scenes import computed, refusal_of
 

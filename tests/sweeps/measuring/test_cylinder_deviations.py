@@ -11,8 +11,8 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.figures import draw
+from sweeps.base.errors import SceneError
+from sweeps.view.figures import draw
 from tests.support import recorded_engine
 from tests.support.commands import ok, refused
 from tests.support.known_cycles import KnownEngine, speed_of, tooth_times
@@ -466,7 +466,7 @@ def test_too_many_steps_and_evenly_firing_cylinders_without_the_gap_are_refused(
         del scene["measured"]["gap_angle"]
         with pytest.raises(SceneError, match=r"gap_angle: missing.*repeats every 180 degrees"):
             sweeps.follow_cycles(scene)
-    monkeypatch.setattr("sweeps.measuring.recorded_train.MOST_SAMPLES", 2 * 720 * IN_A_ROW - 1)
+    monkeypatch.setattr("sweeps.lab.speed.recorded_train.MOST_SAMPLES", 2 * 720 * IN_A_ROW - 1)
     with pytest.raises(SceneError, match=r"angle_step = 1: 8 cycles of 720 steps; must be at most"):
         sweeps.follow_cycles(recorded.scene())
 

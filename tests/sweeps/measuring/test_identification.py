@@ -9,13 +9,13 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.figures import draw
-from sweeps.measuring.computed_speeds import SpeedsOfRecordings
-from sweeps.measuring.fitted_recordings import FittedRecordings, Seen
-from sweeps.measuring.identification import Varied
-from sweeps.presenting.fits import fit_text
+from sweeps.base.errors import SceneError
+from sweeps.lab.speed.computed_speeds import SpeedsOfRecordings
+from sweeps.lab.speed.fitted_recordings import FittedRecordings, Seen
+from sweeps.lab.speed.identification import Varied
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures import draw
+from sweeps.view.texts.fits import fit_text
 from tests.support.commands import ok, refused
 from tests.support.recorded_speeds import LOADS, WHEEL, Recorded, write_speeds, write_teeth
 from tests.support.teeth import random_errors

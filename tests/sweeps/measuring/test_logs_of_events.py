@@ -14,12 +14,12 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
-from sweeps.errors import SceneError
-from sweeps.figures import draw
-from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
-from sweeps.measuring.measured_files import records_of
-from sweeps.presenting.measured import measured_text
+from sweeps.base.errors import SceneError
+from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
+from sweeps.lab.speed.measured_files import records_of
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures import draw
+from sweeps.view.texts.measured import measured_text
 from tests.support.scenes import refusal_of
 from tests.support.teeth import TurningEngine, pulses, tooth_times
 

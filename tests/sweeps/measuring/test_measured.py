@@ -10,11 +10,11 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
-from sweeps.errors import SceneError
-from sweeps.figures import draw
-from sweeps.measuring.cycles_in_a_row import cycles_in_a_row
-from sweeps.measuring.measured_files import records_of
+from sweeps.base.errors import SceneError
+from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
+from sweeps.lab.speed.measured_files import records_of
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures import draw
 from tests.support.commands import ok, refused
 from tests.support.scenes import refusal_of, write_scene
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times

@@ -10,7 +10,7 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.recordings.wheel import wheel_from_text
-from sweeps.measuring.measured_doubts import repeats_every_turn
+from sweeps.lab.speed.measured_doubts import repeats_every_turn
 from tests.support.commands import ok
 from tests.support.scenes import write_scene
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 import sweeps
-from sweeps.errors import SceneError
-from sweeps.optimising import evaluation, least_inertia
-from sweeps.optimising.space import read_space
+from sweeps.base.errors import SceneError
+from sweeps.decide.optimise import evaluation, least_inertia
+from sweeps.decide.optimise.space import read_space
 from tests.support.scenes import refusal_of
 
 BASE: dict[str, Any] = {

@@ -10,9 +10,9 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.figures.drawing import figure
-from sweeps.optimising.optimise import ATTRIBUTE_OF_SEARCH
-from sweeps.presenting.optimised import optimised_text
+from sweeps.decide.optimise.optimise import ATTRIBUTE_OF_SEARCH
+from sweeps.view.figures.drawing import figure
+from sweeps.view.texts.optimised import optimised_text
 from tests.support.commands import invoke, ok, refused
 
 pytestmark = pytest.mark.compiled
@@ -337,7 +337,7 @@ def test_commands_that_end_with_one(searched: tuple[Path, str], tmp_path: Path) 
 def test_an_interrupted_search_writes_nothing(
     searched: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sweeps.optimising import evaluation
+    from sweeps.decide.optimise import evaluation
 
     computed, compute = [0], evaluation.compute
 

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 import sweeps
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal
 

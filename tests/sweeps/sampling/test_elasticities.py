@@ -11,13 +11,13 @@ from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.types import Floats
-from sweeps.errors import SceneError
-from sweeps.figures.drawing import figure
-from sweeps.planning.elasticities import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
-from sweeps.planning.plan import make_plan
-from sweeps.running.elasticities import derivative
-from sweeps.running.uncertainty import shares
+from sweeps.base.errors import SceneError
+from sweeps.running.compute.elasticities import derivative
+from sweeps.running.compute.uncertainty import shares
+from sweeps.scene.plan.elasticities import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures.drawing import figure
 from tests.support.archives import assert_same_in_parts
 from tests.support.commands import ok, refused
 from tests.support.engine_files import ENGINES

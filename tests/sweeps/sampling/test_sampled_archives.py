@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.archive.netcdf import open_archive
-from sweeps.joining.extend import extend_sample
-from sweeps.joining.merge import merge
-from sweeps.planning.plan import make_plan
-from sweeps.running import into_archive, limits
-from sweeps.running.options import Options, Stopped
+from sweeps.running.archive.netcdf import open_archive
+from sweeps.running.compute import into_archive, limits
+from sweeps.running.compute.options import Options, Stopped
+from sweeps.running.join.extend import extend_sample
+from sweeps.running.join.merge import merge
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, run, shards, stop_after
 from tests.support.commands import invoke, ok, refused

@@ -11,7 +11,7 @@ from SALib.test_functions import Ishigami, Sobol_G
 import sweeps
 from engine_dyn.status import STALLED
 from engine_dyn.types import Floats
-from sweeps.errors import SceneError
+from sweeps.base.errors import SceneError
 from tests.support.scenes import computed
 
 KEYS = ("inertia", "rod_length", "bore", "stroke", "speed", "load", "piston_mass", "rod_mass")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.figures.drawing import figure
+from sweeps.view.figures.drawing import figure
 from tests.support.archives import run
 from tests.support.commands import ok, refused
 

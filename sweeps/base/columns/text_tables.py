@@ -1,0 +1,260 @@
+"""Recordings in text files: any separator, decimal mark, lines above the numbers, row of units.
+
+What stands above the numbers is looked at here; the numbers are read by pandas.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from itertools import product, takewhile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sweeps.base.columns.encodings import encoding_of
+from sweeps.base.columns.headers import RUN, is_number, names_and_units, start_of_numbers
+from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.recorded_columns import Column, Contents, check_size
+from sweeps.base.errors import SceneError, counted, one_line
+
+__all__ = ["LINES", "is_text", "read"]
+
+HEAD = 1 << 20
+"""Bytes at the start of a file that are looked at for its form: lines above the numbers."""
+
+LINES = 500
+"""Lines of the head that are looked at."""
+
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
+"""Bytes that texts do not have."""
+
+_MARK = re.compile(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)')
+"""Lines that loggers of engine controllers write where a key is pressed or a page begins."""
+
+_DOS_END = b"\x1a"
+"""What ends a text of DOS."""
+
+_BLANK = r"\s+"
+_SEPARATORS = (";", "\t", "|", ",", _BLANK)
+_WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLANK}
+
+
+_NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
+"""First fields of rows that begin with their numbers."""
+
+_PART = re.compile(r"0\d+")
+
+
+class _Form(NamedTuple):
+    """How the numbers of a text file are written.
+
+    `first` is the row (from 0) of the first numbers, `width` the number of columns, and `fields`
+    what a row has with the empty ones after a separator at its end, and with notes beside it.
+    `thousands` is the mark between groups of three digits, if there is one.
+    """
+
+    separator: str
+    decimal: str
+    first: int
+    width: int
+    fields: int
+    thousands: str | None = None
+
+
+def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
+    """Columns of a text file, and the line of the first sample.
+
+    Raises
+    ------
+    SceneError
+        In one line, with the place.
+    """
+    del path
+    data = data.rstrip(_DOS_END)
+    encoding, *said = encoding_of(data, label, choices.encoding)
+    data, marks = _without_marks(data)
+    if encoding == "utf-8-sig":
+        data = data.replace("\u2212".encode(), b"-")  # the minus sign of typesetting
+    head = data[:HEAD].decode(encoding, "replace").splitlines()
+    if len(data) > HEAD:
+        head = head[:-1]  # may be cut
+    head = head[:LINES]
+    form = _form(head, choices)
+    if form is None:
+        raise SceneError(
+            f"{label}: no table of numbers in its first {counted(len(head), 'line')}; must be "
+            "rows of numbers with one separator (give separator and decimal if they are not "
+            "recognised)"
+        )
+    rows = [_fields(line, form.separator) for line in head[: form.first]]
+    body = [_fields(line, form.separator) for line in head[form.first : form.first + RUN]]
+    said += _numbers_above(rows, form)
+    names, units = names_and_units(
+        rows, form.width, form.separator == _BLANK, [row[:1] for row in body] in _NUMBERED
+    )
+    columns = _columns(data, encoding, form, names, units, label, said)
+    within = tuple(line - form.first for line in marks if line > form.first)
+    if within:
+        said.append(f"{counted(len(within), 'line')} MARK between the samples left out")
+    first_line = form.first + 1 + len(marks) - len(within)
+    return Contents(columns, first_line, tuple(filter(None, said)), within)
+
+
+def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
+    """Remark on a row of numbers above the table, which is left out."""
+    texts = [text for text in rows[-1] if text.strip()] if rows else []
+    if len(texts) != form.width or not all(is_number(text, form.decimal) for text in texts):
+        return []
+    return [
+        f"line {form.first} left out: numbers above the table ({one_line(', '.join(texts), 60)})"
+    ]
+
+
+def _without_marks(data: bytes) -> tuple[bytes, list[int]]:
+    """Return the data without lines of marks, and how many lines are before each."""
+    found, marks, before, start = [], [], 0, 0
+    for mark in _MARK.finditer(data):
+        found.append(data[start : mark.start()])
+        before += len(found[-1].splitlines())
+        marks.append(before)
+        start = mark.end()
+    return b"".join([*found, data[start:]]) if marks else data, marks
+
+
+def is_text(data: bytes) -> bool:
+    """Whether a file seems to be a text, by the bytes at its start."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return True
+    return _CONTROL.search(data[:HEAD].rstrip(_DOS_END)) is None
+
+
+def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
+    """Separator and decimal mark that make the most numbers of the first lines."""
+    separators: Sequence[str] = _SEPARATORS
+    decimals: Sequence[str] = (".", ",")
+    if choices.separator is not None:
+        separators = (_WORDS.get(choices.separator, choices.separator),)
+    if choices.decimal is not None:
+        decimals = (choices.decimal,)
+    found: list[tuple[int, bool, _Form]] = []
+    for separator in separators:
+        rows = [_fields(line, separator) for line in head]
+        plain = rows
+        for decimal, thousands in product(decimals, (None, ".", ",", "'")):
+            if separator in (decimal, thousands) or decimal == thousands:
+                continue
+            rows = plain if thousands is None else _ungrouped(plain, decimal, thousands)
+            start = start_of_numbers(rows, decimal)
+            if start is None:
+                continue
+            first, width = start
+            numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
+            texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
+            parts = _seem_parts(rows[:first], rows[first:])
+            fields = _most_fields(rows[first:], width)
+            form = _Form(separator, decimal, first, width, fields, thousands)
+            found.append((numbers - 2 * texts, parts, form))
+    # What seems to stand behind decimal commas does, where that makes numbers too.
+    whole = any(not parts and form.decimal == "," for _, parts, form in found)
+    good = [one for one in found if not (whole and one[1])]
+    return max(good, key=lambda one: one[0])[2] if good else None
+
+
+def _ungrouped(rows: list[list[str]], decimal: str, mark: str) -> list[list[str]]:
+    """Rows without the marks between groups of digits; none where marks stand otherwise."""
+    number = re.compile(rf"[+-]?\d{{1,3}}(?:{re.escape(mark)}\d{{3}})+(?:{re.escape(decimal)}\d*)?")
+    fields = [text.strip() for row in rows for text in row if mark in text]
+    grouped = {text for text in fields if number.fullmatch(text)}
+    other = any(re.fullmatch(r"[-+.,'\d]+", text) for text in fields if text not in grouped)
+    told = any(decimal in text or text.count(mark) > 1 for text in grouped)
+    if other or not told:
+        return []
+    return [
+        [text.replace(mark, "") if text.strip() in grouped else text for text in row]
+        for row in rows
+    ]
+
+
+def _most_fields(rows: Sequence[Sequence[str]], width: int) -> int:
+    """Fields of a row, with notes beside the first ones; later ones may have no more."""
+    return max([width, *takewhile(lambda length: length > width, map(len, rows))])
+
+
+def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
+    """Whether texts such as 066 stand behind a decimal comma: not first, nor below names."""
+    names = next((row for row in reversed(above) if any(text.strip() for text in row)), [])
+    if len(names) > 1 and len(names) == len(rows[0]):
+        return False
+    return any(_PART.fullmatch(text.strip()) for row in rows for text in row[1:])
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    if separator == _BLANK:
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=separator), [])
+    except (csv.Error, TypeError):  # a null character, a separator of two characters
+        return line.split(separator)
+
+
+def _columns(
+    data: bytes, encoding: str, form: _Form, names: list[str], units: list[str], label: str,
+    said: list[str],
+) -> list[Column]:  # fmt: skip
+    """Read the numbers."""
+    import pandas as pd
+
+    check_size(float(data.count(b"\n") + 1) * form.width, form.width, label)
+    if form.thousands is not None:
+        said.append(f"'{form.thousands}' taken as the mark between groups of three digits")
+        body = "\n".join(data.decode(encoding, "replace").splitlines()[form.first :])
+        mark = re.escape(form.thousands)
+        if wrong := re.search(rf"\d*{mark}(?:\d{{1,2}}(?!\d)|\d{{4}})", body):
+            raise SceneError(
+                f"{label}: '{form.thousands}' stands between groups of three digits, but not in "
+                f"'{one_line(wrong[0], 40)}'; write numbers without such marks"
+            )
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(data), sep=form.separator, decimal=form.decimal, skiprows=form.first,
+            header=None, names=range(form.fields),
+            encoding=encoding, encoding_errors="replace", engine="c", skip_blank_lines=False,
+            low_memory=False, skipinitialspace=True, on_bad_lines="error",
+            thousands=form.thousands,
+        )  # fmt: skip
+    except (ValueError, OverflowError) as error:  # errors of pandas' parser are ValueErrors
+        found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if found is None:
+            raise SceneError(
+                f"{label}: {one_line(error, 160)}; expected a table of numbers"
+            ) from None
+        raise SceneError(
+            f"{label}, line {found[2]}: {counted(int(found[3]), 'field')}, must be {found[1]}"
+        ) from None
+    blank = frame.isna().all(axis=1).to_numpy()
+    rows = len(blank) - int(np.argmin(blank[::-1])) if not blank.all() else 0
+    frame = frame.iloc[:rows]
+    beside = frame.iloc[:, form.width :].notna().any(axis=1).to_numpy()
+    if beside.any():
+        said.append(f"values right of the table in {counted(int(beside.sum()), 'row')} left out")
+    return [
+        _column(name, unit, frame[place])
+        for place, (name, unit) in enumerate(zip(names, units, strict=True))
+        if not (frame[place].isna().all() and name.startswith("column "))
+    ]
+
+
+def _column(name: str, unit: str, series: Any) -> Column:
+    """One column; where it has texts, the first of them."""
+    import pandas as pd
+
+    if series.dtype.kind in "iuf":
+        return Column(name, unit, series.to_numpy(np.float64))
+    values = pd.to_numeric(series, errors="coerce").to_numpy(np.float64)
+    wrong = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
+    text = (int(wrong[0]), one_line(series.iloc[wrong[0]], 60)) if len(wrong) else None
+    return Column(name, unit, values, text)

@@ -1,0 +1,200 @@
+"""CSV files as texts: a header of unique column names and rows that remember their line.
+
+Every CSV file that a scene or an engine file names is read here, except tables of designs, which
+may have millions of rows (`sweeps.scene.design_files.design_csv`).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from sweeps.base.errors import SceneError, counted, one_line, plain_number, shown
+from sweeps.base.files.referred_files import read_text
+from sweeps.base.ratios import number_or_ratio
+
+__all__ = ["CsvTable", "csv_of_text", "find_header", "parse_rows", "read_csv", "with_line"]
+
+# As editors count lines; str.splitlines would also break at form feeds and the like.
+_LINE_END = re.compile(r"\r\n|\r|\n")
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A CSV file as texts.
+
+    Attributes
+    ----------
+    name : str
+        The file as messages call it.
+    header : tuple of str
+        Unique column names.
+    rows : tuple of tuple of str
+        Fields without surrounding blanks, each row as long as the header.
+    lines : tuple of int
+        Line number of each row in the file, from 1.
+    """
+
+    name: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+
+    def texts(self, column: str) -> tuple[str, ...]:
+        """Fields of one column."""
+        place = self.header.index(column)
+        return tuple(row[place] for row in self.rows)
+
+    def numbers(self, column: str, *, blanks: bool = False, ratios: bool = False) -> list[float]:
+        """Return one column as finite numbers, a blank field as NaN where blanks are allowed.
+
+        With `ratios`, fractions such as 1/200 are numbers too.
+
+        Raises
+        ------
+        SceneError
+            For anything else, with the line.
+        """
+        return [
+            self._number(column, text, line, blanks, ratios)
+            for text, line in zip(self.texts(column), self.lines, strict=True)
+        ]
+
+    def _number(self, column: str, text: str, line: int, blanks: bool, ratios: bool) -> float:
+        if blanks and not text:
+            return math.nan
+        try:
+            value = number_or_ratio(text) if ratios else plain_number(text)
+        except ValueError:
+            pass
+        else:
+            if math.isfinite(value):
+                return value
+        what = shown(text) if text else "a blank field"
+        also = " or a fraction such as 1/200" if ratios else ""
+        also += " or blank" if blanks else ""
+        raise SceneError(
+            f"{self.name}, line {line}: {column} = {what}: must be a finite number{also}"
+        )
+
+
+def with_line(message: str, table: CsvTable) -> str:
+    """Turn `point 7: ...` into `file, line 9: ...`, because editors show lines."""
+    found = re.match(r"point (\d+): (.*)", message)
+    if found is None:
+        return f"{table.name}: {message}"
+    return f"{table.name}, line {table.lines[int(found.group(1)) - 1]}: {found.group(2)}"
+
+
+def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> CsvTable:
+    """Read a CSV file: comma-separated, a header line, `#` comments and blank lines skipped.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        The file as messages should call it.
+    what : str
+        What the file should be, for messages.
+    needed : sequence of str
+        Columns that must be there; others are kept.
+
+    Raises
+    ------
+    SceneError
+        With the line: no header, repeated or missing columns, rows that are too short or too
+        long, broken quotes, no rows.
+    """
+    return csv_of_text(read_text(path, name, what), name, what, needed)
+
+
+def csv_of_text(text: str, name: str, what: str, needed: Sequence[str] = ()) -> CsvTable:
+    """Return the table of a text, as `read_csv` does of a file."""
+    found = find_header(text, name, needed=needed)
+    if found is None:
+        raise SceneError(f"{name}: empty; expected {what}")
+    header, rest, line = found
+    rows, lines = parse_rows(rest, name, line, header)
+    if not rows:
+        raise SceneError(f"{name}: a header but no rows; expected {what}")
+    return CsvTable(name, header, rows, lines)
+
+
+def find_header(
+    text: str, name: str, first: int = 1, needed: Sequence[str] = ()
+) -> tuple[tuple[str, ...], str, int] | None:
+    """Return the column names, the text after their line, and the number of its first line.
+
+    None where there are only comments and blank lines. `first` is the number of the first line of
+    `text`.
+    """
+    start, number = 0, first
+    while start < len(text):
+        end = _LINE_END.search(text, start)
+        stop, after = (end.start(), end.end()) if end else (len(text), len(text))
+        fields = _fields(text[start:stop], name, number)
+        if fields is not None:
+            _check_header(fields, name, number, needed)
+            return fields, text[after:], number + 1
+        start, number = after, number + 1
+    return None
+
+
+def parse_rows(
+    text: str, name: str, first: int, header: tuple[str, ...]
+) -> tuple[tuple[tuple[str, ...], ...], tuple[int, ...]]:
+    """Return the fields and the line number of every row; `first` is the number of the first line.
+
+    Raises
+    ------
+    SceneError
+        With the line: rows that are too short or too long, broken quotes.
+    """
+    rows: list[tuple[str, ...]] = []
+    lines: list[int] = []
+    for number, line in enumerate(_LINE_END.split(text), start=first):
+        fields = _fields(line, name, number)
+        if fields is None:
+            continue
+        if len(fields) != len(header):
+            raise SceneError(
+                f"{name}, line {number}: {counted(len(fields), 'field')}, must be {len(header)}"
+            )
+        rows.append(fields)
+        lines.append(number)
+    return tuple(rows), tuple(lines)
+
+
+def _fields(line: str, name: str, number: int) -> tuple[str, ...] | None:
+    """Fields of one line; None for comments and blank lines."""
+    if not line.strip() or line.lstrip().startswith("#"):
+        return None
+    try:
+        return tuple(field.strip() for field in next(csv.reader([line], strict=True)))
+    except (csv.Error, StopIteration) as error:
+        raise SceneError(
+            f"{name}, line {number}: {one_line(error)}; fields are separated by commas"
+        ) from None
+
+
+def _check_header(header: tuple[str, ...], name: str, line: int, needed: Sequence[str]) -> None:
+    # Any file may be named: what stands in one that is not ours is not told.
+    for number, column in enumerate(header, start=1):
+        if not column:
+            raise SceneError(f"{name}, line {line}: a column without a name")
+        if column in header[: number - 1]:
+            first = header.index(column) + 1
+            raise SceneError(
+                f"{name}, line {line}: two columns, {first} and {number}, have one name"
+            )
+    for column in needed:
+        if column not in header:
+            raise SceneError(
+                f"{name}, line {line}: no column '{column}'; "
+                f"needed: {', '.join(needed)}, separated by commas"
+            )

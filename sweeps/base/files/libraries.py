@@ -1,0 +1,66 @@
+"""Optional libraries, imported where they are used."""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import logging
+import re
+import sys
+import traceback
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from sweeps.base.errors import SceneError, one_line
+
+__all__ = ["library", "library_reading"]
+
+_OBJECT = re.compile(r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""")
+"""What libraries print of the stream that a file is read from."""
+
+
+def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
+    """Import a module of an optional package; `extra` is the extra of ours that installs it.
+
+    Raises
+    ------
+    SceneError
+        Where it is not installed; `label` is the file, or what else needs it.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise SceneError(
+            f"{label}: needs {package}, which is not installed: pip install 'engine-dyn[{extra}]'"
+        ) from None
+
+
+@contextmanager
+def library_reading(label: str, kind: str) -> Iterator[None]:
+    """Turn whatever a library raises for a damaged file into one line; it prints nothing.
+
+    Raises
+    ------
+    SceneError
+        `kind` is what the file should be, such as "a TDMS file".
+    """
+    before, hook = logging.root.manager.disable, sys.unraisablehook
+    logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None  # half-made objects fail when they are freed, too
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except (SceneError, MemoryError):
+        raise
+    except Exception as error:
+        traceback.clear_frames(error.__traceback__)
+        gc.collect()  # now, while nothing is printed
+        said = _OBJECT.sub("the file", str(getattr(error, "strerror", None) or error))
+        reason = one_line(said, 160) or type(error).__name__
+        raise SceneError(f"{label}: not {kind}, or a damaged one ({reason})") from None
+    finally:
+        sys.unraisablehook = hook
+        logging.disable(before)

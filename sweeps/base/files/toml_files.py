@@ -1,0 +1,79 @@
+"""TOML files of people: their text as Python's own types, or one line that says what is wrong."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.base.errors import SceneError, one_line
+from sweeps.base.files.referred_files import read_text
+
+__all__ = ["MOST_BYTES", "parse_toml", "toml_of_text"]
+
+MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
+"""Of a scene or an engine file; reading more takes minutes. Longer lists stand in tables."""
+
+# Possessive: what a text has matched is never given back, which would take memory for each letter.
+# A string that is not closed ends what is read, so that its end is looked for only once.
+_QUOTED = re.compile(
+    r'"""(?:[^"\\]|\\[\s\S]|"{1,2}(?!"))*+(?:"{3,5})?'
+    r"|'''(?:[^']|'{1,2}(?!'))*+(?:'{3,5})?"
+    r'|"(?:[^"\\\n]|\\.)*+"?'
+    r"|'[^'\n]*+'?|#[^\n]*+"
+)
+_DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}")
+
+_MISTAKES = (
+    (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
+    (re.compile(r"[-+]?\d+,\d+ *(#|$)"), "the decimal mark is a point"),
+    (re.compile(r"[-+]?[\d.]+(e\d+)? *[a-df-wyzA-DF-WYZ]"), "numbers stand without their unit"),
+    (re.compile(r"[-+]?(true|false|nan|inf)\b", re.IGNORECASE), "such words are written small"),
+    (re.compile(r"[a-zA-Z]"), "a text needs quotes"),
+)
+"""What a value begins with that is not TOML, and what is said of it; the first counts."""
+
+
+def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    SceneError
+        For a file that cannot be read, or is not TOML: with the line, and the key on it where that
+        is one of ours.
+    """
+    return toml_of_text(read_text(path, name, what, MOST_BYTES), name)
+
+
+def toml_of_text(text: str, name: str) -> dict[str, Any]:
+    """Return the tables of a text, as `parse_toml` does of a file."""
+    keys = text.count("=") + text.count("[")
+    if keys > MOST_KEYS:
+        raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
+    if _DEEP_KEY.search(_QUOTED.sub("q", text)):
+        # Python's reader takes the square of their number of memory.
+        raise SceneError(f"{name}: not TOML: keys nested too deeply")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise SceneError(f"{name}: not TOML: nested too deeply") from None
+    except ValueError as error:
+        message = one_line(error)
+        if not isinstance(error, tomllib.TOMLDecodeError):  # a whole number of thousands of digits
+            raise SceneError(f"{name}: not TOML: {message}") from None
+        found = re.search(r"\(at line (\d+)", message)
+        # "at end of document" has no number: the last line is meant.
+        lines = text.splitlines()
+        number_of_line = int(found.group(1)) if found else max(len(lines), 1)
+        on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
+        key, _, value = (part.strip() for part in on_it.partition("="))
+        hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value[:80])][:1]
+        # Any file may be named: of its text a key is told at most, where it is one of ours.
+        message = re.sub(r"\s*\([^)]*\)|\s*'[^']*'", "", message)
+        told = f", of {key}" if key in PARAMETERS else ""
+        raise SceneError(
+            f"{name}, line {number_of_line}: not TOML: {message}{told}{''.join(hints)}"
+        ) from None

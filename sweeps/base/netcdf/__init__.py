@@ -1,0 +1,1 @@
+"""NetCDF files, which a process with limits reads first."""

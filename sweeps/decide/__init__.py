@@ -1,0 +1,1 @@
+"""From archives and scenes to decisions: `explore` searches them, `optimise` looks for designs."""

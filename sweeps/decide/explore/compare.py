@@ -1,0 +1,268 @@
+"""Two archives are compared: axes, quantities, the largest differences and where they are.
+
+Both are read a range at a time: they may be larger than memory.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from sweeps.base.dimensions import STATE
+from sweeps.base.errors import counted
+from sweeps.running.archive.provenance import differences
+from sweeps.running.reduce.ranges import ranges
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Comparison", "Difference", "compare"]
+
+NAMES = ("the first", "the second")
+"""What two archives are called where their files are not known."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How two archives differ in one quantity.
+
+    Attributes
+    ----------
+    name, units : str
+        The quantity.
+    count : int
+        Values that were compared.
+    differing : int
+        Values that are not the same; two that are not numbers (NaN) are the same.
+    only_one : int
+        Those of them that are a number in one archive only.
+    largest, relative : float
+        Largest difference, and the largest relative one, over the greater of the two magnitudes; 0
+        where there is none.
+    largest_at, relative_at : dict
+        The values of the axes where they are.
+    pair, relative_pair : tuple of float
+        The two values at these places.
+    only_at : dict
+        Where the first of `only_one` is.
+    """
+
+    name: str
+    units: str
+    count: int = 0
+    differing: int = 0
+    only_one: int = 0
+    largest: float = 0.0
+    relative: float = 0.0
+    largest_at: dict[str, Any] = field(default_factory=dict)
+    relative_at: dict[str, Any] = field(default_factory=dict)
+    pair: tuple[float, float] = (math.nan, math.nan)
+    relative_pair: tuple[float, float] = (math.nan, math.nan)
+    only_at: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two archives have in common, and what differs.
+
+    Attributes
+    ----------
+    axes : list of str
+        In words, how axes differ; empty where they are the same. Values that only one archive has
+        are not compared.
+    made : list of str
+        In words, what else differs in how they were made, such as versions.
+    only_first, only_second : list of str
+        Quantities that one archive alone has.
+    not_compared : list of str
+        Quantities that both have, over other axes or with another unit, and why.
+    quantities : list of Difference
+        Those that both have.
+    names : tuple of str
+        What the archives are called in words.
+    """
+
+    axes: list[str]
+    made: list[str]
+    only_first: list[str]
+    only_second: list[str]
+    not_compared: list[str]
+    quantities: list[Difference]
+    names: tuple[str, str] = NAMES
+
+    @property
+    def same(self) -> bool:
+        """Whether axes and all values are the same."""
+        return not self.others and not any(d.differing for d in self.quantities)
+
+    @property
+    def others(self) -> bool:
+        """Whether one archive has anything that was not compared with the other."""
+        return bool(self.axes or self.only_first or self.only_second or self.not_compared)
+
+    def within(self, tolerance: float) -> bool:
+        """Whether axes are the same, and all values up to a relative difference."""
+        return not self.others and not any(
+            d.only_one or d.relative > tolerance for d in self.quantities
+        )
+
+
+def compare(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str] = NAMES) -> Comparison:
+    """Compare two archives as `sweeps.open` or `sweeps.run` returns them.
+
+    `names` are what they are called in words, such as their files.
+    """
+    first, second = (one.drop_vars(STATE, errors="ignore") for one in (first, second))
+    own = [str(n) for n in first.data_vars]
+    others = [str(n) for n in second.data_vars]
+    axes, one, two = common_part(first, second, names)
+    not_compared, quantities = [], []
+    for name in own:
+        if name not in others:
+            continue
+        why = unlike(one[name], two[name])
+        if why:
+            not_compared.append(f"{name}: {why}")
+        else:
+            quantities.append(_difference(name, one, two))
+    return Comparison(
+        axes,
+        _made(first, second, names),
+        [n for n in own if n not in others],
+        [n for n in others if n not in own],
+        not_compared,
+        quantities,
+        names,
+    )
+
+
+def common_part(
+    first: xr.Dataset, second: xr.Dataset, names: tuple[str, str] = NAMES
+) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+    """How axes differ, and both archives at the values that both have."""
+    different: list[str] = []
+    places: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+    for dimension in dict.fromkeys((*first.dims, *second.dims)):
+        name = str(dimension)
+        if (name in first.dims) != (name in second.dims):
+            different.append(f"{name}: only in {names[name not in first.dims]}")
+            continue
+        if first.sizes[name] == second.sizes[name] and _same_values(
+            _columns(first, name), _columns(second, name)
+        ):
+            continue
+        one, two = (_keys(dataset, name) for dataset in (first, second))
+        where = {key: i for i, key in enumerate(two)}
+        pairs = [(i, where[key]) for i, key in enumerate(one) if key in where]
+        places[0][name] = np.array([i for i, _ in pairs], dtype=np.int64)
+        places[1][name] = np.array([i for _, i in pairs], dtype=np.int64)
+        if len(pairs) == len(one) == len(two):
+            different.append(f"{name}: the same {counted(len(one), 'value')} in another order")
+        else:
+            different.append(
+                f"{name}: {counted(len(pairs), 'value')} in both, of {len(one)} in {names[0]} and "
+                f"{len(two)} in {names[1]}"
+            )
+    return different, first.isel(places[0]), second.isel(places[1])
+
+
+def _keys(dataset: xr.Dataset, dimension: str) -> list[Any]:
+    """What tells the points of an axis apart: its values, or words, or all columns of designs."""
+    along = _columns(dataset, dimension)
+    if not along:
+        return list(range(dataset.sizes[dimension]))
+    if len(along) == 1:
+        return list(along[0].tolist())
+    return list(zip(*(column.tolist() for column in along), strict=True))
+
+
+def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
+    """Coordinates along an axis in the order of their names."""
+    along = sorted(str(n) for n, c in dataset.coords.items() if c.dims == (dimension,))
+    if len(along) > 1 and dimension in along and dataset[dimension].dtype.kind == "i":
+        along.remove(dimension)  # numbers of words and of designs say nothing beside these
+    return [dataset[name].values for name in along]
+
+
+def _same_values(one: list[npt.NDArray[Any]], two: list[npt.NDArray[Any]]) -> bool:
+    return len(one) == len(two) and all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+
+
+def unlike(one: xr.DataArray, two: xr.DataArray) -> str:
+    """Why values of two variables cannot be compared; empty where they can."""
+    if set(one.dims) != set(two.dims):
+        return f"over ({', '.join(map(str, one.dims))}) and over ({', '.join(map(str, two.dims))})"
+    units = [str(v.attrs.get("units", "no single unit")) for v in (one, two)]
+    if units[0] != units[1]:
+        return f"in {units[0]} and in {units[1]}"
+    return "" if one.size else "no axis point is in both archives"
+
+
+def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
+    dims = [str(d) for d in one[name].dims]
+    shape = [one.sizes[d] for d in dims]
+    pairs = {"one": one[name].variable, "two": two[name].variable}
+    units = str(one[name].attrs.get("units", ""))
+    count = differing = only_one = 0
+    found: dict[str, Any] = {"largest": 0.0, "relative": 0.0}
+    for begin, _, arrays in ranges(pairs, dims, shape):
+        a, b = (np.asarray(arrays[key], dtype=np.float64) for key in ("one", "two"))
+        missing = np.isnan(a) != np.isnan(b)
+        unequal = (a != b) & ~(np.isnan(a) & np.isnan(b))
+        count += a.size
+        differing += int(unequal.sum())
+        if missing.any() and not only_one:
+            found["only_at"] = _where(one, dims, begin, missing)
+        only_one += int(missing.sum())
+        if not (unequal & ~missing).any():
+            continue
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            gap = np.where(unequal & ~missing, np.abs(a - b), 0.0)
+            over = np.where(gap > 0.0, gap / np.maximum(np.abs(a), np.abs(b)), 0.0)
+        # An infinity against a number, or against the other infinity, is beyond every number.
+        over[np.isinf(gap)] = math.inf
+        for key, values, pair in (("largest", gap, "pair"), ("relative", over, "relative_pair")):
+            here = float(values.max())
+            if here > found[key]:
+                found[key] = here
+                at = np.unravel_index(int(values.argmax()), values.shape)
+                found[f"{key}_at"] = _at(one, dims, begin, at)
+                found[pair] = (float(a[at]), float(b[at]))
+    return Difference(name, units, count, differing, only_one, **found)
+
+
+def _where(
+    dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], mask: npt.NDArray[np.bool_]
+) -> dict[str, Any]:
+    return _at(dataset, dims, begin, np.unravel_index(int(mask.argmax()), mask.shape))
+
+
+def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -> dict[str, Any]:
+    """Values of the axes at a place; words where an axis has some, else its position."""
+    place: dict[str, Any] = {}
+    for dimension, first, offset in zip(dims, begin, at, strict=True):
+        index = first + int(offset)
+        words = [
+            c for c in dataset.coords.values() if c.dims == (dimension,) and c.dtype.kind in "UOT"
+        ]
+        if words:
+            place[dimension] = str(words[0].values[index])
+        elif dimension in dataset.coords:
+            place[dimension] = dataset[dimension].values[index].item()
+        else:
+            place[dimension] = index
+    return place
+
+
+def _made(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str]) -> list[str]:
+    """What else differs in how the archives were made, by their own attributes."""
+    try:
+        one, two = (json.loads(d.attrs["identity"]) for d in (first, second))
+        return differences(one, two, words=(f"in {names[0]}", f"in {names[1]}"))
+    except (KeyError, ValueError, TypeError, AttributeError):
+        return []

@@ -1,0 +1,190 @@
+"""Designs are found in archives: the best under conditions, and the Pareto front.
+
+An archive is read a range at a time: it may be larger than memory.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.base.checks import check_dataset, names_given
+from sweeps.base.dimensions import REDUCTION
+from sweeps.base.errors import SceneError, shown
+from sweeps.decide.explore.kept_designs import OF_KEPT, kept_for
+from sweeps.running.reduce.every_point import TEXT, EveryPoint
+from sweeps.running.reduce.kept_front import Front
+from sweeps.scene.conditions import conditions_of, units_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["best", "pareto"]
+
+
+def best(
+    archive: xr.Dataset, *, least: str | None = None, most: str | None = None,
+    within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+    not_counted: str | Sequence[str] = (),
+) -> xr.Dataset:  # fmt: skip
+    """Find the design with the least, or most, of a quantity, under conditions.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `open` or `run` returns it; it may be larger than memory.
+    least, most : str
+        A quantity or an axis; one of the two.
+    within : str or sequence of str
+        Conditions such as "delta <= 1/150", "delta <= generator" or "brake_power >= 60 kW", all of
+        which must hold. Without a unit, a number is in the unit of the archive, here W.
+    at_every : str or sequence of str
+        Axes at all values of which the conditions must hold, such as ["load", "speed"]. Where
+        `least` depends on them, its largest value there counts, of `most` the smallest. Axes that
+        are not chosen with a design (speed, load and others, `sweeps.base.dimensions.NOT_CHOSEN`)
+        must stand here, be cut before (`sweeps.nearest`), or be named by `least`, `most` or
+        `within`.
+    not_counted : str or sequence of str
+        Only with `at_every`: outcomes such as "no_steady_state" (of an engine at idle, say). Points
+        that have one of them are left out; all others must fulfil the conditions.
+
+    Returns
+    -------
+    Dataset
+        The archive at that design; the first of several. Axes on which none of the names depends
+        stay, and those of `at_every`. Designs that failed are not considered. With `at_every`, the
+        attribute `search` tells how many designs fulfil the conditions, how many are equally good,
+        and what was not counted.
+
+    Raises
+    ------
+    SceneError
+        For names that the archive does not have, or that have more than one value for each design;
+        where speed or load would be chosen that are not named; and where no design fulfils the
+        conditions: then it says how near the designs come.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "load": [50, 90], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta"]},
+    ... )
+    >>> found = sweeps.best(
+    ...     archive, least="inertia", within="delta <= 1/50", at_every=["load", "speed"]
+    ... )
+    >>> float(found.inertia)
+    20.0
+    """
+    check_dataset(archive)
+    if (least is None) == (most is None):
+        raise SceneError("best: needs either least or most")
+    name, sign = (str(least), 1.0) if least is not None else (str(most), -1.0)
+    conditions = conditions_of(within, units_of(archive))
+    if not_counted and not at_every:
+        raise SceneError("best: not_counted is only used with at_every; failed designs never count")
+    archive, told = kept_for(archive, [(name, sign)], conditions, at_every, front=False)
+    search = EveryPoint(archive, [(name, sign)], conditions, at_every, not_counted)
+    found: dict[str, int] | None = None
+    smallest, equal = math.inf, 0
+    for place, designs in search.judged():
+        if not designs.fulfilling.any():
+            continue
+        values = np.where(designs.fulfilling, designs.worst[0], math.inf)
+        here = float(values.min())
+        if here < smallest:
+            smallest, equal = here, 0
+            at = np.unravel_index(int(np.argmin(values)), values.shape)
+            found = {d: int(i) + s.start for d, i, s in zip(search.own, at, place, strict=True)}
+        if here == smallest:
+            equal += int(np.count_nonzero(values == smallest))
+    if found is None:
+        raise SceneError(search.nothing() + (OF_KEPT if REDUCTION in archive.attrs else ""))
+    best = archive.isel(found)
+    if at_every:
+        best.attrs[TEXT] = told or search.text(equal)
+    return best
+
+
+def pareto(
+    archive: xr.Dataset, first: str, second: str, *more: str, most: str | Sequence[str] = (),
+    within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+    not_counted: str | Sequence[str] = (),
+) -> xr.Dataset:  # fmt: skip
+    """Pareto front of two quantities or more: the designs that no other beats in all of them.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `open` or `run` returns it; it may be larger than memory.
+    first, second, *more : str
+        Quantities or axes, of which less is better.
+    most : str or sequence of str
+        Those of them of which more is better.
+    within : str or sequence of str
+        Conditions, all of which must hold, as `best` takes them.
+    at_every, not_counted : str or sequence of str
+        As `best` takes them: axes at all values of which the conditions must hold, and at which
+        the worst value of each quantity counts; outcomes that are left out.
+
+    Returns
+    -------
+    Dataset
+        The archive at these designs, along a new dimension `front`, the best in `first` first.
+        Designs that are equal in all of them are all in it. Axes on which none of the names
+        depends stay, and those of `at_every`.
+
+    Raises
+    ------
+    SceneError
+        As `best`.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> front = sweeps.pareto(archive, "inertia", "delta", at_every="speed")
+    >>> front.inertia.values
+    array([ 5., 20., 40.])
+    """
+    check_dataset(archive)
+    names = [str(name) for name in (first, second, *more)]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise SceneError(f"pareto: {name} is given twice; needs two quantities or more")
+    largest = names_given(most, "most")
+    for name in largest:
+        if name not in names:
+            raise SceneError(
+                f"pareto: most = {shown(name)}: must be {', '.join(names[:-1])} or {names[-1]}"
+            )
+    wanted = [(name, -1.0 if name in largest else 1.0) for name in names]
+    conditions = conditions_of(within, units_of(archive))
+    if not_counted and not at_every:
+        raise SceneError(
+            "pareto: not_counted is only used with at_every; failed designs never count"
+        )
+    archive, told = kept_for(archive, wanted, conditions, at_every, front=True)
+    search = EveryPoint(archive, wanted, conditions, at_every, not_counted)
+    sizes = [search.sizes[d] for d in search.own]
+    front = Front(len(wanted))
+    for place, designs in search.judged():
+        places = np.flatnonzero(designs.fulfilling)
+        if sizes:
+            at = np.ix_(*(np.arange(part.start, part.stop) for part in place))
+            places = np.ravel_multi_index(at, sizes)[designs.fulfilling]
+        front.add(designs.worst[:, designs.fulfilling], np.asarray(places, dtype=np.int64))
+    if not front.places.size:
+        raise SceneError(search.nothing())
+    found = front.taken_of(archive, search.own)
+    if at_every:
+        found.attrs[TEXT] = told or search.text()
+    return found

@@ -1,0 +1,183 @@
+"""The worst of a shaft's vibration over speeds, misfires and other axes, and barred speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweeps.base.checks import check_dataset
+from sweeps.base.errors import SceneError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["OVER_LIMITS", "BarredSpeeds", "Worst", "barred_speeds", "worst_of_shaft"]
+
+PLACES = ("disc", "shaft")
+"""Dimensions that tell the parts of a shaft apart."""
+
+OVER_LIMITS = (
+    "shaft_stress_over_limit", "shaft_torque_over_limit", "propulsion_stress_over_limit",
+)  # fmt: skip
+"""Quantities that are above 1 where speeds are barred."""
+
+LEAST = ("shaft_torque_min",)
+"""Quantities whose lowest value is the worst."""
+
+NOT_WORST = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
+             "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
+             "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip
+"""Variables over discs or shafts that have no worst value."""
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst value of a quantity on one disc or shaft, and where it is.
+
+    Attributes
+    ----------
+    quantity, unit : str
+        What, in the units of the archive.
+    place : str
+        Name of the disc or shaft.
+    value : float
+        The largest value; of `shaft_torque_min` the lowest.
+    at : mapping
+        Point of each other axis, such as speed, misfire and, of amplitudes, order.
+    """
+
+    quantity: str
+    unit: str
+    place: str
+    value: float
+    at: Mapping[str, Any]
+
+    def worse_than(self, other: Worst) -> bool:
+        """Whether this is worse than another value of the same quantity."""
+        return self.value < other.value if self.quantity in LEAST else self.value > other.value
+
+
+@dataclass(frozen=True)
+class BarredSpeeds:
+    """Speeds between which a quantity is over its limit on one shaft.
+
+    Attributes
+    ----------
+    quantity, place : str
+        The quantity over its limit, and the name of the shaft.
+    low, high : float
+        Ends of the range [rpm], between points by straight lines.
+    largest : float
+        Largest value over the limit within.
+    """
+
+    quantity: str
+    place: str
+    low: float
+    high: float
+    largest: float
+
+
+def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:
+    """Worst value of each quantity on each disc and shaft over all other axes of an archive.
+
+    Raises
+    ------
+    SceneError
+        If the archive has no such quantities.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> from sweeps.decide.explore.shaft_extremes import worst_of_shaft
+    >>> archive = sweeps.run(
+    ...     engine="diesel_105x137",
+    ...     shaft="diesel_105x137",
+    ...     axes={"speed": [1800, 2170, 2400]},
+    ...     output={"quantities": ["shaft_torque_half_range"]},
+    ... )
+    >>> worst = max(worst_of_shaft(archive), key=lambda one: one.value)
+    >>> worst.place, round(worst.value, -2), worst.at["speed"]
+    ('throw 4 - throw 5', 8300.0, 2170.0)
+    """
+    found = []
+    for name, data in _of_places(archive).items():
+        place = next(d for d in PLACES if d in data.dims)
+        sign = -1.0 if name in LEAST else 1.0
+        for number in range(data.sizes[place]):
+            part = data.isel({place: number})
+            values = np.where(np.isnan(part.values), -np.inf, sign * part.values)
+            if not np.isfinite(values).any():
+                continue
+            where = np.unravel_index(values.argmax(), values.shape)
+            at = {
+                str(d): archive[d].values[i].item()
+                for d, i in zip(part.dims, where, strict=True) if d in archive.coords
+            }  # fmt: skip
+            called = str(archive[f"{place}_name"].values[number])
+            value = float(part.values[where])
+            found.append(Worst(name, str(data.attrs.get("units", "")), called, value, at))
+    return found
+
+
+def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
+    """Ranges of speed in which stresses or torques are over their limits, at the worst of all else.
+
+    Raises
+    ------
+    SceneError
+        If the archive has no axis of speed, or nothing over a limit was asked for.
+    """
+    check_dataset(archive)
+    names = [name for name in OVER_LIMITS if name in archive]
+    if not names:
+        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
+    found = []
+    for name in names:
+        data = archive[name]
+        if "speed" not in data.dims:
+            raise SceneError(f"archive: {name}: has no axis of speed; give one in [axes]")
+        worst = data.max([d for d in data.dims if d not in ("speed", "shaft")])
+        order = np.argsort(archive["speed"].values)
+        speed = archive["speed"].values[order]
+        for number, called in enumerate(archive["shaft_name"].values):
+            values = worst.isel(shaft=number).values[order]
+            found += _ranges(name, str(called), speed, values)
+    return found
+
+
+def _ranges(name: str, place: str, speed: Any, values: Any) -> list[BarredSpeeds]:
+    """Ranges where a line through points is above 1."""
+    over = np.nan_to_num(values, nan=0.0) > 1.0
+    edges = np.diff(np.concatenate([[False], over, [False]]).astype(int))
+    found = []
+    for first, end in zip(
+        *(np.flatnonzero(edges == side).tolist() for side in (1, -1)), strict=True
+    ):
+        low, high = speed[first], speed[end - 1]
+        if first > 0 and np.isfinite(values[first - 1]):
+            low = _crossing(speed, values, first - 1)
+        if end < speed.size and np.isfinite(values[end]):
+            high = _crossing(speed, values, end - 1)
+        found.append(BarredSpeeds(name, place, float(low), float(high), values[first:end].max()))
+    return found
+
+
+def _crossing(speed: Any, values: Any, at: int) -> Any:
+    part = (1.0 - values[at]) / (values[at + 1] - values[at])
+    return speed[at] + part * (speed[at + 1] - speed[at])
+
+
+def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
+    check_dataset(archive)
+    found = {
+        str(name): data for name, data in archive.data_vars.items()
+        if not set(PLACES).isdisjoint(data.dims)
+        and name not in NOT_WORST and not str(name).endswith("_phase")
+    }  # fmt: skip
+    if not found:
+        raise SceneError("archive: has no quantities of discs or shafts")
+    return found

@@ -1,0 +1,262 @@
+"""Designs of a search: each is computed once, judged, and kept for the archive."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import ALONG_SHAFT
+from engine_dyn.types import Booleans, Floats, Integers
+from sweeps.base.dimensions import DESIGN, GENERATION, RESTART
+from sweeps.decide.optimise.space import Space
+from sweeps.decide.optimise.task import Task
+from sweeps.running.archive.labels import dataset_with_warnings, describe
+from sweeps.running.compute.in_memory import compute
+from sweeps.running.reduce.every_point import EveryPoint
+from sweeps.scene.plan.blocks import check_memory
+from sweeps.scene.plan.plan import Plan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Designs", "Judgement"]
+
+FAILED = 1e3
+"""Violation of a design that fails at every point, in multiples of the limits: conditions that do
+not hold are better than results that are not there."""
+
+LEAST_VIOLATION = 1e-12
+"""That of a design exactly at a limit that it must not reach."""
+
+MOST_MEMORY = 0.7
+"""Share of the free memory that the designs may take when they are put together."""
+
+Columns = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What is known of some designs.
+
+    Attributes
+    ----------
+    wanted : ndarray, shape (designs, names)
+        The worst value of what is wanted, times -1 where more is wanted; 0 where it has none.
+    violation : ndarray, shape (designs, conditions + 1)
+        By how much each condition fails, in multiples of its limit, 0 or less where it holds; last,
+        what is lacking.
+    fulfilling : ndarray of bool
+        Whether all conditions hold at every point that counts.
+    """
+
+    wanted: Floats
+    violation: Floats
+    fulfilling: Booleans
+
+    def __getitem__(self, places: npt.NDArray[Any]) -> Judgement:
+        return Judgement(self.wanted[places], self.violation[places], self.fulfilling[places])
+
+
+class Designs:
+    """All designs that a search has computed, each once.
+
+    Parameters
+    ----------
+    task : Task
+        What is searched.
+    space : Space
+        What positions mean; the task's own, or less where `completed` adds the rest.
+    completed : callable, optional
+        Takes columns of the space and returns those of the task.
+    threads : int, optional
+        For the kernels.
+    """
+
+    def __init__(
+        self, task: Task, space: Space, completed: Callable[[Columns], dict[str, Any]] | None,
+        threads: int | None,
+    ) -> None:  # fmt: skip
+        self.task, self.space, self.completed, self.threads = task, space, completed, threads
+        self.computing = 0.0
+        self._places: dict[bytes, int] = {}
+        self._columns: dict[str, list[Any]] = {key: [] for key in task.space.parameters}
+        self._results: list[tuple[Plan, dict[str, npt.NDArray[Any]]]] = []
+        self._wanted = np.empty((0, len(task.wanted)))
+        self._violation = np.empty((0, len(task.conditions) + 1))
+        self._fulfilling = np.empty(0, dtype=bool)
+        self._marks: list[tuple[int, int, int]] = []
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @property
+    def all(self) -> Judgement:
+        """What is known of all designs, in the order in which they were computed."""
+        return Judgement(self._wanted, self._violation, self._fulfilling)
+
+    @property
+    def points(self) -> int:
+        """Points at which every design is computed."""
+        plan = self._results[0][0]
+        return plan.designs // plan.sizes[DESIGN]
+
+    def at(self, positions: Floats, restart: int, generation: int) -> Integers:
+        """Places of the designs at some positions; those that are new are computed."""
+        columns = self.space.columns(positions)
+        keys = _keys(self.space, columns)
+        first: dict[bytes, int] = {}
+        for number, key in enumerate(keys):
+            if key not in self._places:
+                first.setdefault(key, number)
+        if first:
+            new = np.array(list(first.values()))
+            some = {
+                k: [v[i] for i in new] if isinstance(v, list) else v[new]
+                for k, v in columns.items()
+            }
+            self._compute(some if self.completed is None else self.completed(some), len(new))
+            self._marks.append((len(new), restart, generation))
+            for key in first:
+                self._places[key] = len(self._places)
+        return np.array([self._places[key] for key in keys], dtype=np.int64)
+
+    def _compute(self, columns: Columns, count: int) -> None:
+        plan = self.task.plan(columns, count)
+        began = time.perf_counter()
+        results = compute(plan, threads=self.threads)
+        self.computing += time.perf_counter() - began
+        data = {
+            name: values if values.dtype.kind in "iu" else values / plan.computed[name].node.si
+            for name, values in results.items()
+        }
+        judged = _judged(self.task, plan, data, columns)
+        self._wanted = np.concatenate([self._wanted, judged.wanted])
+        self._violation = np.concatenate([self._violation, judged.violation])
+        self._fulfilling = np.concatenate([self._fulfilling, judged.fulfilling])
+        self._results.append((plan, data))
+        for key, kept in self._columns.items():
+            kept.append(columns[key])
+
+    def check_memory(self, most: int) -> None:
+        """Refuse a search whose designs do not fit into memory.
+
+        Raises
+        ------
+        SceneError
+            With the size and what is free.
+        """
+        few = self.space.one_of_each()
+        columns = self.space.columns(few)
+        if self.completed is not None:
+            columns = self.completed(columns)
+        plan = self.task.plan(columns, len(few))
+        need = 2.0 * most * plan.output_bytes / len(few)
+        advice = (
+            "; search fewer designs, generations or restarts, or request fewer quantities or axes"
+        )
+        check_memory(f"{self.task.given.name}: {most} designs", need, advice, MOST_MEMORY)
+
+    def columns(self) -> dict[str, Any]:
+        """Values of all designs, by the keys of what is searched."""
+        found: dict[str, Any] = {}
+        for key, parts in self._columns.items():
+            if isinstance(parts[0], list):
+                found[key] = [text for part in parts for text in part]
+            else:
+                found[key] = np.concatenate(parts)
+        return found
+
+    def archive(self, seconds: float) -> xr.Dataset:
+        """The archive of all designs; their results leave this object."""
+        import xarray as xr
+
+        plan = self.task.plan(self.columns(), len(self))
+        labels = describe(plan, seconds=seconds)
+        data = {
+            name: _joined([r.pop(name) for _, r in self._results], one.dims, labels.shape(name))
+            for name, one in labels.variables.items()
+            if one.data is None
+        }
+        dataset = dataset_with_warnings(labels, data)
+        counts = [count for count, _, _ in self._marks]
+        about = {
+            RESTART: "restart of the search in which the design was computed, from 1",
+            GENERATION: "generation of the search in which the design was computed, from 1",
+        }
+        for number, name in enumerate((RESTART, GENERATION), start=1):
+            values = np.repeat([mark[number] for mark in self._marks], counts).astype(np.int32)
+            attributes = {"long_name": about[name], "units": "1"}
+            dataset = dataset.assign_coords({name: xr.Variable((DESIGN,), values, attributes)})
+        return dataset
+
+
+def _keys(space: Space, columns: Columns) -> list[bytes]:
+    """Equal designs have equal keys."""
+    rows = [_numbers(space, key, values) for key, values in columns.items()]
+    if not rows:
+        return [b""]
+    table = np.ascontiguousarray(np.array(rows, dtype=np.float64).T)
+    return [row.tobytes() for row in table]
+
+
+def _numbers(space: Space, key: str, values: Any) -> Any:
+    if not isinstance(values, list):
+        return values
+    places = {text: place for place, text in enumerate(space.tables[key])}
+    return [places[text] for text in values]
+
+
+def _judged(
+    task: Task, plan: Plan, data: Mapping[str, npt.NDArray[Any]], columns: Columns
+) -> Judgement:
+    """Judge designs: worst values over all points, and by how much conditions fail."""
+    import xarray as xr
+
+    names = [n for n in (*task.names, "status") if n in data]
+    variables = {n: xr.Variable(plan.dims(n), data[n]) for n in names}
+    coordinates = {
+        key: xr.Variable((DESIGN,), np.asarray(columns[key]))
+        for key in task.names if key in columns
+    }  # fmt: skip
+    dataset = xr.Dataset(variables, coordinates)
+    dims = {str(d) for v in variables.values() for d in v.dims} - ALONG_SHAFT
+    points = [d for d in task.points if d in dims]
+    codes = task.not_counted if "status" in dataset else ()
+    search = EveryPoint(dataset, task.wanted, task.conditions, points, codes)
+    ((_, found),) = search.judged()
+    many = max(1, int(np.prod([search.sizes[d] for d in search.axes])))
+
+    scale = np.array([abs(c.limit) or 1.0 for c in task.conditions])[:, None]
+    excess = np.where(np.isfinite(found.excess), found.excess, 0.0) / scale
+    holds = np.array(found.holds, dtype=bool).reshape(excess.shape)
+    excess = np.where(~holds & ~(excess > 0.0), LEAST_VIOLATION, excess)
+    lacking = FAILED * np.where(found.points, found.lacking / many, 1.0)
+    wanted = np.where(np.isfinite(found.worst), found.worst, 0.0)
+    return Judgement(
+        wanted.T, np.vstack([excess, lacking[None, :]]).T, np.asarray(found.fulfilling)
+    )
+
+
+def _joined(
+    parts: list[npt.NDArray[Any]], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> npt.NDArray[Any]:
+    """Results of all designs; engines with fewer bearings than others have NaN at those."""
+    if DESIGN not in dims:
+        return parts[0]
+    along = dims.index(DESIGN)
+    if all(p.shape[:along] + p.shape[along + 1 :] == shape[:along] + shape[along + 1 :]
+           for p in parts):  # fmt: skip
+        return np.concatenate(parts, axis=along)
+    joined = np.full(shape, np.nan)
+    begin = 0
+    for part in parts:
+        place = [slice(n) for n in part.shape]
+        place[along] = slice(begin, begin + part.shape[along])
+        joined[tuple(place)] = part
+        begin += part.shape[along]
+    return joined

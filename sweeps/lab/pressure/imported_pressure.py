@@ -1,0 +1,166 @@
+"""A recorded pressure once it is read: cycles of each cylinder, the diagram, and what was done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.level import Level
+from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.types import Floats
+from engine_dyn.units import BAR, DEGREE
+from sweeps.base.errors import SceneError, printable
+
+__all__ = ["CYCLE_COLUMN", "HEADER", "MOST_CYCLES", "NOT_PEGGED", "ImportedPressure", "values_on"]
+
+HEADER = "# Cylinder pressure over crank angle: "
+"""How the first line of a file that `ImportedPressure.text` makes begins."""
+
+NOT_PEGGED = "not pegged"
+"""Words in the notes on a pressure whose level is as recorded, not made absolute."""
+
+CYCLE_COLUMN = "cycle_{}_bar"
+"""Column of one of several recorded cycles."""
+
+MOST_CYCLES = 1000
+"""Each becomes a diagram with tables of its own, of some tenth of a megabyte."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedPressure:
+    """Cylinder pressure from a laboratory's file.
+
+    Attributes
+    ----------
+    file : str
+        Name of the raw file, without its folder.
+    sha256 : str
+        Hash of its bytes.
+    recorded : dict of RecordedCycles
+        Cycles of each cylinder after pegging, before smoothing, by the name of its column. Each
+        counts its angle from its own firing top dead centre.
+    cylinders : dict of RecordedCycles
+        The same after all steps: one cycle where an average or one cycle was asked for.
+    geometry : CylinderGeometry
+        That the works follow from; bore and stroke are 1 m unless `sized`.
+    steps : tuple of str
+        What was found and done, in order.
+    warnings : tuple of str
+        What the checks say of it.
+    sized : bool
+        Whether bore and stroke are known.
+    pegged : bool
+        Whether the pressure was made absolute; otherwise its level is as recorded.
+    levels : dict of Level
+        What recordings that were not pegged tell of their level, where they do.
+    """
+
+    file: str
+    sha256: str
+    recorded: dict[str, RecordedCycles] = field(repr=False)
+    cylinders: dict[str, RecordedCycles] = field(repr=False)
+    geometry: CylinderGeometry = field(repr=False)
+    steps: tuple[str, ...]
+    warnings: tuple[str, ...]
+    sized: bool = True
+    pegged: bool = False
+    levels: dict[str, Level] = field(default_factory=dict, repr=False)
+
+    @property
+    def mean(self) -> RecordedCycles:
+        """The diagram: one cycle, the mean of all cylinders on the grid of the first.
+
+        Raises
+        ------
+        SceneError
+            Where there are many cycles and none was chosen.
+        """
+        members = list(self.cylinders.values())
+        first = members[0]
+        if first.cycles > 1:
+            raise SceneError(
+                f"{self.file}: has {first.cycles} cycles, but one diagram is needed: request "
+                "their average (--average, or average = true) or one of them (such as --cycle 7, "
+                "or cycle = 7)"
+            )
+        pressure = np.mean([values_on(first.angle, member) for member in members], axis=0)
+        return RecordedCycles(first.angle, np.asarray(pressure)[None, :], first.period)
+
+    def text(self, *, cycles: bool = False) -> str:
+        """CSV of the diagram, with what was done, as [indicator] of a scene reads it.
+
+        Columns `crank_angle_deg` and `pressure_bar`; of several cylinders also the pressure of
+        each. With `cycles`, `pressure_bar` is the mean of all cycles, and `cycle_1_bar`,
+        `cycle_2_bar` and so on are the cycles. The same input gives the same text.
+
+        Raises
+        ------
+        SceneError
+            As `mean`; with `cycles`, for several cylinders, and for more than MOST_CYCLES.
+        """
+        mean = self._mean_of_cycles() if cycles else self.mean
+        level = "absolute" if self.pegged else f"level as recorded, {NOT_PEGGED}"
+        lines = [
+            f"{HEADER}{level}; angle 0 is firing top dead centre",
+            f"# raw file: {self.file}",
+            f"# sha256 of the raw file: {self.sha256}",
+            f"# made by: engine-dyn {metadata.version('engine-dyn')}",
+            *(f"# {step}" for step in self.steps),
+            *(f"# warning: {warning}" for warning in self.warnings),
+        ]
+        lines = [printable(" ".join(line.splitlines())) for line in lines]
+        columns = {"crank_angle_deg": mean.angle / DEGREE, "pressure_bar": mean.pressure[0] / BAR}
+        if len(self.cylinders) > 1:
+            for number, member in enumerate(self.cylinders.values(), start=1):
+                columns[f"pressure_{number}_bar"] = values_on(mean.angle, member) / BAR
+        if cycles:
+            (only,) = self.cylinders.values()
+            for number, pressure in enumerate(only.pressure, start=1):
+                columns[CYCLE_COLUMN.format(number)] = pressure / BAR
+        lines.append(",".join(columns))
+        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+        lines += [",".join(f"{value:.10g}" for value in row) for row in rows]
+        return "\n".join(lines) + "\n"
+
+    def _mean_of_cycles(self) -> RecordedCycles:
+        """One cycle, the mean of those of the one cylinder that there is."""
+        if len(self.cylinders) > 1:
+            raise SceneError(
+                f"{self.file}: recorded cycles of {len(self.cylinders)} cylinders; must be of one: "
+                "name its pressure_column"
+            )
+        (only,) = self.cylinders.values()
+        if only.cycles > MOST_CYCLES:
+            raise SceneError(
+                f"{self.file}: {only.cycles} recorded cycles; must be at most {MOST_CYCLES}"
+            )
+        return RecordedCycles(only.angle, only.mean[None, :], only.period)
+
+    def write(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Write the diagram as CSV (see `text`).
+
+        Raises
+        ------
+        SceneError
+            As `mean`; where the file exists and `overwrite` is not set.
+        """
+        text = self.text()
+        try:
+            with Path(path).open("w" if overwrite else "x", encoding="utf-8") as stream:
+                stream.write(text)
+        except FileExistsError:
+            raise SceneError(f"{path}: exists; overwrite = True replaces it") from None
+
+
+def values_on(angle: Floats, cycle: RecordedCycles) -> Floats:
+    """Pressure of the first cycle at other angles, by the periodic cubic spline."""
+    if np.array_equal(angle, cycle.angle):
+        return np.asarray(cycle.pressure[0])
+    slopes = periodic_spline_slopes(cycle.angle, cycle.pressure[0], cycle.period)
+    return Diagram(cycle.angle, cycle.pressure[0], slopes, cycle.period)(angle)

@@ -1,0 +1,245 @@
+"""A fit to measured speeds as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.recordings.measured_speed import fluctuation
+from engine_dyn.types import Floats
+from engine_dyn.units import DEGREE
+from sweeps.lab.speed.computed_speeds import NOT_OF_SCENES, OF_WHEEL
+from sweeps.lab.speed.fitted_recordings import FittedRecordings, Seen
+from sweeps.lab.speed.labelled import labelled_dataset, of_intervals, of_recordings
+from sweeps.lab.speed.speed_fit import LEAST_LIKELIHOOD, FittedSpeeds
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Prediction", "SpeedFit", "fit_dataset"]
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedFit:
+    """A fit to some recordings.
+
+    Attributes
+    ----------
+    fit : FittedSpeeds
+        Values and their uncertainty; the angle of the gap is counted from that of `seen`.
+    seen : Seen
+        How the recordings show computed speeds.
+    with_teeth : bool
+        Whether errors of the teeth were fitted.
+    """
+
+    fit: FittedSpeeds
+    seen: Seen
+    with_teeth: bool
+
+    @property
+    def tooth_errors(self) -> Floats:
+        """Logarithms that each interval of a cycle shows too much; 0 where none are known."""
+        given = self.seen.recordings
+        if not self.with_teeth:
+            return np.zeros(given.width.size)
+        errors = np.zeros(given.sound.size)
+        errors[given.sound] = self.fit.tooth_error
+        return np.tile(errors, given.turns)
+
+    @property
+    def added(self) -> Floats:
+        """What makes fitted values those that are told, shape (P,)."""
+        gap = self.seen.gap_angle or 0.0
+        return np.array([gap / DEGREE if p.name in OF_WHEEL else 0.0 for p in self.fit.parameters])
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a fit to the other recordings says of one.
+
+    Attributes
+    ----------
+    delta, deviation : float
+        Raw delta as the wheel shows it, and its standard deviation.
+    logs : ndarray, shape (intervals,)
+        Logarithms of the raw speed between the teeth; NaN where the fit takes no interval.
+    """
+
+    delta: float
+    deviation: float
+    logs: Floats
+
+
+def fit_dataset(
+    about: Mapping[str, Any], found: SpeedFit, predicted: Sequence[Prediction]
+) -> xr.Dataset:
+    """Labels and units of a fit to all recordings.
+
+    Parameters
+    ----------
+    about : mapping
+        Attributes of what the scene computes.
+    found : SpeedFit
+        The fit.
+    predicted : sequence of Prediction
+        For each recording, or empty.
+    """
+    fit, given = found.fit, found.seen.recordings
+    names = np.array([p.name for p in fit.parameters], dtype=object)
+    middles = given.middles(found.seen.starts)
+    data = _of_parameters(found) | _of_speeds(found, middles) | _of_teeth(found)
+    if predicted:
+        data |= _of_predictions(given, predicted, middles)
+    order = np.argsort(middles[0])
+    coordinates: dict[str, Any] = {
+        "parameter": ("parameter", names, {"long_name": "fitted parameter"}),
+        "unit": ("parameter", np.array([_unit(n) for n in names], dtype=object),
+                 {"long_name": "unit of the fitted parameter"}),
+        "other_parameter": ("other_parameter", names, {"long_name": "fitted parameter"}),
+        **of_recordings(given.labels),
+        **of_intervals(
+            middles[0][order], given.width[order], given.used[order], "in the fit"
+        ),
+    }  # fmt: skip
+    coordinates |= {
+        key: ("recording", [place[key] for place in given.places], _attributes_of(key))
+        for key in given.places[0]
+        if key != "speed"
+    }
+    coordinates["speed"] = ("recording", [place["speed"] for place in given.places],
+                            {"long_name": "measured mean speed", "units": "rpm"})  # fmt: skip
+    if found.with_teeth:
+        numbers = np.arange(1, given.sound.size + 1, dtype=np.int32)
+        coordinates["tooth"] = ("tooth", numbers, "1", "tooth after the gap")
+    attributes = {
+        **about,
+        "condition_number": fit.condition,
+        "reduced_chi_square": fit.reduced_chi_square,
+        "likelihood_of_noise": fit.likelihood_of_noise,
+        "least_likelihood": LEAST_LIKELIHOOD,
+        "recordings": given.listed,
+        "remarks": "\n".join(given.remarks),
+    }
+    if given.wheel is not None and found.seen.gap_angle is not None:
+        attributes |= {
+            "teeth": "estimated" if found.with_teeth else "perfect",
+            "wheel": given.wheel.text,
+            "gap_angle": found.seen.gap_angle / DEGREE,
+        }
+    labelled = {
+        key: (dims, values, "rad s-1" if key.startswith("omega_") else "1", text)
+        for key, (dims, values, text) in data.items()
+    }
+    return labelled_dataset(labelled, coordinates, attributes)
+
+
+def _of_parameters(found: SpeedFit) -> dict[str, Any]:
+    """Values, intervals, and what was known before."""
+    fit, of, added = found.fit, ("parameter",), found.added
+
+    def known(values: Sequence[float | None]) -> Floats:
+        return np.array([np.nan if value is None else value for value in values])
+
+    prior = known([p.prior for p in fit.parameters]) + added
+    return {
+        "value": (of, fit.value + added, "fitted value, each in its own unit"),
+        "value_low": (of, fit.interval[:, 0] + added, "lower end of the 95 % interval"),
+        "value_high": (of, fit.interval[:, 1] + added, "upper end of the 95 % interval"),
+        "at_bound": (of, fit.at_bound.astype(np.int8), "whether the value is at its bound (1)"),
+        "value_deviation": (of, fit.deviation, "standard deviation of the value"),
+        "prior": (of, prior, "prior value, known without the speed"),
+        "prior_deviation": (of, known([p.prior_deviation for p in fit.parameters]),
+                            "standard deviation of prior"),
+        "correlation": (("parameter", "other_parameter"), fit.correlation, "of fitted values"),
+    }  # fmt: skip
+
+
+def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
+    """Measured and fitted speeds in the order of the angle, and their delta."""
+    fit, given = found.fit, found.seen.recordings
+    logs = np.array([one[0] for one in found.seen(fit.value[None])]) + found.tooth_errors
+    raw = given.raw
+    spread = np.array([_deviation_over_cycles(one) for one in given.cycles])
+    computed = _at_measured_level(given, logs)
+    counted = computed[:, given.used]
+    deltas = [fluctuation(one[:, given.used]) for one in given.cycles]
+    order = np.argsort(middles, axis=1)
+    raw, spread, computed, residual = (
+        np.take_along_axis(rows, order, axis=1)
+        for rows in (raw, spread, computed, np.array(fit.residual))
+    )
+    recording, over = ("recording",), ("recording", "interval")
+    return {
+        "residual": (over, residual, "measured less computed, in standard errors"),
+        "omega_raw": (over, raw, "raw speed between teeth, mean over cycles"),
+        "omega_raw_std": (over, spread, "standard deviation of omega_raw over cycles"),
+        "omega_through_wheel": (over, computed, "fitted speed as seen through the wheel"),
+        "recorded_cycles": (recording, np.array([len(one) for one in given.cycles], dtype=np.int32),
+                            "number of recorded cycles"),
+        "delta_measured_raw": (recording, [d.delta for d in deltas],
+                               "coefficient of speed fluctuation, measured, including tooth "
+                               "errors"),
+        "delta_measured_raw_uncertainty": (recording, [d.uncertainty for d in deltas],
+                                           "standard error of delta_measured_raw"),
+        "delta_through_wheel": (recording, np.ptp(counted, axis=1) / counted.mean(axis=1),
+                                "coefficient of speed fluctuation, fitted, through the wheel"),
+    }  # fmt: skip
+
+
+def _of_predictions(
+    given: FittedRecordings, predicted: Sequence[Prediction], middles: Floats
+) -> dict[str, Any]:
+    """Each recording as the others predict it, at its measured level."""
+    computed = _at_measured_level(given, np.array([one.logs for one in predicted]))
+    speed = np.take_along_axis(computed, np.argsort(middles, axis=1), axis=1)
+    recording = ("recording",)
+    return {
+        "delta_predicted": (recording, [one.delta for one in predicted],
+                            "raw delta predicted from the other recordings"),
+        "delta_predicted_deviation": (recording, [one.deviation for one in predicted],
+                                      "standard deviation of delta_predicted"),
+        "omega_predicted": (("recording", "interval"), speed,
+                            "speed as seen through the wheel, predicted from the other recordings"),
+    }  # fmt: skip
+
+
+def _at_measured_level(given: FittedRecordings, logs: Floats) -> Floats:
+    """Speeds [rad/s] of logarithms of speeds, whose mean over the used angle is the measured."""
+    share = np.where(given.used, given.width, 0.0)
+    level = np.nan_to_num(np.log(given.raw) - logs) @ share / share.sum()
+    return np.exp(logs + level[:, None])
+
+
+def _deviation_over_cycles(cycles: Floats) -> Floats:
+    """Standard deviation over cycles, each at the mean level [rad/s]."""
+    level = cycles.mean(axis=1, keepdims=True)
+    return np.asarray((cycles / level).std(axis=0, ddof=1) * level.mean())
+
+
+def _of_teeth(found: SpeedFit) -> dict[str, Any]:
+    """Errors of the wheel's intervals."""
+    if not found.with_teeth:
+        return {}
+    sound = found.seen.recordings.sound
+    errors, deviations = np.full(sound.size, np.nan), np.full(sound.size, np.nan)
+    errors[sound], deviations[sound] = found.fit.tooth_error, found.fit.tooth_deviation
+    return {
+        "tooth_error": (("tooth",), np.expm1(-errors), "relative error of the wheel's interval"),
+        "tooth_error_deviation": (("tooth",), deviations, "standard deviation of tooth_error"),
+    }
+
+
+def _attributes_of(key: str) -> dict[str, str]:
+    """Of a value that the scene gives to each recording."""
+    node = PARAMETERS[key]
+    return {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"}
+
+
+def _unit(name: str) -> str:
+    plain = name.partition("@")[0]
+    return PARAMETERS[plain].unit if plain in PARAMETERS else NOT_OF_SCENES[plain][2]

@@ -1,0 +1,273 @@
+"""Recordings of the speed of one engine, all on the same intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine_dyn.periodic_spline import wrapped
+from engine_dyn.recordings.drift import SteadySpeeds, steady_cycles, steady_turns
+from engine_dyn.recordings.marks import ASIDE
+from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
+from engine_dyn.recordings.tooth_errors import sound_intervals
+from engine_dyn.recordings.wheel import TURN, Wheel
+from engine_dyn.types import Booleans, Floats
+from engine_dyn.units import DEGREE, RPM
+from sweeps.base.errors import SceneError
+from sweeps.lab.speed.measured_files import SpeedRecord, records_of
+from sweeps.scene.measured import Measured
+
+__all__ = ["RecordedSpeeds", "first_tooth", "recorded_speeds"]
+
+LEFT_OUT = 0.05
+"""Share of intervals in no whole cycle from which on it is said."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedSpeeds:
+    """Recordings of one engine, on the same intervals.
+
+    Attributes
+    ----------
+    labels, sha256 : tuple of str
+        The files as the scene names them, and the hashes of their bytes.
+    remarks : tuple of str
+        What was seen in them, a line each.
+    cycles : list of ndarray, shape (cycles, intervals)
+        Speeds [rad/s]: raw ones between the teeth, or samples over the angle.
+    width : ndarray, shape (intervals,)
+        [rad].
+    used : ndarray of bool, shape (intervals,)
+        False for teeth that a sensor sees elsewhere, see `sound_intervals`.
+    period : float
+        Angle of the cycle [rad].
+    wheel : Wheel, optional
+        None for speed over angle.
+    angle : ndarray, shape (intervals,), optional
+        Of speed over angle [rad].
+    groups : int
+        Teeth of a turn that could be the first one.
+    first_pulse : tuple of int
+        The one that each recording begins with, from 1.
+    known_gap : float, optional
+        Crank angle of the first tooth [rad], where the scene or marks tell it.
+    turn_known : bool
+        Whether marks tell with which turn cycles begin.
+    """
+
+    labels: tuple[str, ...]
+    sha256: tuple[str, ...]
+    remarks: tuple[str, ...]
+    cycles: list[Floats]
+    width: Floats
+    used: Booleans
+    period: float
+    wheel: Wheel | None
+    angle: Floats | None
+    groups: int
+    first_pulse: tuple[int, ...]
+    known_gap: float | None
+    turn_known: bool
+
+    @property
+    def turns(self) -> int:
+        """Turns of a cycle."""
+        return round(self.period / TURN)
+
+    @property
+    def sound(self) -> Booleans:
+        """Intervals of the wheel that are used, shape (teeth,)."""
+        return self.used[: self.used.size // self.turns]
+
+    @property
+    def raw(self) -> Floats:
+        """Mean over the cycles of each recording, shape (recordings, intervals)."""
+        return _means(self.cycles)
+
+    @property
+    def listed(self) -> str:
+        """The files and their hashes, a line each."""
+        pairs = zip(self.labels, self.sha256, strict=True)
+        return "\n".join(f"{label} sha256 {digest}" for label, digest in pairs)
+
+    def gap(self, raw: Floats, angle: Floats, speed: Floats, known: float | None) -> GapAngle:
+        """Where the wheel is on the shaft, by the likeness of means and computed speeds.
+
+        Parameters
+        ----------
+        raw : ndarray, shape (recordings, intervals)
+            Means of the recordings that count.
+        angle, speed : ndarray, shape (samples,), (recordings, samples)
+            Their computed speeds [rad/s]; of NaN, the recording tells nothing, and is taken to
+            begin with the first tooth.
+        known : float, optional
+            The angle of the gap [rad], where it is given.
+        """
+        assert self.wheel is not None
+        has = np.isfinite(speed).all(axis=1)
+        first = known or 0.0
+        alike = np.full((len(raw), self.turns * self.groups), np.nan)
+        zero = np.zeros(len(raw), dtype=np.int64)
+        if not has.any():
+            return GapAngle(first, zero, alike, zero, first + np.zeros(len(raw)))
+        found = find_gap_angle(
+            raw[has],
+            angle,
+            speed[has],
+            self.wheel,
+            self.period,
+            known,
+            self.sound,
+            self.groups,
+            self.turn_known,
+        )
+        if has.all():
+            return found
+        turn, late, start = zero.copy(), zero.copy(), np.full(len(raw), found.angle)
+        turn[has], late[has], start[has] = found.turn, found.late, found.start
+        alike[has] = found.correlation
+        return GapAngle(found.angle, turn, alike, late, start)
+
+    def from_first_tooth(self, found: GapAngle) -> RecordedSpeeds:
+        """Recordings whose intervals begin with the first tooth, and a remark on the choice."""
+        if self.groups == 1:
+            return self
+        assert self.wheel is not None
+        said = tuple(
+            f"{label}: {self.groups} teeth of {self.wheel.text} could be the first one; that of "
+            f"pulse {first + (self.wheel.teeth - late) % self.wheel.teeth} is taken"
+            f"{', in best agreement with the computed speed' * bool(np.isfinite(alike))} "
+            "(first_tooth takes another one)"
+            for label, first, late, alike in zip(
+                self.labels, self.first_pulse, found.late, found.correlation[:, 0], strict=True
+            )
+        )
+        cycles = found.from_first_tooth(self.cycles)
+        used = np.tile(sound_intervals(_means(cycles), self.wheel), self.turns)
+        return replace(self, cycles=cycles, used=used, remarks=self.remarks + said)
+
+    def middles(self, starts: Floats) -> Floats:
+        """Middles of the intervals [rad], shape (recordings, intervals), within one cycle.
+
+        `starts` are the angles at which the recordings begin.
+        """
+        if self.angle is not None:
+            return np.tile(self.angle, (starts.size, 1))
+        begin = np.concatenate([[0.0], np.cumsum(self.width)[:-1]])
+        middle = starts[:, None] + begin + 0.5 * self.width + 0.5 * self.period
+        return np.asarray(middle % self.period - 0.5 * self.period)
+
+
+def recorded_speeds(
+    given: Measured, period: float, name: str, most_samples: int | None = None
+) -> RecordedSpeeds:
+    """Read the recordings of a scene.
+
+    Parameters
+    ----------
+    given : Measured
+        The table [measured].
+    period : float
+        Angle of the engine's cycle [rad].
+    name : str
+        The scene as messages call it.
+    most_samples : int, optional
+        Of a cycle of speed over angle; otherwise all have those of the finest recording.
+
+    Raises
+    ------
+    SceneError
+        One line, see `records_of`; also for a recording without a whole cycle.
+    """
+    records = records_of(given, period, name)
+    wheel, turns, angle = given.wheel, round(period / TURN), None
+    if wheel is None:
+        angle, cycles = _over_angle(records, period, most_samples)
+        width = np.full(angle.size, period / angle.size)
+        steady = [steady_cycles(one, width) for one in cycles]
+        cycles = [one.cycles for one in steady]
+        used = np.ones(angle.size, dtype=np.bool_)
+    else:
+        steady = [_between_teeth(record, turns, name) for record in records]
+        cycles = [one.cycles for one in steady]
+        width = np.tile(wheel.width, turns)
+        used = np.tile(sound_intervals(_means(cycles), wheel), turns)
+    return RecordedSpeeds(
+        tuple(r.label for r in records), tuple(r.sha256 for r in records),
+        tuple(
+            f"{record.label}: {line}"
+            for record, one in zip(records, steady, strict=True)
+            for line in (*record.remarks, *_drift_remarks(one))
+        ),
+        cycles, width, used, period, wheel, angle, given.groups,
+        tuple(r.teeth.first + 1 for r in records if r.teeth is not None),
+        _known_gap(records, name), all(r.turn_known for r in records),
+    )  # fmt: skip
+
+
+def first_tooth(start: float, errors: Floats, wheel: Wheel, sound: Booleans) -> float:
+    """True angle of the first tooth: sound teeth are on the average where they should be [rad]."""
+    aside = np.concatenate([[0.0], np.cumsum(wheel.width * errors)[:-1]])
+    return start - float(aside[sound & np.roll(sound, 1)].mean())
+
+
+def _known_gap(records: Sequence[SpeedRecord], name: str) -> float | None:
+    """Crank angle of the first tooth [rad], about which the marks of all records must agree."""
+    gaps = np.array([record.gap for record in records if record.gap is not None])
+    if not gaps.size:
+        return None
+    away = wrapped(gaps - gaps[0], TURN)
+    if np.ptp(away) > ASIDE:
+        listed = ", ".join(f"{gap / DEGREE:.4g}" for gap in gaps)
+        raise SceneError(
+            f"{name}: [measured] mark_column: the first tooth passes at {listed} degrees; must be "
+            f"the same within {ASIDE / DEGREE:g} in all files"
+        )
+    return float(gaps[0] + away.mean())
+
+
+def _means(cycles: Sequence[Floats]) -> Floats:
+    return np.array([one.mean(axis=0) for one in cycles])
+
+
+def _between_teeth(record: SpeedRecord, turns: int, name: str) -> SteadySpeeds:
+    """Cycles of the speed between the teeth, without its drift."""
+    assert record.teeth is not None
+    try:
+        return steady_turns(record.teeth, turns)
+    except ValueError as error:
+        raise SceneError(f"{name}: [measured] {record.label}: {error}") from None
+
+
+def _drift_remarks(found: SteadySpeeds) -> list[str]:
+    """Remarks on a drift, and on intervals at the ends."""
+    said = []
+    if found.drift is not None:
+        first, last, _ = found.drift
+        said.append(
+            f"the speed {'rises' if last > first else 'falls'} from {first / RPM:.4g} to "
+            f"{last / RPM:.4g} rpm, by {abs(100.0 * found.drift.in_a_cycle):.2g} % in a cycle: "
+            "this drift is taken out of the speeds; delta is that of no steady speed"
+        )
+    if found.left_out > LEFT_OUT:
+        said.append(
+            f"{100.0 * found.left_out:.2g} % of the intervals belong to no whole cycle and are "
+            "left out"
+        )
+    return said
+
+
+def _over_angle(
+    records: Sequence[SpeedRecord], period: float, most: int | None
+) -> tuple[Floats, list[Floats]]:
+    """Cycles of speed over angle on common angles: those of the finest recording, not too many."""
+    given = [(r.angle, r.cycles) for r in records if r.angle is not None and r.cycles is not None]
+    count = max(angle.size for angle, _ in given)
+    count = count if most is None else min(count, most)
+    common: Floats = -0.5 * period + period / count * np.arange(count, dtype=np.float64)
+    return common, [
+        np.array([np.interp(common, angle, one, period=period) for one in cycles])
+        for angle, cycles in given
+    ]

@@ -1,0 +1,340 @@
+"""What an archive contains beside its results: the scene, and all files that the scene names.
+
+It is read without xarray, and without any file but the archive.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.base.checks import shortened
+from sweeps.base.columns.recording import MOST_BYTES
+from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION
+from sweeps.base.errors import SceneError, one_line
+from sweeps.base.files.regular_files import reading, regular_bytes
+from sweeps.base.netcdf.netcdf_files import DAMAGE, check_format, opened_archive
+from sweeps.catalogue import PACKAGE
+from sweeps.running.archive.provenance import (
+    check_identity,
+    confidential_hashes,
+    files_from_text,
+    samples_hash,
+)
+from sweeps.scene.plan.plan import Plan, make_plan
+from sweeps.scene.plan.shards import part, shard
+from sweeps.scene.reading import scene_of
+from sweeps.scene.sample import parameters_of
+
+__all__ = [
+    "Contents",
+    "check_confidential",
+    "damage_refused",
+    "part_of",
+    "plan_of",
+    "read_contents",
+    "with_confidential",
+]
+
+MOST = 1 << 30
+"""Positions along an axis of which an archive may claim to be a part."""
+
+_NEEDED = ("scene", "scene_name", "input_files", "identity")
+
+_MOVED = {
+    1: {"sweeps/engines": "sweeps/catalogue/engines", "sweeps/scenes": "sweeps/catalogue/scenes"}
+}
+"""Folders of the package in archives of older formats, and what they are now."""
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What an archive says about the run that made it.
+
+    Attributes
+    ----------
+    path : Path
+        The archive.
+    attributes : mapping
+        Its own attributes.
+    source : dict
+        The scene as it was read; of very long lists their number of values.
+    folder : str
+        Where paths of the scene start from.
+    files : dict of bytes
+        The files that it names.
+    values : dict
+        Values along each dimension, columns and labels of designs.
+    identity : dict
+        See `sweeps.running.archive.provenance`.
+    piece : dict
+        Which part of the scene the archive is; empty for the whole scene.
+    dimension : dict of str
+        The dimension of each of them.
+    level : int
+        Its compression level.
+    confidential : dict of str
+        Hashes of the files that it does not hold, without their comments.
+    """
+
+    path: Path
+    attributes: Mapping[str, Any]
+    source: dict[str, Any]
+    folder: str
+    files: dict[str, bytes]
+    values: dict[str, Any]
+    identity: dict[str, Any] = field(default_factory=dict)
+    piece: dict[str, Any] = field(default_factory=dict)
+    dimension: dict[str, str] = field(default_factory=dict)
+    level: int = 0
+    confidential: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def single(self) -> bool:
+        """Whether results are kept in 32 bits."""
+        return bool(self.identity.get("numbers") == "float32")
+
+
+@contextmanager
+def damage_refused(path: Path) -> Iterator[None]:
+    """Refuse, in one line, an archive whose contents cannot be used: damaged, or of other origin.
+
+    Raises
+    ------
+    SceneError
+        For every failure of reading what the archive contains.
+    """
+    try:
+        yield
+    except SceneError:
+        raise
+    except DAMAGE as error:
+        raise SceneError(
+            f"{path}: the stored description of its run is damaged ({one_line(error, 200)})"
+        ) from error
+
+
+def read_contents(path: Path) -> Contents:
+    """Read what an archive contains beside its results.
+
+    Raises
+    ------
+    SceneError
+        Where it is no archive that `run` wrote, or of a newer format than this version reads.
+    """
+    with damage_refused(path), opened_archive(path) as file:
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+        missing = [name for name in _NEEDED if name not in attributes]
+        if missing:
+            raise SceneError(
+                f"{path}: not an archive written by `run` of this version (no attribute "
+                f"'{missing[0]}')"
+            )
+        coordinates = {
+            name: variable
+            for name, variable in file.variables.items()
+            if variable.dimensions == (name,)
+            or (variable.dimensions == (DESIGN,) and _is_column(name))
+        }
+        values = {name: variable[...] for name, variable in coordinates.items()}
+        dimension = {name: variable.dimensions[0] for name, variable in coordinates.items()}
+        filters = [variable.filters() or {} for variable in file.variables.values()]
+        level = max((f["complevel"] for f in filters if f.get("zlib")), default=0)
+    with damage_refused(path):
+        piece = json.loads(attributes.get("part", "{}"))
+        _check_piece(piece, dimension, values, reduced=REDUCTION in attributes)
+        folder, files = files_from_text(attributes["input_files"])
+        folder, files = files_as_now(folder, files, check_format(attributes, path))
+        identity = json.loads(attributes["identity"])
+        check_identity(identity)
+        attributes["seconds"] = float(attributes.get("seconds", 0.0))
+        source = json.loads(attributes["scene"])
+        if not isinstance(source, dict) or not isinstance(source.get("axes", {}), dict):
+            raise ValueError("scene: no tables")
+        return Contents(
+            path, attributes, source, folder, files, values, identity, piece, dimension, level,
+            confidential_hashes(attributes["input_files"]),
+        )  # fmt: skip
+
+
+def files_as_now(
+    folder: str, files: dict[str, bytes], version: int
+) -> tuple[str, dict[str, bytes]]:
+    """Folder and files of an archive, those of the package as this version names them.
+
+    Files of the package are kept by their place in it. The folder of a built-in scene is kept as it
+    was on the machine of the run, where the package may have lain elsewhere.
+    """
+    moved = _MOVED.get(version, {})
+
+    def name_now(name: str) -> str:
+        home = PurePath(name).parent.as_posix()
+        return f"{moved[home]}/{PurePath(name).name}" if home in moved else name
+
+    found = {name_now(name): data for name, data in files.items()}
+    place = "/".join(PurePath(folder).parts[-(2 if version == 1 else 3) :])
+    place = moved.get(place, place)
+    if any(PurePath(name).parent.as_posix() == place for name in found):
+        folder = str(PACKAGE.parent / place)
+    return folder, found
+
+
+def plan_of(
+    archive: Contents, *, axis: str = "", values: Any = None,
+    coordinates: Mapping[str, Any] | None = None,
+) -> Plan:  # fmt: skip
+    """Plan of the scene that an archive contains, which reads no other file.
+
+    Parameters
+    ----------
+    archive : Contents
+        Where the scene is.
+    axis, values
+        An axis that has other values.
+    coordinates : mapping, optional
+        Values of axes, columns of designs and labels instead of the archive's own: a shard has only
+        its part of them.
+
+    Raises
+    ------
+    SceneError
+        As `read_scene`; where the archive is a shard that does not contain all values.
+    """
+    with damage_refused(archive.path):
+        raw, drawn = _scene_tables(archive, coordinates)
+        source = archive.source
+        if axis:
+            raw["axes"][axis] = values
+            listed = shortened([float(value) for value in values])
+            source = {**source, "axes": {**source["axes"], axis: listed}}
+        name = str(archive.attributes["scene_name"])
+        folder = Path(archive.folder)
+        scene = scene_of(raw, name, folder, Path(name), archive.files, columns=drawn)
+        scene = replace(scene, source=source)
+        # What is joined has the modes that the archive has, whatever new values would ask for.
+        joined = (axis or coordinates is not None) and not scene.beside and scene.engine.shaft
+        if joined and len(archive.values.get("mode", ())):
+            scene = replace(scene, modes=len(archive.values["mode"]), modes_below=None)
+        return make_plan(scene)
+
+
+def _scene_tables(
+    archive: Contents, coordinates: Mapping[str, Any] | None
+) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Tables of the scene, and the values of its sample.
+
+    Long lists and values that were drawn are those that the archive keeps as coordinates.
+    """
+    known = archive.values if coordinates is None else coordinates
+    raw: dict[str, Any] = json.loads(json.dumps(archive.source))
+    divided = "" if coordinates is not None else archive.piece.get("axis", "")
+
+    def texts_or_numbers(key: str) -> Any:
+        found = filled("designs", key)
+        return [str(text) for text in found] if key in LABELS else found
+
+    def filled(table: str, key: str) -> Any:
+        if "reduce" in raw:
+            raise SceneError(
+                f"{archive.path}: holds the designs that [reduce] kept, and not all values of "
+                f"{key}; the scene itself is needed"
+            )
+        if divided == (DESIGN if table == "designs" else key):
+            raise SceneError(
+                f"{archive.path}: is a shard with only its own values of {key}; merge all shards "
+                "first"
+            )
+        return np.asarray(known[key])
+
+    for key, item in raw.get("axes", {}).items():
+        if isinstance(item, str):  # a long list: only its number of values
+            raw["axes"][key] = filled("axes", key)
+    designs = raw.get("designs", {})
+    if "reduce" in raw and "file" in designs:
+        filled("designs", "the columns of [designs]")
+    if "file" in designs:
+        columns = [k for k in known if _is_column(k) and k not in raw.get("axes", {})]
+        designs = raw["designs"] = dict.fromkeys(columns, "in the archive")
+    for key, item in designs.items():
+        if isinstance(item, str):
+            designs[key] = texts_or_numbers(key)
+    if "sample" not in raw or "reduce" in raw:
+        return raw, None
+    return raw, {key: texts_or_numbers(key) for key in parameters_of(raw["sample"])}
+
+
+def _check_piece(
+    piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any], *, reduced: bool
+) -> None:
+    """Check that an archive says of which part of its scene it is, where it is one."""
+    if not isinstance(piece, dict):
+        raise ValueError("part: no table")
+    if "shard" not in piece:
+        return
+    first, size, axis = piece["first"], piece["of"], piece["axis"]
+    if reduced:  # it has no coordinate of all its positions
+        axis, values, dimension = "", {"": ()}, {"": ""}
+    if not (isinstance(first, int) and isinstance(size, int) and isinstance(piece["shard"], str)):
+        raise ValueError("part: no numbers")
+    if first < 0 or dimension.get(axis) != axis or not first + len(values[axis]) <= size <= MOST:
+        raise ValueError("part: it does not fit its axis")
+
+
+def _is_column(name: str) -> bool:
+    return name in PARAMETERS or name in LABELS
+
+
+def with_confidential(archive: Contents, path: Path) -> Contents:
+    """Return the contents with a file for the one that the archive does not hold.
+
+    Raises
+    ------
+    SceneError
+        Where it holds all its files, or the file cannot be read.
+    """
+    if not archive.confidential:
+        raise SceneError(
+            f"{archive.path}: its diagram is stored in it; --indicator is only for "
+            "an archive without its diagram"
+        )
+    with reading(str(path), "the confidential diagram of an archive"):
+        data = regular_bytes(path, MOST_BYTES)
+    name = next(iter(archive.confidential))
+    return replace(archive, files={**archive.files, name: data})
+
+
+def check_confidential(archive: Contents, plan: Plan) -> None:
+    """Check that the diagram that was given is the one that the archive was made from.
+
+    Raises
+    ------
+    SceneError
+        Where its hash differs.
+    """
+    for name, expected in archive.confidential.items():
+        found = samples_hash(plan.scene.files.get(name, b""))
+        if found != expected:
+            raise SceneError(
+                f"{archive.path}: --indicator: not the diagram with which the archive was made "
+                f"(sha256 {found[:16]}, must be {expected[:16]})"
+            )
+
+
+def part_of(archive: Contents, plan: Plan) -> Plan:
+    """Return the part of a plan that an archive is; the plan itself where it has no parts."""
+    if not archive.piece:
+        return plan
+    with damage_refused(archive.path):
+        if plan.scene.reduce is not None:
+            number, _, count = archive.piece["shard"].partition("/")
+            return shard(plan, int(number), int(count))
+        axis, first = archive.piece["axis"], int(archive.piece["first"])
+        places = np.arange(first, first + len(archive.values[axis]))
+        return part(plan, axis, places, archive.attributes["part"])

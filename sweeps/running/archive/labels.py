@@ -1,0 +1,507 @@
+"""Labels at the mouth of the river: arrays get names, units and provenance.
+
+`describe` knows all of them, without any array of results; a dataset (`label`) and an archive that
+is written block by block (`sweeps.running.archive.netcdf`) are both made from what it says.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn import status
+from engine_dyn.engine import Engine
+from engine_dyn.geometry.articulated_rod import ArticulatedRod
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.plausibility.usual_ranges import Check
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
+from engine_dyn.quantities.loads import load_coefficient_unit
+from engine_dyn.quantities.node import Dimension, Node
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
+from sweeps.base.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN
+from sweeps.base.errors import printable
+from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT
+from sweeps.lab.pressure.imported_pressure import NOT_PEGGED
+from sweeps.running.archive.provenance import provenance
+from sweeps.running.archive.several_engines import about_several, engine_of
+from sweeps.running.archive.warnings import ATTRIBUTE, Watch
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.model import Scene
+from sweeps.scene.plan.elasticities import KIND, KINDS
+from sweeps.scene.plan.plan import Plan
+from sweeps.scene.plan.plausibility import implausible_results, plausibility_warnings
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "Labels",
+    "Variable",
+    "as_stored",
+    "dataset_of",
+    "dataset_with_warnings",
+    "describe",
+    "flags",
+    "label",
+    "to_file_units",
+]
+
+_NAMES = {
+    "case": "name of the design",
+    "engine": "engine",
+    "method": "method of the periodic speed",
+    "inertia_model": "model of the moment of inertia",
+    "arrangement": "arrangement of the cylinders",
+    "firing_pattern": "firing pattern",
+}
+"""Long names of axes of words and of labels of designs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """One variable of an archive.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Its dimensions.
+    attributes : mapping
+        Texts, numbers, arrays of numbers.
+    data : ndarray, optional
+        Its values in the units of files, where they are known without computing.
+    kind : str
+        NumPy's word for its numbers.
+    si : float
+        SI value of one of its units.
+    """
+
+    dims: tuple[str, ...]
+    attributes: Mapping[str, Any]
+    data: npt.NDArray[Any] | None = None
+    kind: str = "f8"
+    si: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """All that an archive says beside its results: see `describe`.
+
+    `warnings` are lines about implausible values of what is given, and `watched` the ranges of
+    results; what is outside is known when these are there (`sweeps.running.archive.warnings`).
+    """
+
+    sizes: Mapping[str, int]
+    variables: Mapping[str, Variable]
+    coordinates: Mapping[str, Variable]
+    attributes: Mapping[str, Any]
+    warnings: tuple[str, ...] = ()
+    watched: Mapping[str, Check] = field(default_factory=dict)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Lengths of a variable's dimensions."""
+        return tuple(self.sizes[d] for d in self.variables[name].dims)
+
+    def watch(self) -> Watch:
+        """Return what looks at results while they are put."""
+        sizes = {
+            name: {d: self.sizes[d] for d in self.variables[name].dims} for name in self.watched
+        }
+        axes = {
+            name: (str(axis.attributes.get("units", "")).removeprefix("1"), axis.data)
+            for name, axis in self.coordinates.items()
+            if axis.data is not None and axis.data.dtype.kind in "if"
+        }
+        for name in axes:
+            words = self.coordinates.get(f"{name}_name")
+            if words is not None and words.data is not None:
+                axes[name] = "", words.data
+        return Watch(self.warnings, self.watched, sizes, axes)
+
+
+def describe(
+    plan: Plan, *, seconds: float | None = None, command: str = "", single: bool = False,
+    machine: str = "", full_paths: bool = False,
+) -> Labels:  # fmt: skip
+    """Names, dimensions, units and provenance of what a plan computes.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    seconds : float, optional
+        How long that took.
+    command : str
+        The command line that asked for it.
+    single : bool
+        Results are kept in 32 bits.
+    machine : str
+        What computed it, unless it is this machine.
+    full_paths : bool
+        Whether names of files keep their folders; else they begin in that of the scene.
+    """
+    scene = plan.scene
+    variables: dict[str, Variable] = {}
+    for name in plan.outputs:
+        node, dims = plan.computed[name].node, plan.dims(name)
+        if name == "status":
+            variables[name] = Variable(dims, flags(node.long_name, status.MEANINGS), kind="i1")
+        elif name.endswith(KIND):
+            variables[name] = Variable(dims, flags(node.long_name, KINDS), kind="i1")
+        else:
+            kind = "f4" if single else "f8"
+            about = _about_several(plan, name) if plan.parts else _attributes(plan, node)
+            if node.meanings:
+                about = {**about, **flags(node.long_name, node.meanings, kind)}
+            variables[name] = Variable(dims, about, kind=kind, si=node.si)
+    if scene.reference is not None:
+        for name, column in scene.reference.columns.items():
+            node = scene.node(name)
+            attributes = {
+                **_attributes(plan, node),
+                "long_name": f"{node.long_name}, published",
+                "comment": f"from {printable(scene.reference.file)}",
+            }
+            variables[f"{name}{PUBLISHED}"] = Variable(
+                scene.reference.dimensions, attributes, column
+            )
+    coordinates = _coordinates(plan, {d for v in variables.values() for d in v.dims})
+    dims = tuple(d for v in (*coordinates.values(), *variables.values()) for d in v.dims)
+    numbers = "float32" if single else "float64"
+    attributes = _about(plan) | provenance(
+        plan, seconds=seconds, command=command, numbers=numbers, machine=machine,
+        full_paths=full_paths,
+    )  # fmt: skip
+    return Labels(
+        {d: plan.sizes[d] for d in dims}, variables, coordinates, attributes,
+        plausibility_warnings(plan), implausible_results(plan),
+    )  # fmt: skip
+
+
+def _about_several(plan: Plan, name: str) -> dict[str, Any]:
+    """Attributes of a result of several engines: those of the first that has it."""
+    parts = (plan.whole or plan).parts
+    plans = [part.plan for part in parts if name in part.plan.outputs]
+    each = [_attributes(one, one.scene.node(name)) for one in plans]
+    attributes = each[0]
+    if any(other.get("units") != attributes.get("units") for other in each):
+        attributes.pop("units", None)
+        attributes["comment"] = (
+            "no single unit: it depends on the load exponent, which differs between the engines"
+        )
+    lacking = [engine_of(part) for part in parts if name not in part.plan.outputs]
+    if lacking:
+        attributes["comment"] = f"not available for {', '.join(dict.fromkeys(lacking))}"
+    return attributes
+
+
+def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Results in the units of files, in place where they can be written to.
+
+    Here and nowhere else; a second array of this size is what may not fit beside the first.
+    """
+    if variable.si == 1.0:
+        return data
+    return np.divide(data, variable.si, out=data if data.flags.writeable else None)
+
+
+def as_stored(labels: Labels, results: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Results in the units and the kinds of number that their archive stores.
+
+    They are in SI units, and are converted in place where that is possible.
+    """
+    found = {}
+    for name in list(results):
+        variable = labels.variables[name]
+        array = to_file_units(variable, results.pop(name))
+        if array.dtype.str[1:] != variable.kind:
+            with np.errstate(over="ignore"):  # a number too large for 32 bits becomes infinite
+                array = array.astype(variable.kind)
+        found[name] = array
+    return found
+
+
+def label(
+    plan: Plan, results: Mapping[str, npt.NDArray[Any]], *, seconds: float | None = None
+) -> xr.Dataset:
+    """Put names, units and provenance on the results of a plan, which become part of the dataset.
+
+    Values are converted from SI to the units of files in place.
+    """
+    labels = describe(plan, seconds=seconds)
+    data = {
+        name: to_file_units(v, results[name])
+        for name, v in labels.variables.items()
+        if v.data is None
+    }
+    return dataset_with_warnings(labels, data)
+
+
+def dataset_with_warnings(labels: Labels, data: Mapping[str, npt.NDArray[Any]]) -> xr.Dataset:
+    """Dataset of labels and of results in the units of files, which are looked at."""
+    watch = labels.watch()
+    for name, values in data.items():
+        watch.look(name, (), values)
+    dataset = dataset_of(labels, data)
+    dataset.attrs[ATTRIBUTE] = watch.text()
+    return dataset
+
+
+def dataset_of(labels: Labels, data: Mapping[str, Any]) -> xr.Dataset:
+    """Dataset of labels and of arrays in the units of files, which may be lazy ones of xarray."""
+    import xarray as xr
+
+    variables = {
+        name: _variable(v.dims, data[name] if v.data is None else v.data, v.attributes)
+        for name, v in labels.variables.items()
+    }
+    coordinates = {
+        name: _variable(v.dims, v.data, v.attributes, name)
+        for name, v in labels.coordinates.items()
+        if v.data is not None
+    }
+    dataset = xr.Dataset(variables, coords=coordinates)
+    for name, variable in dataset.variables.items():
+        if name in dataset.coords or variable.dtype.kind != "f":
+            variable.encoding["_FillValue"] = None
+    dataset.attrs = dict(labels.attributes)
+    return dataset
+
+
+def _variable(
+    dims: tuple[str, ...], data: Any, attributes: Mapping[str, Any], name: str = ""
+) -> xr.Variable:
+    import pandas as pd
+    import xarray as xr
+    from xarray.core.indexing import ExplicitlyIndexed
+
+    # `fastpath`: an array or index is taken as it is. Else xarray asks whether it is one of dask's,
+    # and imports dask, where it is installed, to find out.
+    if dims == (name,):
+        return xr.IndexVariable(dims, pd.Index(data), attributes, fastpath=True)
+    lazy = isinstance(data, ExplicitlyIndexed)
+    return xr.Variable(dims, data if lazy else np.asarray(data), attributes, fastpath=True)
+
+
+def _attributes(plan: Plan, node: Node) -> dict[str, str]:
+    attributes = {"long_name": node.long_name}
+    if node.name == "pressure" and _as_recorded(plan.scene):
+        attributes["long_name"] = "pressure in cylinder 1, level as recorded"
+    if node.symbol:
+        attributes["symbol"] = f"${node.symbol}$"
+    unit: str | None = node.unit
+    if node.name == "load_coefficient" and not unit:
+        exponents = plan.leaves["load_exponent"].data
+        first = float(exponents.min())
+        unit = load_coefficient_unit(first) if first == exponents.max() else None
+        if unit is None:
+            attributes["comment"] = "unit N m s^alpha: it depends on the load exponent"
+    if unit is not None:
+        attributes["units"] = unit
+    if node.source:
+        attributes["references"] = node.source
+    return attributes
+
+
+def _as_recorded(scene: Scene) -> bool:
+    """Whether the pressure was recorded, and its level not made absolute."""
+    if scene.indicator is not None:
+        return any(NOT_PEGGED in note for note in scene.indicator_notes)
+    return any(" level: " in f" {line}" for line in scene.engine.diagram_warnings)
+
+
+def flags(long_name: str, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
+    """Attributes of a variable whose numbers stand for words; `kind` is that of its numbers."""
+    return {
+        "long_name": long_name,
+        "units": "1",
+        "flag_values": np.arange(len(meanings), dtype=kind),
+        "flag_meanings": " ".join(meanings),
+    }
+
+
+def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
+    """Coordinates of the axes of a scene, and of other dimensions that are used."""
+    scene = plan.scene
+    found: dict[str, Variable] = {}
+    for name in scene.dimensions:
+        if name in PARAMETERS:
+            found[name] = _of_values(name, scene.axes[name], PARAMETERS[name])
+            continue
+        what = "design" if name == DESIGN else _NAMES[name]
+        about = {"long_name": f"number of the {what}", "units": "1"}
+        found[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
+        if name != DESIGN:
+            found[f"{name}_name"] = _of_texts(name, _called(scene, name, scene.axes[name]), what)
+            continue
+        for column, values in scene.designs.items():
+            found[column] = _of_values(DESIGN, values, PARAMETERS[column])
+        for column, texts in scene.labels.items():
+            found[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
+    for name, points in plan.points.items():
+        if name in used:
+            found[name] = _of_values(name, points, DIMENSIONS[name])
+            if name == "mode" and (told := plan.modes):
+                about = {**found[name].attributes, "comment": told}
+                found[name] = replace(found[name], attributes=about)
+    shaft = scene.engine.shaft
+    if shaft is not None and not plan.parts:
+        for name, texts in (("disc", shaft.discs), ("shaft", shaft.shaft_names)):
+            if name in used:
+                found[f"{name}_name"] = _of_texts(name, texts, f"name of the {name}")
+    for dimension in (d for d in (PARAMETER, UNCERTAIN) if d in used):
+        for fact, text in (("unit", "unit"), ("long_name", "meaning")):
+            facts = [getattr(PARAMETERS[key], fact) for key in plan.points[dimension]]
+            found[f"{dimension}_{fact}"] = _of_texts(dimension, facts, f"{text} of the parameter")
+    return found
+
+
+def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
+    """Texts of an axis; engines by their names.
+
+    A scene names some by the path of their file, which says less. In a table of designs that stays,
+    because it is read back where the archive is computed again.
+    """
+    if name != ENGINE:
+        return list(texts)
+    names: dict[str, str] = {}
+    for one in scene.ordinary_scenes:
+        given = one.source.get(ENGINE)
+        if isinstance(given, str):
+            names[given] = one.engine.name
+    return [names.get(text, text) for text in texts]
+
+
+def _of_values(dimension: str, values: Any, node: Node | Dimension) -> Variable:
+    """Coordinate of numbers, or of words that are the points of a dimension."""
+    attributes = {"long_name": node.long_name, "units": node.unit}
+    if node.symbol:
+        attributes["symbol"] = f"${node.symbol}$"
+    return Variable((dimension,), attributes, np.asarray(values))
+
+
+def _of_texts(dimension: str, texts: Any, long_name: str) -> Variable:
+    """Coordinate of texts."""
+    attributes = {"long_name": long_name, "units": "1"}
+    return Variable((dimension,), attributes, np.array(texts, dtype=object))
+
+
+def _about(plan: Plan) -> dict[str, Any]:
+    """Attributes that say what was computed."""
+    scene = plan.scene
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "archive_format": str(ARCHIVE_FORMAT),
+        "title": scene.title,
+        **(about_several(plan, _about_engine) if plan.parts else _about_engine(plan)),
+        "solver": json.dumps(
+            {
+                "method": list(scene.methods),
+                "inertia_model": list(scene.inertia_models),
+                "closure": scene.closure,
+                "tolerance": scene.tolerance,
+            }
+        ),
+        "axes_without_effect": ", ".join(plan.unused),
+    }
+    return {key: value for key, value in attributes.items() if value != ""}
+
+
+def _about_engine(plan: Plan) -> dict[str, str]:
+    """Attributes that say what the engine of a plan is."""
+    leaves = plan.leaves
+    names = sorted(_TOLD.keys() & leaves.keys(), key=_TOLD.__getitem__)
+    given = {name: float(leaves[name].data) for name in names if not leaves[name].dims}
+    return {
+        **_of_engine(plan.scene.engine),
+        "parameters": json.dumps(given),
+        "arrangement": _arrangements(plan.scene),
+        "shaft": _shaft(plan.scene),
+    }
+
+
+@lru_cache(maxsize=16)
+def _of_engine(engine: Engine) -> dict[str, str]:
+    """What every plan of an engine says of it."""
+    return {
+        "references": "; ".join(engine.sources),
+        "engine": engine.name,
+        "engine_title": engine.title,
+        "engine_assumed": json.dumps(dict(engine.assumed), ensure_ascii=False),
+        "engine_values": json.dumps(dict(engine.values)),
+    }
+
+
+def _arrangements(scene: Scene) -> str:
+    """JSON of the cylinders of the scene; empty where their throws are not known.
+
+    A list where the arrangement is an axis; nothing where a firing angle or the number of cylinders
+    is.
+    """
+    keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
+    if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
+        return ""
+    fixed = {k: scene.settings[k] * si for k, si in keys.items() if k in scene.settings}
+    if scene.arrangements:
+        each = [_arrangement(with_values(engine, fixed)) for engine in scene.arrangements]
+        return json.dumps(each)
+    if len(scene.counts) > 1:
+        return ""
+    own = _arrangement(with_values(cylinders_of_count(scene, scene.counts[0]), fixed))
+    return json.dumps(own) if own else ""
+
+
+def _shaft(scene: Scene) -> str:
+    """JSON of the discs that shafts and gears join and of the throws', counted from 1.
+
+    Empty without a shaft.
+    """
+    shaft = scene.engine.shaft
+    if shaft is None:
+        return ""
+    pairs = {"shafts": shaft.shafts, "gears": shaft.gears}
+    joined = {key: [[a + 1, b + 1] for a, b in found] for key, found in pairs.items()}
+    return json.dumps({**joined, "throws": [disc + 1 for disc in shaft.throws]})
+
+
+@lru_cache(maxsize=64)
+def _arrangement(own: Cylinders | None) -> dict[str, Any]:
+    """Throws, banks and factors of cylinders, angles in degree; empty where none are described."""
+    if own is None or own.arrangement is None:
+        return {}
+    made = own.arrangement
+
+    def degrees(angle: float) -> float:
+        return round(math.degrees(angle), 6)
+
+    def rod(one: ArticulatedRod | None) -> dict[str, float] | None:
+        return one and {**one._asdict(), "angle": degrees(one.angle), "bank": degrees(one.bank)}
+
+    return {
+        "name": made.name,
+        "period": degrees(made.period),
+        "firing_angles": [degrees(c.firing_angle) for c in made.cylinders],
+        "throws": [degrees(made.throws[c.throw].angle) for c in made.cylinders],
+        "positions": [made.throws[c.throw].position for c in made.cylinders],
+        "banks": [degrees(made.banks[c.bank]) for c in made.cylinders],
+        "pressure_factor": list(own.pressure_factors),
+        "mass_factor": list(own.mass_factors),
+        "radius_factor": list(own.radius_factors),
+        **({"sides": list(made.cylinder_sides)} if own.both_sides else {}),
+        **({"articulated_rods": [rod(one.rod) for one in own.members]}
+           if own.articulated else {}),
+    }  # fmt: skip
+
+
+_TOLD = {
+    name: place
+    for place, name in enumerate(PARAMETERS)
+    if name not in ("passes", "start_speed", "start_angle")
+}
+"""Places of the parameters that archives tell, in their order."""

@@ -1,0 +1,432 @@
+"""Where an archive comes from: what it was computed from, by what, on what, and when.
+
+What determines the numbers is the *identity* of a run: the scene, the files that it names, the
+versions, the kind of archive. It says whether an interrupted run may be resumed or archives joined,
+and if not, what differs. An archive contains the files themselves, so that
+`sweeps.running.join.rerun` needs nothing else.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+import platform
+import zlib
+from collections.abc import Collection, Iterator, Mapping
+from datetime import UTC, datetime
+from functools import cache, lru_cache
+from importlib import metadata
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.compilation import processor, processor_features, source_hash
+from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.pressure.diagram import Diagram
+from sweeps.base.dimensions import LABELS
+from sweeps.base.errors import counted, one_line, printable
+from sweeps.catalogue import PACKAGE
+
+if TYPE_CHECKING:
+    from sweeps.scene.model import Scene
+    from sweeps.scene.plan.plan import Plan
+
+__all__ = [
+    "check_identity",
+    "confidential_hashes",
+    "differences",
+    "files_from_text",
+    "files_text",
+    "identity",
+    "json_text",
+    "kind_differences",
+    "machine_kind",
+    "provenance",
+    "samples_hash",
+    "sha256",
+    "version",
+    "versions",
+]
+
+PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
+
+LONG = 1 << 14
+"""Bytes from which on the text of a file is compressed."""
+
+
+def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
+    """All that the numbers of a plan depend on, in JSON's types; long texts as hashes.
+
+    `numbers` is the kind of number that results are kept as.
+    """
+    scene = (plan.whole or plan).scene
+    return {
+        "scene": scene.source,
+        "values": {
+            name: _hash_of(values)
+            for name, values in (
+                *scene.axes.items(),
+                *scene.designs.items(),
+                *((key, scene.labels[key]) for key in LABELS[1:] if key in scene.labels),
+            )
+        },
+        "files": {name: sha256(data) for name, data in _by_name(scene).items()},
+        "versions": versions(),
+        "numbers": numbers,
+        "part": plan.piece,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions that determine the numbers."""
+    return {
+        "engine-dyn": version("engine-dyn"),
+        "kernels": source_hash()[:16],
+        "numpy": version("numpy"),
+        "numba": version("numba"),
+    }
+
+
+def machine_kind() -> dict[str, str]:
+    """What determines the last digits beside the versions: processor, its instructions, libm."""
+    library = " ".join(platform.libc_ver()).strip()
+    return {
+        "processor": processor(),
+        "instructions": " ".join(processor_features()),
+        "C library": library or platform.system(),
+    }
+
+
+def kind_differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """What differs between two kinds of machine, in words; nothing where they are the same."""
+    found: list[str] = []
+    for key in dict.fromkeys((*before, *now)):
+        was, new = before.get(key, "not known"), now.get(key, "not known")
+        if was == new:
+            continue
+        if key == "instructions":
+            one, other = set(was.split()), set(new.split())
+            lacking = [f"without {w}" for w in sorted(one - other)]
+            more = [f"with {w}" for w in sorted(other - one)]
+            found.append(one_line(f"{key} ({', '.join(lacking + more)})", 200))
+        else:
+            found.append(f"{key} (was {was}, is {new})")
+    return found
+
+
+def check_identity(known: Any) -> None:
+    """Check that what a file says is its identity is of the form that `identity` gives it.
+
+    Raises
+    ------
+    ValueError, KeyError
+        Where it is not.
+    """
+    if not isinstance(known, dict) or not isinstance(known["scene"], dict):
+        raise ValueError("identity: no scene")
+    if known["numbers"] not in ("float64", "float32") or not isinstance(known["part"], str):
+        raise ValueError("identity: neither float64 nor float32")
+    for table in ("values", "files", "versions"):
+        texts = known[table]
+        if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
+            raise ValueError(f"identity: {table}: no table of texts")
+
+
+def differences(
+    before: Mapping[str, Any], now: Mapping[str, Any], *, but: str = "",
+    words: tuple[str, str] = ("was", "is"),
+) -> list[str]:  # fmt: skip
+    """What differs between two identities, in words; nothing where they are the same.
+
+    `but` names an axis in which they may differ. `words` stand before the two values, such as "in
+    first.nc" and "in second.nc" where neither is the earlier one.
+    """
+    earlier, later = words
+    found: list[str] = []
+    for table, what in (("versions", "version of {}"), ("files", "file {}")):
+        one, other = before.get(table, {}), now.get(table, {})
+        for key in dict.fromkeys((*one, *other)):
+            if one.get(key) != other.get(key):
+                was, new = one.get(key, "missing"), other.get(key, "missing")
+                text = f"({earlier} {was[:16]}, {later} {new[:16]})"
+                found.append(f"{what.format(key)} {text}")
+    in_scene = list(_unequal(before.get("scene", {}), now.get("scene", {}), "", words))
+    left_out = (f"[axes] {but}", f"[axes] {but} ")
+    found += [
+        f"scene: {text}"
+        for where, text in in_scene
+        if where != left_out[0] and not where.startswith(left_out[1])
+    ]
+    named = " ".join(where for where, _ in in_scene).split()
+    one, other = before.get("values", {}), now.get("values", {})
+    for key in dict.fromkeys((*one, *other)):
+        if one.get(key) != other.get(key) and key not in (but, *named):
+            found.append(f"values of {key}")
+    rest = [k for k in dict.fromkeys((*before, *now)) if k not in ("scene", *_TABLES)]
+    for key in rest:
+        if before.get(key) != now.get(key):
+            found.append(f"{key} ({earlier} {before.get(key)}, {later} {now.get(key)})")
+    return found
+
+
+_TABLES = ("values", "files", "versions")
+
+
+def _unequal(
+    before: Any, now: Any, where: str, words: tuple[str, str]
+) -> Iterator[tuple[str, str]]:
+    """Places where two scenes differ, and how."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for key in dict.fromkeys((*before, *now)):
+            table = isinstance(before.get(key, now.get(key)), dict)
+            name = f"[{key}]" if table and not where else key
+            yield from _unequal(before.get(key), now.get(key), f"{where} {name}".strip(), words)
+    elif before != now:
+        shown = [
+            "missing" if value is None else one_line(json.dumps(value, ensure_ascii=False), 60)
+            for value in (before, now)
+        ]
+        yield where, f"{where} ({words[0]} {shown[0]}, {words[1]} {shown[1]})"
+
+
+@cache
+def machine_text() -> str:
+    """One line about this machine."""
+    return (
+        f"{platform.node()}: {platform.machine()} {platform.system()}, {processor()}, "
+        f"{counted(os.cpu_count() or 1, 'core')}"
+    )
+
+
+def provenance(
+    plan: Plan, *, seconds: float | None = None, command: str = "", numbers: str = "float64",
+    machine: str = "", full_paths: bool = False,
+) -> dict[str, str | float]:  # fmt: skip
+    """Attributes that say where an archive comes from: texts, JSON texts and numbers.
+
+    `machine` is what computed it, unless that was this one; see `_without_folder` on `full_paths`.
+    """
+    scene = plan.scene
+    folder, files = (scene.folder, scene.files) if full_paths else _without_folder(scene)
+    own = version("engine-dyn")
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    attributes: dict[str, Any] = {
+        "source": f"engine-dyn {own}: periodic crank speed of piston engines",
+        "history": f"{now}: engine-dyn {own} computed {counted(plan.designs, 'design')}",
+        "scene": json_text(scene.source),
+        "scene_name": printable(plan.name),
+        "part": plan.piece,
+        "input_files": files_text(folder, files, _confidential(scene, full_paths)),
+        "indicator_notes": "\n".join(scene.indicator_notes),
+        "indicator_diagrams": json.dumps(_diagrams(scene)),
+        "identity": json_text(identity(plan, numbers=numbers)),
+        "software": "; ".join(
+            [f"Python {platform.python_version()}"] + [f"{n} {version(n)}" for n in PACKAGES]
+        ),
+        "git_commit": git_commit(),
+        "machine": machine or machine_text(),
+        "threading_layer": "none; kernels run on a pool of threads",
+        "command_line": printable(command),
+    }
+    if seconds is not None:
+        attributes["seconds"] = round(seconds, 3)
+    return {key: value for key, value in attributes.items() if value != ""}
+
+
+def json_text(value: Any) -> str:
+    """JSON with letters as they are; names of files that are not valid text as escapes."""
+    text = json.dumps(value, ensure_ascii=False)
+    return text if text.isprintable() else json.dumps(value)
+
+
+def sha256(data: bytes) -> str:
+    """Hash of a file's content."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def _confidential(scene: Scene, full_paths: bool) -> tuple[str, ...]:
+    """Names, in an archive, of files that it must not hold."""
+    if full_paths or not scene.confidential:
+        return scene.confidential
+    now, before = _without_folder(scene)[1], scene.files
+    return tuple(new for new, old in zip(now, before, strict=True) if old in scene.confidential)
+
+
+def samples_hash(data: bytes) -> str:
+    """Hash of a CSV file without its comments, which name versions."""
+    lines = [line for line in data.splitlines() if not line.lstrip().startswith(b"#")]
+    return sha256(b"\n".join(lines))
+
+
+def files_text(folder: str, files: Mapping[str, bytes], confidential: Collection[str] = ()) -> str:
+    """JSON of files: hash and text of each; a long text compressed (zlib, base64).
+
+    `folder` is where paths of the scene start from; names of files begin with it. Of confidential
+    files there are hashes alone.
+    """
+    table: dict[str, dict[str, str]] = {}
+    for name, data in files.items():
+        table[name] = {"sha256": sha256(data)}
+        if name in confidential:
+            table[name]["samples_sha256"] = samples_hash(data)
+        elif len(data) < LONG:
+            table[name]["text"] = data.decode("utf-8", "surrogateescape")
+        else:
+            table[name]["zlib"] = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+    return json.dumps({"folder": folder, "files": table})
+
+
+def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
+    """Folder and files: the inverse of `files_text`.
+
+    Raises
+    ------
+    ValueError
+        Where the content of a file does not have its hash.
+    """
+    files: dict[str, bytes] = {}
+    found = json.loads(text)
+    room = MOST
+    for name, entry in found["files"].items():
+        if "zlib" in entry:
+            data = _inflated(base64.b64decode(entry["zlib"]), room)
+            room -= len(data)
+        elif "samples_sha256" in entry and "text" not in entry:
+            continue  # confidential
+        else:
+            data = entry["text"].encode("utf-8", "surrogateescape")
+        if sha256(data) != entry["sha256"]:
+            raise ValueError(f"{name}: its text is damaged")
+        files[name] = data
+    return str(found["folder"]), files
+
+
+def confidential_hashes(text: str) -> dict[str, str]:
+    """Hash, without comments, of each file that a text of `files_text` does not hold."""
+    return {
+        name: str(entry["samples_sha256"])
+        for name, entry in json.loads(text)["files"].items()
+        if "samples_sha256" in entry
+    }
+
+
+MOST = 1 << 28
+"""Bytes of the files that come out of an archive: a few of it must not fill the memory."""
+
+
+def _inflated(data: bytes, room: int) -> bytes:
+    stream = zlib.decompressobj()
+    try:
+        # For `room`, 0 would mean as much as there is.
+        found = stream.decompress(data, room + 1)
+    except zlib.error as error:
+        raise ValueError(str(error)) from None
+    if len(found) > room:
+        raise ValueError(f"files of more than {MOST} bytes")
+    return found
+
+
+def _hash_of(values: Any) -> str:
+    """Hash of the values of an axis or column."""
+    if isinstance(values, tuple):
+        return sha256("\n".join(values).encode())[:32]
+    return sha256(np.ascontiguousarray(values, dtype="<f8").tobytes())[:32]
+
+
+def _by_name(scene: Scene) -> dict[str, bytes]:
+    """Files by their names alone: the same files in another folder are the same."""
+    found: dict[str, bytes] = {}
+    for path, data in scene.files.items():
+        name = PurePath(path).name
+        number = 2
+        while name in found:
+            name, number = f"{PurePath(path).name} ({number})", number + 1
+        found[name] = data
+    return found
+
+
+def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
+    """Folder and files of a scene, named from its folder on: archives are mailed to others.
+
+    A path that the scene or one of its files gives as absolute keeps its name, under which it is
+    looked up again.
+    """
+    if _within(scene.folder, PACKAGE) is not None:
+        return PurePath(scene.folder).relative_to(PACKAGE.parent).as_posix(), scene.files
+
+    def short(name: str) -> str:
+        found = _within(name, scene.folder)
+        given = found is None or (os.path.isabs(name) and _is_given(name, scene))
+        return name if given else str(found)
+
+    return "", {short(name): data for name, data in scene.files.items()}
+
+
+@lru_cache(maxsize=1024)
+def _within(path: str, folder: str | PurePath) -> str | None:
+    """Path from a folder on; None where it lies elsewhere."""
+    whole = PurePath(path)
+    return str(whole.relative_to(folder)) if whole.is_relative_to(folder) else None
+
+
+def _is_given(name: str, scene: Scene) -> bool:
+    """Whether a scene or one of its files names a file so."""
+    texts = [json_text(scene.source).encode(errors="surrogateescape"), *scene.files.values()]
+    return any(os.fsencode(name) in text for text in texts)
+
+
+def _diagrams(scene: Scene) -> list[dict[str, Any]]:
+    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa].
+
+    Of a diagram of the torque, of that [N m].
+    """
+    curves: list[Diagram | TorqueOverAngle] = []
+    for one in scene.ordinary_scenes:
+        curves += one.engine.family.diagrams if one.indicator is None else (one.indicator,)
+        curves += [] if one.engine.torque is None else [one.engine.torque]
+    return [{"points": len(curve.angle), "sha256": _hash_of_curve(curve)} for curve in curves]
+
+
+@lru_cache(maxsize=1024)
+def _hash_of_curve(curve: Diagram | TorqueOverAngle) -> str:
+    values = curve.pressure if isinstance(curve, Diagram) else curve.torque
+    return sha256(np.asarray((curve.angle, values), "<f8").tobytes())
+
+
+@cache
+def version(package: str) -> str:
+    """Version of an installed package."""
+    # A session does not change what is installed, and asking takes longer than solving a design.
+    return metadata.version(package)
+
+
+@cache
+def git_commit() -> str:
+    """Commit of the checkout that this package lies in; empty where it lies in none."""
+    try:
+        return _commit_of(Path(__file__).resolve().parents[3])
+    except (OSError, ValueError, IndexError):
+        return ""
+
+
+def _commit_of(folder: Path) -> str:
+    git = folder / ".git"
+    if git.is_file():  # a worktree: "gitdir: ..."
+        git = folder / git.read_text().partition(":")[2].strip()
+    head = (git / "HEAD").read_text().strip()
+    if not head.startswith("ref: "):
+        return head
+    name = head.removeprefix("ref: ")
+    common = git / "commondir"
+    homes = [git, git / common.read_text().strip()] if common.exists() else [git]
+    for home in homes:
+        if (home / name).is_file():
+            return (home / name).read_text().strip()
+        packed = home / "packed-refs"
+        for line in packed.read_text().splitlines() if packed.exists() else ():
+            if line.endswith(f" {name}"):
+                return line.split()[0]
+    return ""

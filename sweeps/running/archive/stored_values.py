@@ -1,0 +1,62 @@
+"""Values of an archive as xarray reads them when they are used; damaged ones are told in one line.
+
+Opening an archive reads none of its values, so damage there is met only later, by whoever uses
+them.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from xarray.backends import NetCDF4DataStore
+from xarray.backends.netCDF4_ import NetCDF4ArrayWrapper
+from xarray.core.indexing import LazilyIndexedArray
+
+from sweeps.base.netcdf.netcdf_files import damaged_values
+from sweeps.base.netcdf.netcdf_lock import netcdf_library
+
+__all__ = ["dataset_from"]
+
+
+def dataset_from(path: str | Path) -> xr.Dataset:
+    """Open a netCDF file with xarray, which needs the lock of the library.
+
+    Its values raise `SceneError` where they cannot be read.
+
+    Raises
+    ------
+    OSError, ValueError
+        As xarray does.
+    """
+    # An absolute path: the library takes some others for servers. No quantity is a date.
+    store = _Store.open(os.path.abspath(path), lock=netcdf_library)
+    try:
+        return xr.open_dataset(store, decode_times=False, decode_timedelta=False)
+    except BaseException:
+        store.close()
+        raise
+
+
+class _Values(NetCDF4ArrayWrapper):
+    """Values of one variable."""
+
+    def __getitem__(self, key: Any) -> Any:
+        wrong_index: IndexError
+        with damaged_values(self.datastore.ds.filepath(), self.variable_name):
+            try:
+                return super().__getitem__(key)
+            except IndexError as error:  # of whoever asked for them
+                wrong_index = error
+        raise wrong_index
+
+
+class _Store(NetCDF4DataStore):
+    """xarray's own way to a netCDF file, with these values."""
+
+    def open_store_variable(self, name: str, var: Any) -> xr.Variable:
+        found = super().open_store_variable(name, var)
+        values = LazilyIndexedArray(_Values(name, self))
+        return xr.Variable(found.dims, values, found.attrs, found.encoding)

@@ -1,0 +1,365 @@
+"""Runs on more than one machine: dask.distributed hands out blocks, workers write them.
+
+Workers write the same finished blocks as a run of one process (`sweeps.running.archive.partial`)
+into the same folder, on a file system that all of them share, and the process that asked puts them
+together. So resuming, checksums, the lock, `info` and the archive itself are those of any run, a
+killed worker loses only the block that it was computing, and only numbers of blocks go over the
+network. dask decides which worker computes which block, and chooses another one where a worker is
+lost.
+
+The alternative, each worker running a shard into an archive of its own, which `merge` joins, was
+rejected: a killed worker would lose its whole shard, and resuming, locking and reporting would have
+to be written a second time, for a folder of archives.
+
+dask is imported in this file alone, and only when it is used.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import re
+import secrets
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+import psutil
+
+from sweeps.base.errors import SceneError, counted, one_line
+from sweeps.running.archive.partial import Partial
+from sweeps.running.archive.provenance import kind_differences, versions
+from sweeps.running.compute import worker
+from sweeps.running.compute.limits import AT_ONCE, SMALLEST_BLOCK
+from sweeps.scene.plan.blocks import passing_bytes
+from sweeps.scene.plan.plan import Plan
+
+__all__ = ["DaskWorkers", "Lost", "check_address", "connected"]
+
+LOCAL = "local:"
+
+MOST = 1024
+"""Processes of one machine at most."""
+
+EACH = 4
+"""Blocks for each worker at least, so that none waits long for the last."""
+
+FEWEST = 64
+"""Blocks of a run at least: more workers may join later."""
+
+LATE = 60.0
+"""Seconds after which a file that another machine has written is visible."""
+
+_SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
+
+_TICK = 0.05
+"""Seconds between two checks for finished blocks."""
+
+_QUIET = 5.0
+"""Seconds between two checks that there are workers."""
+
+
+class Lost(Exception):
+    """The workers cannot go on; the message says why."""
+
+
+def check_address(text: str) -> int:
+    """Check the value of --scheduler; returns the number of processes, or 0 for an address.
+
+    Raises
+    ------
+    SceneError
+        With what is allowed.
+    """
+    found = re.fullmatch(rf"{LOCAL}(\d{{1,9}})", text, re.ASCII)
+    if found and 1 <= int(found[1]) <= MOST:
+        return int(found[1])
+    if re.fullmatch(rf"({'|'.join(_SCHEMES)})://\S+", text):
+        return 0
+    raise SceneError(
+        f"--scheduler {one_line(text, 100)}: must be the address of a dask scheduler such as "
+        f"tcp://host:8786, or {LOCAL}N for N processes on this machine, 1 to {MOST}"
+    )
+
+
+@contextmanager
+def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Iterator[DaskWorkers]:
+    """Workers of a scheduler, or of processes that live as long as this context.
+
+    Parameters
+    ----------
+    address : str
+        See `check_address`.
+    tell : callable
+        Gets a line where one has to wait for workers.
+
+    Raises
+    ------
+    SceneError
+        Where dask is not installed, the scheduler does not answer, or workers cannot be used or are
+        not alike.
+    """
+    processes = check_address(address)
+    try:
+        import distributed
+    except ImportError as error:
+        raise SceneError(
+            f"--scheduler {address}: needs dask ({one_line(error)}): "
+            "pip install 'engine-dyn[cluster]'"
+        ) from None
+    with _quiet(), ExitStack() as stack:
+        place: Any = address
+        if processes:
+            place = stack.enter_context(_local(distributed, processes))
+        else:
+            _check_reached(address)
+        try:
+            client = stack.enter_context(distributed.Client(place, set_as_default=False))
+        except (OSError, ValueError, TimeoutError, ImportError) as error:
+            raise _not_reached(address, error) from None
+        yield _checked(client, address, tell)
+
+
+def _check_reached(address: str) -> None:
+    """Connect once: dask's client does not end after a failure that it does not expect.
+
+    Such failures are `tls://` without dask's TLS settings, and protocols that need a package.
+    """
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    async def reach() -> None:
+        arguments = Security().get_connection_args("client")
+        comm = await connect(address, **arguments)
+        await comm.close()
+
+    try:
+        asyncio.run(reach())
+    except Exception as error:  # whatever the library of the protocol raises
+        raise _not_reached(address, error) from None
+
+
+def _not_reached(address: str, error: Exception) -> SceneError:
+    hint = ""
+    if address.startswith(("tls:", "wss:")):
+        hint = "; dask's configuration must name the certificates (distributed.comm.tls)"
+    return SceneError(
+        f"--scheduler {address}: cannot be reached ({one_line(error, 200) or type(error).__name__})"
+        f"{hint}"
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Silence dask's client: failures are reported in one line, without its tracebacks."""
+    logs = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [log.level for log in logs]
+    for log in logs:
+        log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for log, level in zip(logs, levels, strict=True):
+            log.setLevel(level)
+
+
+def _local(distributed: Any, processes: int) -> Any:
+    # The memory of a run is bounded anyway; dask would kill workers that it takes for too large.
+    return distributed.LocalCluster(
+        n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
+        dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+        preload=["sweeps.running.compute.worker"],
+    )  # fmt: skip
+
+
+def _checked(client: Any, address: str, tell: Callable[[str], None]) -> DaskWorkers:
+    """Wait for a worker, and check that all present workers can be used together."""
+    if not client.nthreads():
+        tell(f"{address}: no workers yet; waiting for the first")
+        client.wait_for_workers(1)
+    answers = _asked(client, address, worker.about)
+    first, own = next(iter(answers.values())), versions()
+    for where, found in answers.items():
+        named = f"--scheduler {address}: worker {where} on {found['host']}"
+        other = [
+            f"{name} (is {found['versions'].get(name, 'missing')}, here {version})"
+            for name, version in own.items()
+            if found["versions"].get(name) != version
+        ]
+        if other:
+            raise SceneError(f"{named}: versions differ from those here: {', '.join(other)}")
+        if found["threads"] != 1:
+            raise SceneError(
+                f"{named}: has {found['threads']} threads; must have one (--nthreads 1, and more "
+                "workers instead)"
+            )
+        kind = kind_differences(first["kind"], found["kind"])
+        if kind:
+            raise SceneError(
+                f"{named}: a different kind of machine from {first['host']}, which would give "
+                f"different last digits: {'; '.join(kind)}"
+            )
+    machines = [t["machine"] for t in answers.values()]
+    return DaskWorkers(client, address, first["kind"], machines, tell)
+
+
+def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: Any) -> Any:
+    """Answers of all workers, by their addresses."""
+    try:
+        answers = client.run(question, *arguments, on_error="return")
+    except (OSError, TimeoutError, CancelledError) as error:
+        raise SceneError(
+            f"--scheduler {address}: can no longer be reached ({one_line(error, 200)})"
+        ) from None
+    for where, answer in answers.items():
+        if isinstance(answer, Exception):
+            reason = f"{type(answer).__name__}: {one_line(answer)}"
+            if isinstance(answer, ImportError):
+                reason = f"has no engine-dyn of this version ({one_line(answer)})"
+            raise SceneError(f"--scheduler {address}: worker {where}: {reason}")
+    return answers
+
+
+@dataclass(frozen=True)
+class DaskWorkers:
+    """Workers of a dask scheduler, which write blocks into the folder of an unfinished archive.
+
+    Attributes
+    ----------
+    client : distributed.Client
+        The connection to the scheduler.
+    address : str
+        Of the scheduler, as it was given.
+    kind : dict
+        Kind of their machines: see `provenance.machine_kind`.
+    machines : list of str
+        One line for each of them.
+    tell : callable
+        Gets a line where one has to wait for workers.
+    """
+
+    client: Any
+    address: str
+    kind: dict[str, str]
+    machines: list[str]
+    tell: Callable[[str], None]
+
+    @property
+    def text(self) -> str:
+        """Their machines, for the archive."""
+        counts = {name: self.machines.count(name) for name in dict.fromkeys(self.machines)}
+        listed = "; ".join(f"{counted(n, 'worker')} on {name}" for name, n in counts.items())
+        return f"{self.address}: {listed}"
+
+    def block_bytes(self, plan: Plan, limit: float) -> float:
+        """Bytes of a block, so that there are enough blocks for all workers, and enough memory."""
+        if self.address.startswith(LOCAL):
+            free = psutil.virtual_memory().available
+            limit = min(limit, 0.5 * free / (AT_ONCE * len(self.machines)))
+        total = passing_bytes(plan, {})
+        each = total / max(FEWEST, EACH * len(self.machines))
+        return min(limit, max(SMALLEST_BLOCK, each))
+
+    def compute(
+        self, partial: Partial, plan: Plan, numbers: Sequence[int], done: Callable[[int], None]
+    ) -> None:
+        """Have blocks computed and written; `done` gets the number of each.
+
+        Raises
+        ------
+        SceneError
+            Where a worker does not see the folder, is of another kind, or refuses the scene.
+        OSError
+            Where a worker cannot write.
+        Lost
+            Where the cluster cannot go on.
+        """
+        from distributed import as_completed
+
+        worker.hand_over(partial, plan)
+        folder = str(partial.path.absolute())
+        seen = _asked(self.client, self.address, worker.look, folder, partial.key)
+        for where, wrong in seen.items():
+            if wrong:
+                raise SceneError(
+                    f"--scheduler {self.address}: worker {where} {wrong}; the output must be on a "
+                    "file system that all workers share"
+                )
+        run = secrets.token_hex(4)
+        futures = {}
+        for number in numbers:
+            future = self.client.submit(
+                worker.block, folder, partial.key, number,
+                key=f"engine-dyn-{run}-{number}", pure=False,
+            )  # fmt: skip
+            futures[future.key] = future, number
+        try:
+            finished = as_completed(
+                [future for future, _ in futures.values()], loop=self.client.loop
+            )
+            heard, warned = time.monotonic(), False
+            while not finished.is_empty():
+                if self.client.status != "running":
+                    raise Lost(f"{self.address}: the scheduler has disappeared")
+                if not finished.has_ready():
+                    time.sleep(_TICK)
+                    if time.monotonic() - heard > _QUIET and not warned and not self._any_worker():
+                        self.tell(
+                            f"{self.address}: all workers have disappeared; waiting for others"
+                        )
+                        warned = True
+                    continue
+                heard, warned = time.monotonic(), False
+                for future in finished.next_batch(block=False):
+                    if future.status in ("pending", "lost"):
+                        # Its worker died with the answer: another one is asked, and finds the
+                        # block finished.
+                        finished.add(future)
+                        continue
+                    _check(future, self.address)
+                    done(futures.pop(future.key)[1])
+            _wait_for(partial, numbers)
+        finally:
+            if self.client.status == "running":
+                with suppress(OSError, TimeoutError, CancelledError):  # it may end at any moment
+                    self.client.cancel([future for future, _ in futures.values()])
+
+    def _any_worker(self) -> bool:
+        try:
+            return bool(self.client.nthreads())
+        except (OSError, TimeoutError, CancelledError) as error:
+            raise _without_scheduler(self.address, error) from None
+
+
+def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
+    """Wait until finished blocks are visible: a network file system may show new files late."""
+    end = time.monotonic() + LATE
+    while not set(numbers) <= set(partial.finished()) and time.monotonic() < end:
+        time.sleep(_TICK)
+
+
+def _without_scheduler(address: str, error: Exception) -> Lost:
+    return Lost(f"{address}: the scheduler has disappeared ({one_line(error, 200)})")
+
+
+def _check(future: Any, address: str) -> None:
+    """Raise what the answer of a worker says; nothing where its block is finished."""
+    if future.status == "finished":
+        try:
+            word, what = future.result()
+        except Exception as error:  # the answer was lost with the scheduler or a worker
+            raise _without_scheduler(address, error) from None
+        if word == "refused":
+            raise SceneError(f"--scheduler {address}: {what}")
+        if word == "os":
+            raise OSError(*what)
+        if word != "done":
+            raise Lost(f"{address}: {what}")
+        return
+    if future.status == "error":
+        cause = future.exception()
+        raise Lost(f"{address}: {type(cause).__name__}: {one_line(cause, 300)}")
+    raise Lost(f"{address}: the scheduler has abandoned the run")

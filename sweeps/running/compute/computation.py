@@ -1,0 +1,313 @@
+"""Run a plan: stages in order, arrays without names in, arrays without names out."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.quantities.graph import DIMENSIONS
+from sweeps.base.dimensions import PARAMETER, UNCERTAIN
+from sweeps.base.errors import SceneError
+from sweeps.base.one_thread import linear_algebra_on_one_thread
+from sweeps.running.compute.elasticities import elasticities_of
+from sweeps.running.compute.progress import progress_bar
+from sweeps.running.compute.side_by_side import side_by_side
+from sweeps.running.compute.uncertainty import bands_of
+from sweeps.scene.known_values import Value
+from sweeps.scene.plan.blocks import (
+    Block,
+    Results,
+    aligned,
+    belongs,
+    index_of,
+    shape_in,
+)
+from sweeps.scene.plan.plan import Plan, Stage
+from sweeps.scene.plan.shards import by_cycles
+
+__all__ = ["Computation", "check_given"]
+
+MOST_CHECKED = 1 << 20
+"""Values of a quantity that are computed to see whether the physics refuses any."""
+
+_COMBINE = {PARAMETER: elasticities_of, UNCERTAIN: bands_of}
+"""What follows from the results of a plan and of plans with other values."""
+
+
+class Computation:
+    """A plan while its blocks are computed, in any order; a context that closes its progress bars.
+
+    What no block changes is computed once. The plans of several engines, and plans with other
+    values, are computations too, which go block by block with this one: no more than a block of
+    any exists at a time. The numbers are the same bits however the plan is divided.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    lengths : mapping
+        How the plan is divided into blocks: see `sweeps.scene.plan.blocks`.
+    progress : bool or callable
+        Show a progress bar; or what to call with the numbers of designs done, where one stage
+        solves all designs of the plan.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+    device : str
+        What solves the designs: see `run`.
+    all_in_each : bool
+        Whether every block has all outputs, also those that are the same in several blocks.
+    """
+
+    def __init__(
+        self, plan: Plan, lengths: Mapping[str, int], *,
+        progress: bool | Callable[[int], None] = False, threads: int | None = None,
+        device: str = "cpu", all_in_each: bool = False,
+    ) -> None:  # fmt: skip
+        self.plan = plan
+        self.threads = threads
+        self.device = device
+        self.all_in_each = all_in_each
+        self.bars = _Bars(progress, plan.designs)
+        rest, of_periods = by_cycles(plan)
+        self.of_periods = None if of_periods is None else Computation(
+            of_periods, lengths, progress=progress, threads=threads, device=device,
+            all_in_each=all_in_each,
+        )  # fmt: skip
+        self.rest = rest
+        self.dims = {n: plan.dims(n) for n in rest.outputs if n not in plan.afterwards}
+        self.engines = [
+            Computation(
+                part.plan, {d: n for d, n in lengths.items() if d in part.plan.scene.dimensions},
+                progress=progress, threads=threads, device=device, all_in_each=True,
+            )
+            for part in plan.parts
+        ]  # fmt: skip
+        self.varied = [
+            [Computation(p, lengths, threads=threads, device=device) for p in variation.plans]
+            for variation in plan.variations
+        ]
+        # The others are results of kernels, which their stages give, and variables of variations.
+        self.stages = [stage for stage in rest.stages if stage.node.make is not None]
+        self.uses = Counter(need for stage in self.stages for need in stage.node.needs)
+        given = [(name, value) for name, value in plan.leaves.items() if name in self.uses]
+        # Columns stay in the units of files until a stage takes them.
+        self.known = {name: v if v.dims else Value(v.si) for name, v in given}
+        self.varying = [s for s in self.stages if not lengths.keys().isdisjoint(s.dims)]
+        self.common: set[str] = set()
+        if lengths or all_in_each:  # what no block changes is needed in all of them
+            self.known = {name: _read_only(value) for name, value in self.known.items()}
+            once = [stage for stage in self.stages if stage not in self.varying]
+            again = {need for stage in self.varying for need in stage.node.needs}
+            self.common.update(*(_results_of(rest, stage) for stage in once))
+            self.common &= again.union(rest.outputs)
+        family = plan.leaves["family"].data
+        if isinstance(family, CycleTable):
+            family.use_threads(threads)
+
+    def __enter__(self) -> Computation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.bars.close()
+        for one in (self.of_periods, *self.engines):
+            if one is not None:
+                one.__exit__()
+
+    def results(self, block: Block) -> Results:
+        """Outputs of a block that belong to it (see `blocks.belongs`), in SI units.
+
+        They are the caller's, who may change them.
+        """
+        with linear_algebra_on_one_thread():
+            return self._results(block)
+
+    def _results(self, block: Block) -> Results:
+        if self.plan.parts:
+            each = [engine.results for engine in self.engines]
+            return side_by_side(self.plan, block, each, self.all_in_each)
+        values = dict(self.known) if not block else _part_of(self.known, block)
+        uses = self.uses.copy()
+        for stage in self.stages:
+            node = stage.node
+            assert node.make is not None
+            arguments = _arguments(self.plan, stage, values)
+            if node.on_card:
+                arguments["device"] = self.device
+            if node.kind == "stage":
+                wanted = self.rest.wanted(stage)
+                bundle = node.make(
+                    **arguments, wanted=wanted, threads=self.threads, progress=self.bars.of(stage)
+                )
+                values |= {name: Value(bundle[name], self.plan.dims(name)) for name in wanted}
+            else:
+                if node.threaded:
+                    arguments["threads"] = self.threads
+                values[node.name] = _made(self.plan, stage, arguments)
+            kept = (*self.rest.outputs, *self.common)
+            for need in node.needs:
+                uses[need] -= 1
+                if uses[need] == 0 and need not in self.known and need not in kept:
+                    values.pop(need)  # it has served
+        if self.common:  # this was the first block
+            again = {name: _read_only(values[name]) for name in self.common}
+            values, self.known = values | again, self.known | again
+            self.stages, self.common = self.varying, set()
+        found: Results = {}
+        for name, dims in self.dims.items():
+            if self.all_in_each or belongs(block, dims):
+                array = _filled(values.pop(name).si, dims, shape_in(self.plan, dims, block))
+                found[name] = array if array.flags.writeable else array.copy()
+        if self.of_periods is not None:
+            found |= self.of_periods.results(block)
+        for variation, others in zip(self.plan.variations, self.varied, strict=True):
+            combine = _COMBINE[variation.dimension]
+            found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
+        return found
+
+
+def check_given(plan: Plan) -> None:
+    """Refuse, without any kernel, what `Computation` would refuse when it is computed.
+
+    That is what follows from given numbers alone, without the diagram, unless there are very many
+    of them.
+
+    Raises
+    ------
+    SceneError
+        In the words of the physics.
+    """
+    for part in plan.parts:
+        check_given(part.plan)
+    if plan.parts:
+        return
+    given = {name: value for name, value in plan.leaves.items() if name != "family"}
+    values = {name: v if v.dims else Value(v.si) for name, v in given.items()}
+    for stage in plan.stages:
+        node = stage.node
+        plain = (
+            node.make is not None
+            and node.kind in ("constant", "value", "curve")
+            and not node.threaded
+        )
+        few = math.prod(plan.sizes[d] for d in stage.dims) <= MOST_CHECKED
+        if plain and few and values.keys() >= {*node.needs}:
+            values[node.name] = _made(plan, stage, _arguments(plan, stage, values))
+
+
+def _arguments(plan: Plan, stage: Stage, values: Mapping[str, Value]) -> dict[str, Any]:
+    """Arguments of a node, by name."""
+    taken = _dims_taken(plan, stage)
+    return {
+        name: _aligned(values[name], taken, name) if values[name].dims else values[name].data
+        for name in stage.node.needs
+    }
+
+
+def _made(plan: Plan, stage: Stage, arguments: Mapping[str, Any]) -> Value:
+    """Value that a node that is no stage makes."""
+    assert stage.node.make is not None
+    try:
+        data = stage.node.make(**arguments)
+    except ValueError as error:  # what only the physics can refuse, in its own words
+        raise SceneError(f"{plan.name}: {error}") from None
+    return Value(np.asarray(data), stage.dims)
+
+
+def _results_of(plan: Plan, stage: Stage) -> tuple[str, ...]:
+    """Names of the values that a stage gives."""
+    return plan.wanted(stage) if stage.node.kind == "stage" else (stage.node.name,)
+
+
+def _part_of(values: Mapping[str, Value], block: Block) -> dict[str, Value]:
+    """The part of all values that lies in a block."""
+    return {
+        name: value._replace(data=value.data[index_of(value.dims, block)]) if value.dims else value
+        for name, value in values.items()
+    }
+
+
+def _read_only(value: Value) -> Value:
+    """A value that stays as it is, whatever is done to results: later blocks need it again."""
+    if not isinstance(value.data, np.ndarray):
+        return value
+    data = value.data.view()
+    data.flags.writeable = False
+    return value._replace(data=data)
+
+
+def _dims_taken(plan: Plan, stage: Stage) -> tuple[str, ...]:
+    """Dimensions of what a node takes: those it adds it makes itself, those it removes it needs."""
+    node = stage.node
+    if node.kind == "stage":
+        return stage.axes
+    if not (node.adds or node.removes):
+        return stage.dims
+    found = {*stage.dims, *node.removes} - {*node.adds}
+    return tuple(d for d in (*plan.scene.dimensions, *DIMENSIONS) if d in found)
+
+
+def _filled(
+    data: npt.NDArray[Any], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> npt.NDArray[Any]:
+    """Array of the full shape of a block; copied only where it was broadcast or is padded."""
+    array = np.asarray(data)
+    if array.shape == shape:
+        return array
+    short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
+    if any(short):
+        # A block may lack the engines with most cylinders, and so the last throws.
+        padded = np.full(shape, np.nan)
+        ends = zip(short, array.shape, strict=True)
+        padded[tuple(slice(n) if fewer else slice(None) for fewer, n in ends)] = array
+        return padded
+    return np.array(np.broadcast_to(array, shape))
+
+
+def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
+    """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
+
+    The points that a kernel takes whole go through as they are: its axes of designs are followed by
+    those of what has such a dimension.
+    """
+    if set(value.dims) <= set(DIMENSIONS) - set(dims):
+        return value.si
+    whole = tuple(d for d in value.dims if d in DIMENSIONS and d not in dims)
+    if not set(value.dims) <= {*dims, *whole}:
+        raise AssertionError(f"{name} has {value.dims}, its stage {dims}")
+    return aligned(value.si, value.dims, (*dims, *whole))
+
+
+class _Bars:
+    """Progress bars over the designs of the kernels; nothing when not asked for."""
+
+    def __init__(self, show: bool | Callable[[int], None], designs: int) -> None:
+        self.show, self.designs = show, designs
+        self.counted = ""
+        self.bars: dict[str, Any] = {}
+
+    def of(self, stage: Stage) -> Callable[[int], None] | None:
+        """What to call with the number of designs done."""
+        if not self.show:
+            return None
+        name = stage.node.name
+        if callable(self.show):
+            self.counted = self.counted or (name if stage.size == self.designs else "")
+            return self.show if name == self.counted else None
+        if name not in self.bars:
+            self.bars[name] = progress_bar(
+                total=stage.size, unit=" designs", unit_scale=True, desc=name, file=sys.stderr
+            )
+        update: Callable[[int], None] = self.bars[name].update
+        return update
+
+    def close(self) -> None:
+        """Remove them from the terminal."""
+        for bar in self.bars.values():
+            bar.close()

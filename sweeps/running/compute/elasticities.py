@@ -1,0 +1,166 @@
+"""Differences of the results of changed designs: derivatives, elasticities and their errors.
+
+They are central differences for three steps h, h/4 and h/16. Two of them at a time are extrapolated
+to the step zero (L. F. Richardson 1911): D(h) = D + a h^2 gives D = D(h/4) + (D(h/4) - D(h))/15.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.node import Node
+from engine_dyn.types import Floats
+from sweeps.base.dimensions import ELASTICITY
+from sweeps.scene.plan.blocks import Block, Results, aligned, index_of
+from sweeps.scene.plan.elasticities import (
+    AGREE,
+    DIFFER,
+    ENDINGS,
+    KIND,
+    ONE_SIDE,
+    RATIO,
+    STEPS,
+    UNKNOWN,
+    changed_values,
+    step_unit,
+)
+from sweeps.scene.plan.plan import Plan
+from sweeps.scene.plan.variations import Variation
+
+__all__ = ["Derivative", "derivative", "elasticities_of"]
+
+NOISE = 1e-9
+"""Relative errors of results that do not vary smoothly from one design to the next."""
+
+DIFFERENCE = 0.01
+"""Relative difference of the derivatives on both sides from which they are told apart."""
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """Derivatives of one result, arrays of one shape.
+
+    Attributes
+    ----------
+    value, error : ndarray
+        The derivative, of both sides where they are known, and an estimate of its error.
+    below, above : ndarray
+        Where the parameter decreases, and where it increases.
+    kind : ndarray of int
+        `sweeps.scene.plan.elasticities.KINDS`.
+    """
+
+    value: Floats
+    error: Floats
+    below: Floats
+    above: Floats
+    kind: npt.NDArray[np.int8]
+
+
+def derivative(
+    middle: Floats, sides: Sequence[tuple[Floats, Floats]], steps: Sequence[Floats]
+) -> Derivative:
+    """Derivative of a result from its values at `STEPS` below and above.
+
+    Parameters
+    ----------
+    middle : ndarray
+        The result.
+    sides : sequence of (ndarray, ndarray)
+        For each step the result below and above; NaN where there is none.
+    steps : sequence of ndarray
+        The steps, each `RATIO` times as large as the next.
+    """
+    noise = [NOISE * np.abs(middle) / step for step in steps]
+    central = [(up - down) / (2.0 * h) for (down, up), h in zip(sides, steps, strict=True)]
+    below = [(middle - down) / h for (down, _), h in zip(sides, steps, strict=True)]
+    above = [(up - middle) / h for (_, up), h in zip(sides, steps, strict=True)]
+
+    with np.errstate(invalid="ignore"):
+        coarse, fine = (_extrapolated(central[k], central[k + 1], 2) for k in (0, 1))
+        errors = [
+            np.abs(one - central[k + 1]) + noise[k + 1] for k, one in enumerate((coarse, fine))
+        ]
+        first = errors[0] <= errors[1]  # False where the larger steps leave what is allowed
+        value, error = np.where(first, coarse, fine), np.where(first, errors[0], errors[1])
+        down, up = (_extrapolated(side[1], side[2], 1) for side in (below, above))
+        down_error, up_error = (
+            np.abs(one - side[2]) + noise[2] for one, side in ((down, below), (up, above))
+        )
+        largest = np.maximum(np.abs(down), np.abs(up))
+        differ = np.abs(up - down) > DIFFERENCE * largest + 6.0 * noise[2]
+
+    kind = np.full(np.shape(middle), AGREE, dtype=np.int8)
+    kind[differ] = DIFFER
+    value = np.where(differ, 0.5 * (down + up), value)
+    error = np.where(differ, 0.5 * (down_error + up_error), error)
+    one_side = ~np.isfinite(value) & (np.isfinite(down) | np.isfinite(up))
+    kind[one_side] = ONE_SIDE
+    has_up = np.isfinite(up)
+    value = np.where(one_side, np.where(has_up, up, down), value)
+    error = np.where(one_side, np.where(has_up, up_error, down_error), error)
+    kind[~np.isfinite(value)] = UNKNOWN
+    return Derivative(value, error, down, up, kind)
+
+
+def _extrapolated(coarse: Floats, fine: Floats, order: int) -> Floats:
+    """Richardson's extrapolation of differences whose error begins with this power of the step."""
+    return fine + (fine - coarse) / (RATIO**order - 1.0)
+
+
+def elasticities_of(
+    plan: Plan, variation: Variation, block: Block, results: Results, others: Sequence[Results]
+) -> Results:
+    """All variables of elasticities in a block, from its results and those of the changed plans."""
+    found: Results = {}
+    count = 2 * len(STEPS)
+    for quantity in variation.quantities:
+        if quantity not in results:  # it depends on no axis that is divided: the first block has it
+            continue
+        middle = results[quantity]
+        for ending in ENDINGS:
+            kind = np.int8 if ending == KIND else np.float64
+            found[quantity + ending] = np.zeros((*middle.shape, len(variation.keys)), dtype=kind)
+        for place, key in enumerate(variation.keys):
+            leaf, dims = plan.leaves[key], plan.dims(quantity)
+            if not set(leaf.dims) <= set(dims):
+                continue  # it varies along an axis on which this result does not depend
+            changed = [other[quantity] for other in others[place * count : (place + 1) * count]]
+            values = aligned(np.asarray(leaf.data)[index_of(leaf.dims, block)], leaf.dims, dims)
+            here = _of_parameter(PARAMETERS[key], values, middle, changed)
+            here["_derivative"] /= plan.computed[quantity].node.si
+            for ending, one in here.items():
+                found[quantity + ending][..., place] = one
+    return found
+
+
+def _of_parameter(
+    node: Node, values: Floats, middle: Floats, changed: Sequence[Floats]
+) -> dict[str, npt.NDArray[Any]]:
+    """Variables of one quantity by one parameter, by their endings.
+
+    `changed` are the results at the changed values, in the order of `changed_values`.
+    """
+    unit, relative = step_unit(node, values)
+    steps = [np.broadcast_to(step * unit, middle.shape) for step in STEPS]
+    sides = [
+        np.where(allowed, result, np.nan)
+        for (_, allowed), result in zip(changed_values(node, values), changed, strict=True)
+    ]
+    got = derivative(middle, list(zip(sides[::2], sides[1::2], strict=True)), steps)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = np.where(relative & (middle != 0.0), values / middle, np.nan)
+    return {
+        ELASTICITY: got.value * scale,
+        f"{ELASTICITY}_error": got.error * np.abs(scale),
+        f"{ELASTICITY}_below": got.below * scale,
+        f"{ELASTICITY}_above": got.above * scale,
+        KIND: got.kind,
+        "_derivative": got.value,
+    }

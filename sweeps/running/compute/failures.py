@@ -1,0 +1,60 @@
+"""What becomes of a run that is interrupted, or whose disk or workers fail."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sweeps.base.errors import NAMED_BADLY, one_line, size_text
+from sweeps.running.archive.partial import Partial
+from sweeps.running.compute.cluster import Lost
+from sweeps.running.compute.options import Stopped
+
+__all__ = ["remove_folder", "stopped_by_failures"]
+
+
+def remove_folder(folder: Partial, output: Path) -> None:
+    """Remove the folder of an archive that is finished.
+
+    Raises
+    ------
+    Stopped
+        Where that is not possible.
+    """
+    try:
+        folder.remove()
+    except OSError as error:
+        raise Stopped(
+            f"{output}: is complete, but {folder.path} cannot be removed "
+            f"({one_line(error.strerror or error, 200)})"
+        ) from None
+
+
+@contextmanager
+def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[None]:
+    """Raise `Stopped` where what is done here is interrupted, or the disk or the workers fail.
+
+    `remains` says what is left of the run, and how to go on.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Stopped(f"interrupted; {remains()}") from None
+    except Lost as error:
+        raise Stopped(f"{error}; {remains()}") from None
+    except (OSError, RuntimeError, AttributeError) as error:  # netCDF4 raises any of them
+        if not _about_disk(error):
+            raise
+        reason = one_line(getattr(error, "strerror", None) or error, 200)
+        with suppress(OSError):
+            reason += f"; {size_text(shutil.disk_usage(output.parent).free)} are free"
+        raise Stopped(f"{output}: cannot be written ({reason}); {remains()}") from None
+
+
+def _about_disk(error: BaseException) -> bool:
+    """Whether the disk is to blame; netCDF's errors do not tell."""
+    if isinstance(error, OSError) and error.errno not in NAMED_BADLY:
+        return True
+    return "NetCDF" in str(error)

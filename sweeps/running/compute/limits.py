@@ -1,0 +1,115 @@
+"""Room that a run needs in memory and on disk, checked before anything is computed."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from sweeps.base.errors import SceneError, counted, size_text
+from sweeps.scene.plan.blocks import check_memory
+from sweeps.scene.plan.plan import Plan
+
+__all__ = [
+    "AT_ONCE",
+    "SMALLEST_BLOCK",
+    "archive_bytes",
+    "block_bytes",
+    "check_disk",
+    "check_room",
+]
+
+LARGEST_BLOCK = 64e6
+"""Bytes of the arrays of one block, about: larger ones are not quicker."""
+
+SMALLEST_BLOCK = 4e6
+
+AT_ONCE = 4
+"""Times the arrays of one block exist: computed once for all, computed, written, the kernels'."""
+
+OTHER_SHARE = 0.03
+"""Fraction of an archive that is neither results nor coordinates, at most: see `netcdf.WASTE`."""
+
+
+def block_bytes(plan: Plan, memory: float | None) -> float:
+    """Bytes that the arrays of one block may take, so that a run takes no more than `memory`.
+
+    Raises
+    ------
+    SceneError
+        Where that leaves nothing, or the machine has less.
+    """
+    given = [np.asarray(v.data).nbytes for v in plan.leaves.values() if v.dims]
+    fixed = float(sum(given))
+    limit = LARGEST_BLOCK
+    if memory is not None:
+        limit = min(limit, (memory - fixed) / AT_ONCE)
+        smallest = min(SMALLEST_BLOCK, LARGEST_BLOCK)
+        if limit < smallest:
+            raise SceneError(
+                f"{plan.name}: --memory {size_text(memory)}: {counted(plan.designs, 'design')} "
+                f"with columns of {size_text(fixed)} need at least "
+                f"{size_text(fixed + AT_ONCE * smallest)}"
+            )
+    check_memory(f"{plan.name}: {counted(plan.designs, 'design')}", fixed + AT_ONCE * limit)
+    return limit
+
+
+def archive_bytes(plan: Plan, *, single: bool = False) -> int:
+    """Size of an archive's variables and coordinates, uncompressed."""
+    total = plan.bytes_of_outputs(4 if single else 8)
+    return total + 8 * sum(plan.sizes[d] for d in plan.scene.dimensions)
+
+
+def check_disk(
+    plan: Plan, output: Path, count: int, finished: int, *, single: bool = False
+) -> bool:
+    """Refuse what does not fit the disk, before anything is computed.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is computed.
+    output : Path
+        The archive.
+    count, finished : int
+        Number of blocks, and how many of them are on disk already.
+    single : bool
+        Results in 32 bits.
+
+    Returns
+    -------
+    bool
+        Whether blocks and archive do not fit the disk together: each block then has to be deleted
+        once it has been copied into the archive.
+
+    Raises
+    ------
+    SceneError
+        As `check_room`.
+    """
+    size = archive_bytes(plan, single=single)
+    if count == 1:
+        check_room(plan, output, size, size)
+        return False
+    missing = size * (count - finished) / count
+    check_room(plan, output, size, missing + (OTHER_SHARE + 1.0 / count) * size)
+    return size + missing > shutil.disk_usage(output.parent).free
+
+
+def check_room(plan: Plan, output: Path, size: float, need: float) -> None:
+    """Refuse an archive of this size where the `need` for room is greater than what is free.
+
+    Raises
+    ------
+    SceneError
+        With the size, and what is free.
+    """
+    free = shutil.disk_usage(output.parent).free
+    if need > free:
+        raise SceneError(
+            f"{plan.name}: {counted(plan.designs, 'design')} make an archive of "
+            f"{size_text(size)}; {size_text(free)} are free where {output} would be; request "
+            "fewer points or fewer quantities"
+        )

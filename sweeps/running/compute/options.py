@@ -1,0 +1,126 @@
+"""What a run into an archive is asked for, what it did, and how it stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.status import MEANINGS
+from engine_dyn.types import Integers
+from sweeps.base.errors import counted
+
+__all__ = ["Finished", "Options", "Stopped"]
+
+_COUNTED = 1_000_000
+"""Outcomes that are counted at a time."""
+
+
+class Stopped(Exception):
+    """A run that did not come to its end; the message says how to go on."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a run writes its archive.
+
+    Parameters
+    ----------
+    resume : bool
+        Complete an interrupted run; start where there is none.
+    overwrite : bool
+        Replace an archive, and begin an interrupted run again.
+    memory : float, optional
+        Bytes that arrays and buffers may take beyond the loaded libraries.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+    device : str
+        "cpu" or "cuda": what solves the designs.
+    progress : bool
+        Show a progress bar.
+    level : int, optional
+        Compression level, 0 to 9. Unless given, that of the archives that the new one is made
+        from, or none.
+    single : bool
+        Results in 32 bits.
+    command : str
+        The command line, for the archive.
+    full_paths : bool
+        Whether the archive keeps the folders of the files that it was made from.
+    resume_command : str
+        The command that goes on with this run, for messages.
+    """
+
+    resume: bool = False
+    overwrite: bool = False
+    memory: float | None = None
+    threads: int | None = None
+    device: str = "cpu"
+    progress: bool = False
+    level: int | None = None
+    single: bool = False
+    command: str = ""
+    full_paths: bool = False
+    resume_command: str = "the same command with --resume"
+
+
+@dataclass(repr=False)
+class Finished:
+    """What a run did.
+
+    Attributes
+    ----------
+    codes : ndarray of int
+        Number of designs of each outcome, by its code.
+    blocks : int
+        Number of blocks that the run was divided into.
+    before : int
+        How many of them an interrupted run had finished before, without the damaged ones.
+    damaged : int
+        Number of blocks that turned out to be damaged and were computed again.
+    computing, writing : float
+        Seconds; computing includes compiling.
+    compiling : float
+        Seconds in which this process compiled kernels.
+    already : bool
+        The archive was complete before; nothing was done.
+    warnings : tuple of str
+        Plausibility warnings, a line each, as the archive has them.
+    found : tuple of str
+        What the searches of [reduce] found, a line each.
+    """
+
+    codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
+    blocks: int = 1
+    before: int = 0
+    computing: float = 0.0
+    writing: float = 0.0
+    compiling: float = 0.0
+    already: bool = False
+    warnings: tuple[str, ...] = ()
+    damaged: int = 0
+    found: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        outcomes = ", ".join(f"{n} {name}" for name, n in self.outcomes.items())
+        parts = [
+            outcomes or "no design can fail",
+            counted(self.blocks, "block"),
+            "complete before" if self.already else f"computed in {self.computing:.2g} s",
+            *([counted(len(self.warnings), "warning")] if self.warnings else []),
+        ]
+        return f"<Finished: {'; '.join(parts)}>"
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Number of designs of each outcome that occurred, in the order of the codes."""
+        return {name: int(n) for name, n in zip(MEANINGS, self.codes, strict=True) if n}
+
+    def count(self, status: npt.NDArray[Any]) -> None:
+        """Add the outcomes of some designs."""
+        codes = status.reshape(-1)
+        for begin in range(0, codes.size, _COUNTED):
+            # Piece by piece: counting makes an index of eight bytes out of each code.
+            self.codes += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))

@@ -1,0 +1,277 @@
+"""Points are added to an axis or to the sample of an archive; only these are computed."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.types import Integers
+from sweeps.base.dimensions import DESIGN
+from sweeps.base.errors import SceneError
+from sweeps.running.archive.contents import Contents, plan_of, read_contents
+from sweeps.running.archive.partial import Partial
+from sweeps.running.archive.provenance import differences, identity
+from sweeps.running.compute.failures import remove_folder
+from sweeps.running.compute.into_archive import run
+from sweeps.running.compute.options import Options, Stopped
+from sweeps.running.join.copying import write_joined
+from sweeps.running.join.places import Joined, places_in, union_of
+from sweeps.scene.plan.plan import Plan
+from sweeps.scene.plan.shards import part
+from sweeps.scene.sample import SEARCH, WORDS, drawn, read_sample
+
+__all__ = ["extend", "extend_sample"]
+
+
+def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
+    """Add points to an axis of an archive; only these are computed.
+
+    The archive is replaced when the new one is complete; its results stay as they are. Where the
+    same extension was interrupted before, its finished blocks are used.
+
+    Parameters
+    ----------
+    path : Path
+        The archive.
+    axis : str
+        One of its axes of numbers.
+    values : sequence of float
+        The points to add, in the units of the archive.
+    options : Options
+        How the new points are computed and written.
+
+    Returns
+    -------
+    Plan
+        Of what the archive contains then.
+
+    Raises
+    ------
+    SceneError
+        Where it has no such axis, has the values already, or was made by another version; where
+        another extension was interrupted, unless `options.overwrite` is set.
+    Stopped
+        Where it was interrupted, or cannot be written.
+    """
+    return _replaced(path, options, lambda old, partial: _more_values(old, axis, values, partial))
+
+
+def extend_sample(path: Path, number: int, options: Options) -> Plan:
+    """Draw more points of the sample of an archive; only these are computed.
+
+    They are the following points of the same sequence: the archive is then the one that a sample of
+    so many points gives at once.
+
+    Parameters
+    ----------
+    path : Path
+        The archive, of a scene with [sample].
+    number : int
+        Points of the sample then, as [sample] `number`.
+    options : Options
+        How the new designs are computed and written.
+
+    Returns
+    -------
+    Plan
+        Of what the archive contains then.
+
+    Raises
+    ------
+    SceneError
+        Where the archive has no sample, or one that cannot be extended; where it has as many
+        points; otherwise as `extend`.
+    Stopped
+        Where it was interrupted, or cannot be written.
+    """
+    return _replaced(path, options, lambda old, partial: _more_points(old, number, partial))
+
+
+@dataclass(frozen=True)
+class _Longer:
+    """What an archive is extended to.
+
+    Attributes
+    ----------
+    plan : Plan
+        Of the archive as it will be.
+    axis : str
+        The dimension that grows.
+    new, before : ndarray of int
+        Positions along it that are computed, and those of the archive as it is.
+    piece : dict
+        What is computed, for the archive of the new points.
+    """
+
+    plan: Plan
+    axis: str
+    new: Integers
+    before: Integers
+    piece: dict[str, Any]
+
+
+def _replaced(
+    path: Path, options: Options, longer: Callable[[Contents, Partial], _Longer | Plan]
+) -> Plan:
+    """Compute what `longer` says of an archive, and replace the archive by the joined one."""
+    partial = Partial.of(path)
+    with partial.locked(path):  # what is in the archive now is what is extended
+        if partial.header() is not None and partial.finished():
+            raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
+        if options.overwrite:
+            partial.clear()
+        try:
+            old = read_contents(path)
+            if old.piece:
+                raise SceneError(f"{path}: is a shard; merge all shards first")
+            if "reduce" in old.source:
+                raise SceneError(
+                    f"{path}: was reduced as it was computed, and has not the values that more "
+                    "points would be added to; run the larger scene"
+                )
+            found = longer(old, partial)
+            plan = found if isinstance(found, Plan) else _joined(old, found, options, partial)
+        except Stopped as error:
+            reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
+            kept = f", finished blocks are kept in {partial.path}; to continue: "
+            how = f"{kept}{options.resume_command}" if partial.give_up() else ""
+            raise Stopped(f"{reason}; {path} is unchanged{how}") from None
+        remove_folder(partial, path)
+        return plan
+
+
+def _more_values(
+    old: Contents, axis: str, values: Sequence[float], partial: Partial
+) -> _Longer | Plan:
+    """Plan more points of an axis; the archive's own plan where it has them already."""
+    _check_axis(old, axis)
+    before = np.asarray(old.values[axis])
+    if _computed(partial, axis, values) and np.isin(values, before).all():
+        return plan_of(old)  # killed when all was done but the removal of the folder
+    _check_new(old.path, axis, values, before)
+    _check_version(old, plan_of(old))
+    falls = len(before) > 1 and bool((np.diff(before) < 0).all())
+    union = union_of([before, np.sort(values)[:: -1 if falls else 1]])
+    plan = plan_of(old, axis=axis, values=union)
+    new = np.flatnonzero(~np.isin(union, before))
+    piece = {"axis": axis, "values": len(new)}
+    return _Longer(plan, axis, new, places_in(union, before), piece)
+
+
+def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan:
+    """Plan more points of a sample; the archive's own plan where a killed extension had added them.
+
+    Values that were drawn before are the archive's own: other versions of the libraries that draw
+    may give other ones, which is refused.
+    """
+    had = plan_of(old)
+    sample = had.scene.sample
+    where = f"{old.path}: --number {number}"
+    if sample is None:
+        raise SceneError(f"{where}: the scene has no [sample]; --axis adds points to an axis")
+    if sample.method == SEARCH:
+        raise SceneError(
+            f"{where}: its designs were found by a search, which cannot be extended; run "
+            "`engine-dyn optimise` with more generations"
+        )
+    if sample.method == "latin_hypercube":
+        raise SceneError(
+            f"{where}: a Latin hypercube cannot be extended, because its points depend on their "
+            "total number; only 'sobol' and 'saltelli' samples can"
+        )
+    if number == sample.number and partial.added.exists():
+        return had  # killed when all was done but the removal of the folder
+    if number <= sample.number:
+        raise SceneError(f"{where}: must be above {sample.number}, which the archive has")
+    _check_version(old, had)
+    source = {**old.source, "sample": {**old.source["sample"], "number": number}}
+    whole = read_sample(source["sample"], f"{old.path}: [sample]", words=WORDS)
+    columns = drawn(whole)
+    count = had.sizes[DESIGN]
+    before: dict[str, Any] = {**had.scene.designs, **had.scene.labels}
+    for key, values in before.items():
+        if not np.array_equal(columns[key][:count], values):
+            raise SceneError(
+                f"{where}: the installed SciPy or SALib draws different values of {key} from "
+                "those in the archive; install the versions it was made with"
+            )
+    plan = plan_of(replace(old, source=source), coordinates={**old.values, **columns})
+    total = plan.sizes[DESIGN]
+    piece = {"axis": DESIGN, "values": total - count}
+    return _Longer(plan, DESIGN, np.arange(count, total), np.arange(count), piece)
+
+
+def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) -> Plan:
+    """Compute the new points, and join them to those that the archive has."""
+    adding = replace(options, overwrite=False, resume=True, single=old.single)
+    added = part(longer.plan, longer.axis, longer.new, json.dumps(longer.piece))
+    try:
+        run(added, partial.added, adding)
+    except SceneError as error:
+        if not partial.has_added_points():
+            raise
+        raise SceneError(
+            f"{partial.path}: contains another interrupted extension ({error}); complete that "
+            "first, or use --overwrite to discard it"
+        ) from None
+    both = [old, read_contents(partial.added)]
+    joined = Joined(longer.plan, longer.axis, both, [longer.before, longer.new])
+    try:
+        write_joined(joined, old.path, partial, options, tolerance=longer.plan.scene.tolerance)
+    except SceneError as error:
+        partial.remove()  # another attempt would end in the same way
+        raise SceneError(f"{old.path}: the new points do not fit it: {error}") from None
+    return longer.plan
+
+
+def _check_axis(archive: Contents, axis: str) -> None:
+    """Check that an archive has an axis of numbers of this name."""
+    axes = [a for a in archive.source.get("axes", {}) if _is_numbers(archive, a)]
+    if axis not in axes:
+        raise SceneError(
+            f"{archive.path}: --axis {axis}: not an axis; must be one of "
+            f"{', '.join(axes) or 'none'}"
+        )
+
+
+def _is_numbers(archive: Contents, axis: str) -> bool:
+    values = archive.values.get(axis)
+    return isinstance(values, np.ndarray) and values.dtype.kind == "f"
+
+
+def _computed(partial: Partial, axis: str, values: Sequence[float]) -> bool:
+    """Whether these values, and no others, are computed and wait for being added."""
+    if not partial.added.exists():
+        return False
+    try:
+        found = read_contents(partial.added).values.get(axis, ())
+    except SceneError:  # it cannot be read: it is computed again
+        partial.added.unlink()
+        return False
+    return np.array_equal(np.sort(np.asarray(found)), np.sort(values))
+
+
+def _check_new(path: Path, axis: str, values: Sequence[float], before: np.ndarray) -> None:
+    """Check that none of the values is on the axis, or given twice."""
+    for number, value in enumerate(values):
+        if value in before:
+            raise SceneError(f"{path}: --axis {axis}: {value:.12g} is already on the axis")
+        if value in values[:number]:
+            raise SceneError(f"{path}: --axis {axis}: {value:.12g} is given twice")
+
+
+def _check_version(archive: Contents, plan: Plan) -> None:
+    """Check that the numbers of an archive are those that would be computed now."""
+    numbers = str(archive.identity.get("numbers"))
+    found = differences(archive.identity, identity(plan, numbers=numbers))
+    if found:
+        raise SceneError(
+            f"{archive.path}: would be made in a different way now: {'; '.join(found)}; "
+            "`engine-dyn rerun` computes it again"
+        )

@@ -1,0 +1,348 @@
+"""Designs are judged by conditions at every value of some axes, such as all loads and speeds.
+
+Without such axes each design is one point.
+
+An archive is read a range at a time: it may be larger than memory.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.status import MEANINGS, WITH_NUMBERS
+from engine_dyn.types import Booleans, Floats
+from sweeps.base.checks import names_given
+from sweeps.base.dimensions import DESIGN, NOT_CHOSEN
+from sweeps.base.errors import SceneError, counted, not_known, shown
+from sweeps.base.netcdf.netcdf_files import slabs
+from sweeps.running.reduce.ranges import chunks_of, ranges
+from sweeps.scene.conditions import Constraint, asked_of, units_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "TEXT",
+    "EveryPoint",
+    "Judged",
+    "outcomes_given",
+]
+
+AT_ONCE = 1 << 22
+"""Designs that are compared at a time; each takes some twenty bytes."""
+
+TEXT = "search"
+"""Attribute of what is found: how many designs fulfil the conditions, and what was left out."""
+
+
+def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
+    """Codes of the outcomes that are not counted.
+
+    Raises
+    ------
+    SceneError
+        For words that are no outcome of a design that failed.
+    """
+    failed = {word: code for code, word in enumerate(MEANINGS) if code not in WITH_NUMBERS}
+    words = names_given(not_counted, "not_counted")
+    for word in words:
+        if word not in failed:
+            raise SceneError(f"not counted: {shown(word)}: unknown{not_known(word, failed)}")
+    return [failed[word] for word in words]
+
+
+def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
+    codes = outcomes_given(not_counted)
+    if codes and "status" not in archive:
+        raise SceneError(
+            "not counted: the archive has no status, because none of its designs can fail"
+        )
+    return codes
+
+
+@dataclass
+class Judged:
+    """Some designs: what holds at all points that were read so far.
+
+    Attributes
+    ----------
+    good : ndarray of bool
+        Whether all conditions hold at every point that counts.
+    worst : ndarray
+        The largest value at these points of each quantity times its sign, along the first axis.
+    points : ndarray of bool
+        Whether any point counts.
+    holds : list of ndarray of bool
+        Whether each condition holds by itself.
+    excess : ndarray
+        By how much a value is beyond the limit of each condition at most, in the condition's unit,
+        along the first axis: negative inside, -inf where no point has a number.
+    lacking : ndarray of int
+        Points that count and lack a number.
+    """
+
+    good: Booleans
+    worst: Floats
+    points: Booleans
+    holds: list[Booleans]
+    excess: Floats
+    lacking: npt.NDArray[np.int64]
+
+    @property
+    def fulfilling(self) -> Booleans:
+        """Which designs fulfil all conditions."""
+        return self.good & self.points
+
+
+class EveryPoint:
+    """All designs of an archive, each looked at at every point of some axes.
+
+    Attributes
+    ----------
+    own : list of str
+        Dimensions that tell the designs apart.
+    sizes : dict of int
+        Lengths of these and of the axes.
+
+    Raises
+    ------
+    SceneError
+        For names and axes that the archive does not have, and for `NOT_CHOSEN` ones that neither
+        the conditions nor `at_every` name.
+    """
+
+    def __init__(
+        self, archive: xr.Dataset, wanted: Sequence[tuple[str, float]],
+        conditions: Sequence[Constraint], at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        axes = names_given(at_every, "at_every")
+        self.codes = _codes(not_counted, archive)
+        self.names = [name for name, _ in wanted]
+        self.signs = np.array([sign for _, sign in wanted])
+        self.conditions = conditions
+        asked = asked_of(archive, wanted, conditions)
+        self.variables, self.parts = asked.variables, asked.parts
+        self.wanted, self.limited = asked.wanted, asked.limited
+        dims = [str(d) for d in archive.dims]
+        for axis in axes:
+            if axis not in dims:
+                raise SceneError(f"at every {shown(axis)}: {_no_axis(archive, axis, dims)}")
+            if axis in self.names:
+                raise SceneError(
+                    f"at every {axis}: is the axis to be minimised or maximised itself"
+                )
+        used = asked.dims
+        self.axes = [d for d in dims if d in axes and d in used]
+        self.asked = axes
+        self.own = [d for d in dims if d in used and d not in axes]
+        self.sizes = {d: archive.sizes[d] for d in (*self.own, *self.axes)}
+        _check_choice(archive, self.own, {*self.names, *(c.name for c in conditions)})
+        self.units = units_of(archive)
+        self.nearest = [math.inf] * len(conditions)
+        self.fulfilling = self.unsolved = self.without = 0
+        self.alone = [0] * len(conditions)
+        self.left_out: dict[int, int] = dict.fromkeys(self.codes, 0)
+        self.designs = math.prod(self.sizes[d] for d in self.own)
+
+    def judged(self) -> Iterator[tuple[tuple[slice, ...], Judged]]:
+        """Yield all designs, some at a time: where they are along `own`, and what holds of them."""
+        shape = tuple(self.sizes[d] for d in self.own)
+        chunks = chunks_of(self.variables, self.own, shape)
+        for place in slabs(shape, chunks, 1, AT_ONCE):
+            designs = self._read(dict(zip(self.own, place, strict=True)))
+            counting = designs.points if self.asked else designs.lacking == 0
+            for number, holds in enumerate(designs.holds):
+                self.alone[number] += int(np.count_nonzero(holds & counting))
+                excess = designs.excess[number][designs.points & (designs.lacking == 0)]
+                self.nearest[number] = min(self.nearest[number], excess.min(initial=math.inf))
+            self.unsolved += int(np.count_nonzero(designs.lacking))
+            self.without += int(np.count_nonzero(~designs.points))
+            self.fulfilling += int(np.count_nonzero(designs.fulfilling))
+            yield place, designs
+
+    def _read(self, place: Mapping[str, slice]) -> Judged:
+        """What some designs are at all points."""
+        variables = {
+            name: v.isel({d: s for d, s in place.items() if d in v.dims})
+            for name, v in self.variables.items()
+        }
+        shape = tuple(s.stop - s.start for s in place.values())
+        new = Judged(
+            np.ones(shape, bool), np.full((len(self.wanted), *shape), -math.inf),
+            np.zeros(shape, bool), [np.ones(shape, bool) for _ in self.conditions],
+            np.full((len(self.conditions), *shape), -math.inf), np.zeros(shape, np.int64),
+        )  # fmt: skip
+        dims = (*self.own, *self.axes)
+        lengths = (*shape, *(self.sizes[d] for d in self.axes))
+        over = tuple(range(len(shape), len(dims)))
+        for begin, extent, arrays in ranges(variables, dims, lengths, parts=self.parts):
+            here = tuple(slice(b, b + n) for b, n in zip(begin, extent, strict=True))[: len(shape)]
+            self._add(new, here, extent, arrays, over)
+        return new
+
+    def _add(
+        self, designs: Judged, here: tuple[slice, ...], extent: tuple[int, ...],
+        arrays: Mapping[str, npt.NDArray[Any]], over: tuple[int, ...],
+    ) -> None:  # fmt: skip
+        """Add points to what is known of designs."""
+        solved = np.ones(extent, bool)
+        counts = np.ones(extent, bool)
+        if "status" in arrays:
+            status = np.broadcast_to(arrays["status"], extent)
+            solved &= np.isin(status, WITH_NUMBERS)
+            counts = ~np.isin(status, self.codes)
+            for code in self.codes:
+                self.left_out[code] += int(np.count_nonzero(status == code))
+        wanted = [np.broadcast_to(arrays[key], extent) for key in self.wanted]
+        for values in wanted:
+            solved &= np.isfinite(values)
+        good = np.ones(extent, bool)
+        for number, (condition, key) in enumerate(zip(self.conditions, self.limited, strict=True)):
+            one = np.broadcast_to(arrays[key], extent)
+            solved &= np.isfinite(one)
+            holds = condition.holds(one)
+            good &= holds
+            designs.holds[number][here] &= (holds | ~counts).all(over)
+            beyond = one - condition.limit if condition.above else condition.limit - one
+            _keep_largest(designs.excess, (number, *here), beyond, counts & np.isfinite(one), over)
+        designs.lacking[here] += (counts & ~solved).sum(over)
+        designs.good[here] &= ((solved & good) | ~counts).all(over)
+        designs.points[here] |= counts.any(over)
+        for number, values in enumerate(wanted):
+            _keep_largest(
+                designs.worst, (number, *here), self.signs[number] * values, counts & solved, over
+            )
+
+    @property
+    def _everywhere(self) -> str:
+        return f"at every {' and '.join(self.asked)}" if self.asked else ""
+
+    def text(self, equal: int = 1) -> str:
+        """How many designs fulfil the conditions, and what was left out.
+
+        `equal` is how many designs are equally good.
+        """
+        what = " and ".join(map(str, self.conditions))
+        verb = "fulfil" if what else "have results"
+        if self.fulfilling == 1:
+            verb = "fulfils" if what else "has results"
+        parts = [
+            f"{self.fulfilling} of {counted(self.designs, 'design')} "
+            f"{' '.join(filter(None, (verb, what, self._everywhere)))}"
+        ]
+        if equal > 1:
+            parts.append(f"{equal} are equally good; this is the first")
+        parts += self._left_out()
+        return "; ".join(parts)
+
+    def _left_out(self) -> list[str]:
+        points = math.prod(self.sizes.values())
+        return [
+            f"left out: {MEANINGS[code]}, {number} of {counted(points, 'point')}"
+            for code, number in self.left_out.items()
+        ]
+
+    def nothing(self) -> str:
+        """Why no design was found, in words."""
+        designs = counted(self.designs, "design")
+        if not self.asked and not self.conditions:
+            return f"no design has a value of {' and '.join(self.names)}"
+        if not self.asked:
+            with_each = (
+                f"{n} with {c}{self._nearest(number)}"
+                for number, (c, n) in enumerate(zip(self.conditions, self.alone, strict=True))
+            )
+            return (
+                f"no design meets all conditions; {self.designs - self.unsolved} of {designs} have "
+                f"a result, {', '.join(with_each)}"
+            )
+        each = [
+            f"{c} holds {self._everywhere} for {n}{self._nearest(number)}"
+            for number, (c, n) in enumerate(zip(self.conditions, self.alone, strict=True))
+        ]
+        if self.unsolved:
+            each.append(
+                f"{self.unsolved} have no result at some point, such as an engine at idle: see the "
+                "outcomes, and not_counted (--not-counted)"
+            )
+        if self.without:
+            each.append(f"{self.without} have no point that is counted")
+        told = "; ".join([*each, *self._left_out()])
+        return f"no design meets all conditions {self._everywhere}; of {designs}: {told}"
+
+    def _nearest(self, number: int) -> str:
+        """The value that comes nearest to a condition that no design meets."""
+        excess, condition = self.nearest[number], self.conditions[number]
+        if self.alone[number] or not math.isfinite(excess):
+            return ""
+        value = condition.limit + (excess if condition.above else -excess)
+        unit = self.units(condition.name)
+        return (
+            f" ({'least' if condition.above else 'most'}: {value:.4g}"
+            f"{'' if unit in (None, '1') else f' {unit}'})"
+        )
+
+
+def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
+    """Why there is no axis of this name: a column of designs has one value with each design."""
+    if name in archive.coords and DESIGN in archive[name].dims:
+        return (
+            "has one value with each design, so that no design is seen at several; the scene needs "
+            "it in [axes], beside its [sample] or [designs]"
+        )
+    return f"not an axis{not_known(name, list(dims))}"
+
+
+def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> None:
+    """Check that designs are told apart by what can be chosen alone, or by what is named.
+
+    Raises
+    ------
+    SceneError
+        In one line that says how to ask.
+    """
+    points = [d for d in own if d in NOT_CHOSEN and d not in named and archive.sizes[d] > 1]
+    if points:
+        axes, first = ",".join(points), points[0]
+        raise SceneError(
+            f"{' and '.join(points)}: not chosen with a design. --at-every {axes} (at_every) "
+            f"counts the worst value over {'them' if points[1:] else 'it'}, --select {first}=VALUE "
+            f"(sweeps.nearest) takes one value, and a condition on {first} lets it be chosen"
+        )
+    for name in NOT_CHOSEN if DESIGN in own else ():
+        if name not in named and name in archive.coords and _varies(archive[name].variable):
+            raise SceneError(
+                f"{name}: not chosen with a design, but each design has its own. With {name} in "
+                f"the scene's [axes] instead, --at-every {name} (at_every) counts the worst value; "
+                f"a condition on {name} lets it be chosen"
+            )
+
+
+def _varies(column: xr.Variable) -> bool:
+    """Whether a column of designs has several values; read until two of them differ."""
+    if column.dims != (DESIGN,):
+        return False
+    for (part,) in slabs(column.shape, (1,), 1, AT_ONCE):
+        values = column[part].values
+        if (values != values[0]).any() or values[0] != column[0].values:
+            return True
+    return False
+
+
+def _keep_largest(
+    kept: Floats,
+    here: tuple[int | slice, ...],
+    values: Floats,
+    known: Booleans,
+    over: tuple[int, ...],
+) -> None:
+    """Keep the largest of what was kept and of the known values along some axes."""
+    largest = np.where(known, values, -math.inf).max(over, initial=-math.inf)
+    kept[here] = np.maximum(kept[here], largest)

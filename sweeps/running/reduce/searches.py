@@ -1,0 +1,190 @@
+"""The best designs, and Pareto fronts, of designs that come a block at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.types import Floats, Integers
+from sweeps.base.errors import SceneError
+from sweeps.base.fronts import front_of, unbeaten
+from sweeps.running.reduce.every_point import EveryPoint
+from sweeps.running.reduce.kept_front import AT_ONCE
+from sweeps.scene.conditions import conditions_of, units_of
+from sweeps.scene.reduce import Kept
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Search"]
+
+Rows = dict[str, npt.NDArray[Any]]
+
+Designs = tuple[Floats, Integers, Rows]
+"""Numbers of designs, of which less is better, their places, and their values."""
+
+
+class Search:
+    """What one search has kept so far.
+
+    Parameters
+    ----------
+    asked : Kept
+        What is searched for.
+    example : Dataset
+        Labels and sizes of the designs; its values are not looked at.
+    at_every : tuple of str
+        Axes at all values of which designs are judged.
+    sizes : mapping
+        Lengths of the axes in the whole scene.
+
+    Raises
+    ------
+    SceneError
+        As `sweeps.best`; where an axis neither tells designs apart nor is among `at_every`.
+    """
+
+    def __init__(
+        self, asked: Kept, example: xr.Dataset, at_every: tuple[str, ...], sizes: Mapping[str, int]
+    ) -> None:
+        self.asked, self.at_every = asked, at_every
+        self.conditions = conditions_of(list(asked.within), units_of(example))
+        self.whole = self._judge(example)
+        self.own = [d for d in sizes if d not in at_every]
+        for axis in self.own:
+            if axis not in self.whole.own:
+                raise SceneError(
+                    f"{asked}: nothing in it depends on {axis}; {axis} must be among at_every, or "
+                    "in a condition"
+                )
+        self.sizes = [sizes[d] for d in self.own]
+        self.whole.sizes = {d: sizes[d] for d in self.whole.sizes}
+        self.whole.designs = math.prod(self.sizes)
+        self.counted = np.zeros(3 + len(self.conditions) + len(self.whole.codes), np.int64)
+        self.nearest = np.full(len(self.conditions), math.inf)
+        self._kept: Designs = np.empty((len(asked.wanted), 0)), np.empty(0, np.int64), {}
+        self._waiting: list[Designs] = []
+
+    def _judge(self, designs: xr.Dataset) -> EveryPoint:
+        return EveryPoint(
+            designs, self.asked.wanted, self.conditions, self.at_every, self.asked.not_counted
+        )
+
+    def add(self, designs: xr.Dataset, begin: Mapping[str, int]) -> None:
+        """Add a block of designs, which begins at these places of the whole scene's axes."""
+        search = self._judge(designs)
+        for part, judged in search.judged():
+            found = np.flatnonzero(judged.fulfilling)
+            shape = judged.fulfilling.shape
+            good = np.unravel_index(found, shape) if shape else ()
+            at = {d: i + s.start for d, i, s in zip(search.own, good, part, strict=True)}
+            values = judged.worst.reshape(len(judged.worst), -1)[:, found]
+            wanted = self._unbeaten(values)
+            at = {d: i[wanted] for d, i in at.items()}
+            inside = [at[d] + begin.get(d, 0) for d in self.own]
+            places = np.zeros(values[:, wanted].shape[1], np.int64)
+            if self.own:
+                places = np.asarray(np.ravel_multi_index(inside, self.sizes), np.int64)
+            if places.size:
+                self._keep(values[:, wanted], places, _rows_of(designs, at, places.size))
+        more = [search.fulfilling, search.unsolved, search.without, *search.alone]
+        self.counted += [*more, *search.left_out.values()]
+        self.nearest = np.minimum(self.nearest, search.nearest)
+
+    @property
+    def places(self) -> Integers:
+        """Designs that are kept."""
+        self._compare()
+        return self._kept[1]
+
+    @property
+    def rows(self) -> Rows:
+        """Their values."""
+        self._compare()
+        return self._kept[2]
+
+    def _unbeaten(self, values: Floats) -> npt.NDArray[Any]:
+        """Which designs may be among those that are kept; those of a block come in their order."""
+        least, places, _ = self._kept
+        if self.asked.number:
+            number = self.asked.number
+            found = values[0] <= (least[0, -1] if places.size >= number else math.inf)
+            if np.count_nonzero(found) > number:
+                limit = np.partition(values[0, found], number - 1)[number - 1]
+                found &= values[0] <= limit
+            return np.asarray(found)
+        return unbeaten(least, values)
+
+    def _keep(self, *designs: *Designs) -> None:
+        """Keep the best of those that are there and of others; of equal ones the first.
+
+        As many are compared at a time as are kept, so that of a long front each is compared a few
+        times.
+        """
+        self._waiting.append(designs)
+        many = sum(places.size for _, places, _ in self._waiting)
+        if self.asked.number or many >= max(AT_ONCE, self._kept[1].size):
+            self._compare()
+
+    def _compare(self) -> None:
+        """Keep the best of those that are kept or wait."""
+        if not self._waiting:
+            return
+        every = [*([self._kept] if self._kept[1].size else []), *self._waiting]
+        values = np.hstack([values for values, _, _ in every])
+        places = np.concatenate([places for _, places, _ in every])
+        names = every[0][2]
+        rows = {name: np.concatenate([rows[name] for _, _, rows in every]) for name in names}
+        order = np.argsort(places)
+        if self.asked.number:
+            best = np.argsort(values[0, order], kind="stable")[: self.asked.number]
+        else:
+            best = front_of(*values[:, order])
+        kept = order[best]
+        rows = {name: array[kept] for name, array in rows.items()}
+        self._kept, self._waiting = (values[:, kept], places[kept], rows), []
+
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """All that is known, for `merge`."""
+        self._compare()
+        values, places, rows = self._kept
+        rows = {f"row {name}": array for name, array in rows.items()}
+        return {
+            "values": values, "places": places, "counted": self.counted,
+            "nearest": self.nearest, **rows,
+        }  # fmt: skip
+
+    def merge(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Add the designs of another part."""
+        rows = {k.removeprefix("row "): v for k, v in state.items() if k.startswith("row ")}
+        if state["places"].size:
+            self._keep(state["values"], state["places"], rows)
+        self.counted = self.counted + state["counted"]
+        self.nearest = np.minimum(self.nearest, state["nearest"])
+
+    def text(self) -> str:
+        """How many designs fulfil the conditions, or why none does."""
+        whole, many = self.whole, len(self.conditions)
+        whole.fulfilling, whole.unsolved, whole.without = map(int, self.counted[:3])
+        whole.alone = [int(n) for n in self.counted[3 : 3 + many]]
+        left_out = map(int, self.counted[3 + many :])
+        whole.left_out = dict(zip(whole.codes, left_out, strict=True))
+        whole.nearest = [float(n) for n in self.nearest]
+        return whole.text() if whole.fulfilling else whole.nothing()
+
+
+def _rows_of(designs: xr.Dataset, at: Mapping[str, Integers], count: int) -> Rows:
+    """Values of some designs, the design first."""
+    rows = {}
+    for name, variable in designs.variables.items():
+        own = [d for d in variable.dims if d in at]
+        if name in designs.sizes and not own:  # an axis along which every design has values
+            continue
+        values = variable.transpose(*own, ...).values
+        shape = (count, *values.shape[len(own) :])
+        rows[str(name)] = np.broadcast_to(values[tuple(at[str(d)] for d in own)], shape)
+    return rows

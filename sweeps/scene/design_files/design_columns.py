@@ -1,0 +1,138 @@
+"""Columns of a table of designs, gathered piece by piece and checked the same in every format.
+
+Tables have millions of rows: columns are kept as arrays, and a row is looked at by itself only to
+say what is wrong with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
+from engine_dyn.quantities.node import Node
+from engine_dyn.types import Floats
+from sweeps.base.checks import allowed, check_range, is_ratio, known_key, number, outside
+from sweeps.base.dimensions import LABELS
+from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
+
+__all__ = ["ROWS", "DesignColumns", "check_kind", "check_units", "known_columns", "take_numbers"]
+
+ROWS = 1 << 18
+"""Rows of a netCDF or Parquet file that are read at a time."""
+
+_SPELLINGS = {
+    "": "1", "-": "1", "dimensionless": "1", "%": "percent", "deg": "degree", "degrees": "degree",
+    "rad/s": "rad s-1", "bar s/m": "bar s m-1", "min-1": "rpm", "1/min": "rpm",
+}  # fmt: skip
+"""Other spellings of the units of scenes."""
+
+
+@dataclass
+class DesignColumns:
+    """Columns as they are read, piece by piece."""
+
+    name: str
+    nodes: Mapping[str, Node | None]
+    pieces: dict[str, list[Floats]] = field(default_factory=dict)
+    texts: dict[str, list[str]] = field(default_factory=dict)
+
+    def take(self, key: str, values: Any) -> None:
+        """Append a piece of a column: numbers, or the texts of labels."""
+        if self.nodes[key] is None:
+            self.texts.setdefault(key, []).extend(one_line(text) for text in values)
+        else:
+            self.pieces.setdefault(key, []).append(values)
+
+    def whole(self) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+        """Columns of numbers and of labels; the pieces are released."""
+        numbers = {}
+        for key in [key for key, node in self.nodes.items() if node is not None]:
+            numbers[key] = np.concatenate(self.pieces.pop(key))
+        return numbers, {key: tuple(texts) for key, texts in self.texts.items()}
+
+
+def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict[str, Node | None]:
+    """Parameter of each column; None for labels.
+
+    Raises
+    ------
+    SceneError
+        For a name that is neither, with the nearest right one.
+    """
+    keys = list(keys)
+    known = (*PARAMETERS, *ALL_QUANTITIES, *LABELS)
+    if keys and not any(key in known or did_you_mean(key, known) for key in keys):
+        # Any file may be named: what stands in one that is not ours is not told.
+        meant = not_known(keys[0], known, command="engine-dyn list keys")
+        raise SceneError(f"{name}: {what} 1: unknown key{meant}")
+    return {key: known_key(key, f"{name}: {what}", LABELS) for key in keys}
+
+
+def check_kind(key: str, node: Node | None, kind: Any, shown_as: str, name: str) -> None:
+    """Check that labels are texts and parameters are numbers; ratios may be either."""
+    letter = "U" if kind is str else getattr(kind, "kind", "O")
+    text, numeric = letter in "US", letter in "iuf"
+    if text and is_ratio(node):
+        return
+    if (node is None and not text) or (node is not None and not numeric):
+        what = "strings" if node is None else "numbers"
+        raise SceneError(f"{name}: {key}: holds {shown(shown_as)}; must be {what}")
+
+
+def check_units(key: str, node: Node | None, units: Any, name: str) -> None:
+    """Refuse other units, because silent conversions are a source of errors."""
+    if node is None or units is None:
+        return
+    words = " ".join(str(units).replace("**", "").replace("^", "").replace("*", " ").split())
+    if _SPELLINGS.get(words, words) != node.unit:
+        raise SceneError(f"{name}: {key}: units are {shown(str(units))}; must be '{node.unit}'")
+
+
+def take_numbers(
+    columns: DesignColumns, key: str, values: Any, missing: npt.NDArray[np.bool_], begin: int
+) -> None:
+    """Check that no number is missing or outside its range, and append them from row `begin` on.
+
+    Numbers, and of ratios texts such as "1/200".
+    """
+    node = columns.nodes[key]
+    assert node is not None
+    if np.asarray(values).dtype.kind in "OU":
+        numbers = _of_texts(columns.name, key, node, values, begin)
+    else:
+        numbers = np.array(values, dtype=np.float64)
+    missing = missing | np.isnan(numbers)
+    if missing.any():
+        row = begin + int(np.argmax(missing)) + 1
+        raise SceneError(
+            f"{columns.name}, row {row}: {key}: missing ({counted(int(missing.sum()), 'value')} "
+            f"among the rows {begin + 1} to {begin + numbers.size}); must be {allowed(node)}"
+        )
+    bad = np.flatnonzero(outside(numbers, node))
+    if bad.size:
+        row = begin + int(bad[0]) + 1
+        check_range(numbers[bad[0]], f"{columns.name}, row {row}: {key}", node)
+    columns.take(key, numbers)
+
+
+def _of_texts(name: str, key: str, node: Node, values: Any, begin: int) -> Floats:
+    """Numbers of a column of fractions and numbers; NaN where a value is missing or blank."""
+    return np.array(
+        [
+            np.nan
+            if value is None or (isinstance(value, str) and not value.strip())
+            else _of_text(value, f"{name}, row {row}: {key}", node)
+            for row, value in enumerate(values, start=begin + 1)
+        ]
+    )
+
+
+def _of_text(value: Any, where: str, node: Node) -> float:
+    if isinstance(value, int | float):
+        return float(value)
+    return number(str(value).strip(), where, node)

@@ -1,0 +1,164 @@
+"""Engine files as data sheets: what is known of an engine that has no diagram yet.
+
+Any engine file serves; `[[diagram]]` tables may be missing, and of [values] all but bore, stroke
+and cylinders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from engine_dyn.plausibility.judgement import implausible
+from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.base.checks import number
+from sweeps.base.errors import SceneError, not_known
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.engine_files import PERIODS, engine_file_of, read_cylinders, read_values
+from sweeps.scene.engine.engine_tables import DataSheet
+from sweeps.scene.engine.modelled_diagrams import KINDS
+from sweeps.scene.engine.silenced_warnings import read_silenced
+from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
+
+__all__ = ["KNOWN_OF_CYCLE", "PERIOD", "Sheet", "described", "files_named", "read_data_sheet"]
+
+_NEEDED = {"bore": "a number in m", "stroke": "a number in m", "cylinders": "a whole number"}
+
+_OF_ENGINE = ("crank_ratio", "offset_ratio", "bore", "stroke", "speed")
+_NOT_KNOWN = ("heat", "premixed_start", "wall_factor", "compression_exponent", "expansion_exponent")
+
+KNOWN_OF_CYCLE = tuple(
+    key for key in KINDS["first_law"].fields if key not in (*_OF_ENGINE, *_NOT_KNOWN)
+)
+"""Keys of [data_sheet.cycle]: of [[diagram]] kind = "first_law", without what is fitted."""
+
+
+PERIOD = PERIODS["four-stroke"]
+"""Of the engines that a data sheet may describe [rad]."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A data sheet, checked.
+
+    Attributes
+    ----------
+    name : str
+        The file as messages call it.
+    path : Path
+        The file.
+    values : dict
+        [values] as they are given, in the units of files.
+    published : DataSheet
+        [data_sheet]; empty where there is none.
+    known : dict
+        What is known of the cycle, in the units of files.
+    rest : dict
+        All other keys that the file gives, as they are, but for its diagrams.
+    diagrams : int
+        Number of its diagrams.
+    """
+
+    name: str
+    path: Path
+    values: Mapping[str, float]
+    published: DataSheet
+    known: Mapping[str, float]
+    rest: Mapping[str, Any]
+    diagrams: int
+
+
+def read_data_sheet(path: str | Path) -> Sheet:
+    """Read an engine file as a data sheet.
+
+    Raises
+    ------
+    SceneError
+        For a file that is no engine file, a two-stroke engine, missing dimensions, and what a
+        calibration cannot take into account.
+    """
+    path = Path(path)
+    name = str(path)
+    given, raw = engine_file_of(path, name)
+    if given.cycle != "four-stroke":
+        raise SceneError(
+            f"{name}: cycle = '{given.cycle}': must be 'four-stroke'; no usual values are known "
+            "for two-stroke engines"
+        )
+    for key in ("pressure_scale", "pressure_factor"):
+        if getattr(given, key) is not None:
+            raise SceneError(
+                f"{name}: {key}: not allowed here; diagrams are fitted for equal cylinders at "
+                "rated speed"
+            )
+    read_values(given.values, name)
+    values = {
+        key: number(item, f"{name}: [values] {key}", PARAMETERS[key])
+        for key, item in given.values.items()
+    }
+    if values.get("friction_law", 1.0) != 1.0:
+        raise SceneError(
+            f"{name}: [values] friction_law: not allowed here; diagrams are fitted with a + b p_max"
+            " + c c_m + d c_m^2. Name the law in the scene, or in the calibrated file"
+        )
+    for key, what in _NEEDED.items():
+        if key not in values:
+            raise SceneError(f"{name}: [values] {key}: missing; must be {what}")
+    for key in ("bore", "stroke"):
+        most = KINDS["first_law"].fields[key].high
+        if not values[key] < most:
+            raise SceneError(
+                f"{name}: [values] {key} = {values[key]:g}: must be below {most:g} m"
+                f"{_meant(key, values[key])}"
+            )
+    read_cylinders(given, values["cylinders"], PERIOD, name)
+    tables = given.model_dump(include=set(TORQUE_TABLE_KEYS))
+    read_torque_tables(tables, path.parent, f"{name}: ")
+    read_silenced(given.silenced_warnings, name)
+    sheet = given.data_sheet or DataSheet()
+    rest = {k: item for k, item in raw.items() if k not in ("values", "diagram", "data_sheet")}
+    return Sheet(
+        name=name,
+        path=path,
+        values=values,
+        published=sheet,
+        known=_known(sheet.cycle, f"{name}: [data_sheet.cycle]"),
+        rest=rest,
+        diagrams=len(given.diagram),
+    )
+
+
+def _meant(key: str, value: float) -> str:
+    """What a length may have been meant as, such as "; is bore in mm?"."""
+    bore = implausible(bore=value)  # a stroke has about the length of a bore
+    return f"; is {key} {bore[0].question}?" if bore and bore[0].question else ""
+
+
+def described(sheet: Sheet) -> bool:
+    """Whether the file says how its cylinders are arranged."""
+    return any(key in sheet.rest for key in ("firing_order", *CYLINDER_KEYS))
+
+
+def files_named(sheet: Sheet) -> list[str]:
+    """Files that the sheet refers to, whose paths start from its folder."""
+    return [str(sheet.rest[key]) for key in TORQUE_TABLE_KEYS if key in sheet.rest]
+
+
+def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:
+    """Numbers of [data_sheet.cycle], each within its range."""
+    found = {}
+    for key, raw in table.items():
+        if key in _NOT_KNOWN:
+            raise SceneError(
+                f"{where} {key}: not allowed; it is fitted or follows from the other keys"
+            )
+        if key not in KNOWN_OF_CYCLE:
+            raise SceneError(f"{where} {key}: unknown key{not_known(key, KNOWN_OF_CYCLE)}")
+        field = KINDS["first_law"].fields[key]
+        value = found[key] = number(raw, f"{where} {key}")
+        inside = field.low <= value <= field.high if field.ends else field.low < value < field.high
+        if not inside:
+            raise SceneError(f"{where} {key} = {value:.6g}{field.words}: must be {field.allowed}")
+    return found

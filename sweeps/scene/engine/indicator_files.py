@@ -1,0 +1,114 @@
+"""Measured indicator diagrams from CSV files: pressure over crank angle."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points
+from engine_dyn.units import BAR, DEGREE
+from sweeps.base.checks import mentioned
+from sweeps.base.columns.recording import MOST_BYTES
+from sweeps.base.errors import SceneError
+from sweeps.base.files.csv_tables import CsvTable, csv_of_text, read_csv, with_line
+from sweeps.base.files.referred_files import file_bytes
+from sweeps.base.ratios import BEYOND, LARGEST
+from sweeps.lab.pressure.imported_pressure import HEADER
+
+__all__ = [
+    "HEAD",
+    "NAMES",
+    "WARNING",
+    "WHAT",
+    "cycles_of_text",
+    "indicator_of_text",
+    "notes_in",
+    "notes_of",
+    "read_indicator",
+]
+
+HEAD = 1 << 16
+"""Bytes that are looked at for notes and for the names of columns."""
+
+WARNING = "warning: "
+"""How a note begins that says what the checks of the recording found."""
+
+NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+WHAT = "an indicator diagram (CSV)"
+_CYCLE = re.compile(r"cycle_[1-9][0-9]*_bar")
+
+
+def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
+    """Read a measured indicator diagram from a CSV file.
+
+    Columns `crank_angle_deg` (firing top dead centre = 0, ascending within the cycle) and
+    `pressure_bar` (absolute); other columns are ignored. Both ends of the cycle are the same
+    angle: one may be missing, both are averaged.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str, optional
+        Name of the file in messages; its path if not given.
+    period : float
+        4 pi (four-stroke) or 2 pi [rad].
+
+    Raises
+    ------
+    SceneError
+        With the line, where one is wrong.
+    """
+    label = str(path) if name is None else name
+    return _diagram(read_csv(Path(path), label, WHAT, NAMES), period)
+
+
+def indicator_of_text(text: str, name: str, period: float = FOUR_STROKE) -> Diagram:
+    """Return the diagram of a text, as `read_indicator` does of a file."""
+    return _diagram(csv_of_text(text, name, WHAT, NAMES), period)
+
+
+def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[Diagram, ...]:
+    """Return the diagrams of all recorded cycles: columns `cycle_1_bar`, `cycle_2_bar` and so on.
+
+    Raises
+    ------
+    SceneError
+        As `read_indicator`; empty without such columns.
+    """
+    table = csv_of_text(text, name, WHAT, NAMES)
+    columns = [column for column in table.header if _CYCLE.fullmatch(column)]
+    return tuple(_diagram(table, period, column) for column in columns)
+
+
+def notes_of(path: Path) -> tuple[str, ...]:
+    """Notes of an imported diagram that was read from a file."""
+    return notes_in(file_bytes(path, MOST_BYTES)[:HEAD].decode("utf-8", "replace"))
+
+
+def notes_in(text: str) -> tuple[str, ...]:
+    """Comment lines above an imported diagram; nothing of other files."""
+    lines = text[:HEAD].removeprefix("\ufeff").splitlines()
+    if not lines or not lines[0].startswith(HEADER):
+        return ()
+    notes = []
+    for line in lines[:200]:
+        if not line.startswith("#"):
+            break
+        notes.append(line.lstrip("# ").rstrip())
+    return tuple(notes)
+
+
+def _diagram(table: CsvTable, period: float, column: str = PRESSURE_COLUMN) -> Diagram:
+    angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
+    pressure = np.array(table.numbers(column))
+    if not np.abs(pressure).max(initial=0.0) <= LARGEST:
+        raise SceneError(f"{table.name}: {column}: {BEYOND}")
+    pressure *= BAR
+    try:
+        return diagram_from_points(angle, pressure, period)
+    except ValueError as error:
+        raise SceneError(with_line(mentioned(error), table)) from None

@@ -1,0 +1,454 @@
+"""The shaft that twists: [shaft] of scenes and engine files, and files with such a table.
+
+A shaft is discs and what joins them. Names tell discs apart; numbers of discs, shafts, gears and
+dampers, in the order of the lists, are those of the parameters: `disc_inertia_3`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft, Table
+from sweeps.base.checks import Strict, check_range, check_structure, mentioned, number, plain
+from sweeps.base.errors import SceneError, not_known, shown
+from sweeps.base.files.referred_files import kept, referred
+from sweeps.base.files.toml_files import parse_toml
+from sweeps.catalogue import SHAFTS
+from sweeps.scene.engine.engine_tables import Source
+
+__all__ = ["SHAFT", "GivenShaft", "ShaftFile", "ShaftTable", "built_in_shafts", "read_shaft"]
+
+SHAFT = (
+    "a table [shaft] with discs and shafts, the name of a built-in shaft, or the path of a file "
+    "with such a table"
+)
+
+NAME = "a string: its name, which tells it from the others"
+
+BETWEEN = "a list of two names of discs"
+
+
+class Disc(Strict):
+    """A disc: what turns as one."""
+
+    name: str = Field(description=NAME, min_length=1, max_length=80)
+    inertia: float = Field(description="a number in kg m2")
+    throw: int | None = Field(
+        default=None, description="a whole number: the throw of the engine, from 1", ge=1
+    )
+    damping: float | None = Field(default=None, description="a number in N m s/rad")
+    ground_stiffness: float | None = Field(default=None, description="a number in N m/rad")
+
+
+class ShaftPiece(Strict):
+    """A shaft between two discs: stiffness, or length, diameter and shear modulus."""
+
+    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
+    between: list[str] | None = Field(
+        default=None,
+        description=f"{BETWEEN}; by default the disc of the shaft's own number and the next",
+        min_length=2,
+        max_length=2,
+    )
+    stiffness: float | None = Field(default=None, description="a number in N m/rad")
+    stiffness_over_torque: StiffnessTable | None = Field(
+        default=None, description="a table with torque and stiffness, of a coupling"
+    )
+    loss_factor: float | None = Field(default=None, description="a number")
+    damping: float | None = Field(default=None, description="a number in N m s/rad")
+    length: float | None = Field(default=None, description="a number in m")
+    diameter: float | None = Field(default=None, description="a number in m")
+    bore: float | None = Field(default=None, description="a number in m")
+    shear_modulus: float | None = Field(default=None, description="a number in GPa")
+    stress_limit: float | None = Field(default=None, description="a number in MPa")
+    torque_limit: float | None = Field(default=None, description="a number in N m")
+    tensile_strength: float | None = Field(default=None, description="a number in MPa")
+    shape_factor: float | None = Field(default=None, description="a number, at most 1")
+    steel: Literal["carbon", "alloy"] | None = Field(
+        default=None,
+        description="'carbon' or 'alloy', of which more of the tensile_strength counts; default: "
+        "'carbon', as for propeller shafts of any steel",
+    )
+
+
+class Gear(Strict):
+    """Two discs in mesh, which turn in a fixed ratio."""
+
+    between: list[str] = Field(description=BETWEEN, min_length=2, max_length=2)
+    ratio: float | str = Field(
+        description="a number: speed of the second disc over that of the first, below 0 where it "
+        "turns the other way"
+    )
+
+
+class Damper(Strict):
+    """A ring that a spring, oil or rubber holds on a disc."""
+
+    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
+    on: str = Field(description="the name of a disc", min_length=1)
+    inertia: float = Field(description="a number in kg m2")
+    damping: float | None = Field(default=None, description="a number in N m s/rad")
+    stiffness: float | None = Field(default=None, description="a number in N m/rad")
+    loss_factor: float | None = Field(default=None, description="a number")
+    surface: float | None = Field(
+        default=None, description="a number in m2, which gives off its heat"
+    )
+
+
+class PendulumTable(Strict):
+    """Pendulums on a disc that the centrifugal force holds, tuned to the order (R/r)^(1/2)."""
+
+    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
+    on: str = Field(description="the name of a disc", min_length=1)
+    mass: float = Field(description="a number in kg: of all pendulums together")
+    distance: float = Field(
+        description="a number in m, R: from the axis of the shaft to the suspension"
+    )
+    length: float = Field(description="a number in m, r: of the pendulum")
+    stop_angle: float | None = Field(default=None, description="a number in degree")
+
+
+class StiffnessTable(Strict):
+    """Stiffness of a coupling over its mean torque."""
+
+    torque: list[float] = Field(
+        description="a list of mean torques in N m, ascending from 0 or more", min_length=2
+    )
+    stiffness: list[float] = Field(
+        description="a list of stiffnesses in N m/rad, one for each torque", min_length=2
+    )
+
+
+class ShaftTable(Strict):
+    """Discs, shafts, gears and dampers; which discs the flywheel and the load are."""
+
+    discs: list[Disc] = Field(
+        description=f"a list of 2 to {MOST_OF_SCENE} tables with name, inertia and, of throws, "
+        "throw",
+        min_length=2,
+        max_length=MOST_OF_SCENE,
+    )
+    shafts: list[ShaftPiece] = Field(
+        description="a list of tables with stiffness, or length, diameter and shear_modulus",
+        min_length=1,
+        max_length=MOST_OF_SCENE,
+    )
+    gears: list[Gear] = Field(
+        default=[], description="a list of tables with between and ratio", max_length=MOST_GEARS
+    )
+    dampers: list[Damper] = Field(
+        default=[], description="a list of tables with on and inertia", max_length=MOST_DAMPERS
+    )
+    pendulums: list[PendulumTable] = Field(
+        default=[],
+        description="a list of tables with on, mass, distance and length",
+        max_length=MOST_DAMPERS,
+    )
+    flywheel: str = Field(
+        default="flywheel", description="the name of a disc: that of the flywheel", min_length=1
+    )
+    load: str | None = Field(
+        default=None, description="the name of a disc: that of the load; default: the last disc"
+    )
+    auxiliaries: str | None = Field(
+        default=None,
+        description="the name of a disc: that of [[auxiliaries]]; default: the free end of the "
+        "crankshaft",
+    )
+    reciprocating: Literal["included", "added"] = Field(
+        description="'included' where the inertias of the throws' discs include the mean of the "
+        "reciprocating masses, else 'added'"
+    )
+    loss_factor: float | None = Field(
+        default=None, description="a number: that of shafts that have none of their own"
+    )
+    shear_modulus: float | None = Field(
+        default=None, description="a number in GPa: that of shafts that have none of their own"
+    )
+    load_damping: float | None = Field(default=None, description="a number in N m s/rad")
+    load_damping_factor: float | None = Field(default=None, description="a number")
+
+
+class ShaftFile(Strict):
+    """A file with a shaft."""
+
+    title: str | None = Field(default=None, description="a string: one line about the shaft")
+    shaft: ShaftTable = Field(description="a table [shaft] with discs and shafts")
+    assumed: dict[str, str] = Field(
+        default={}, description="a table with a reason, as a string, for each assumed value"
+    )
+    source: list[Source] = Field(default=[], description="tables [[source]] with one string each")
+
+
+@dataclass(frozen=True)
+class GivenShaft:
+    """A shaft as read: what all designs have, values of its parameters, and where it comes from."""
+
+    shaft: Shaft
+    values: Mapping[str, float]
+    assumed: Mapping[str, str] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
+
+
+def built_in_shafts() -> dict[str, Path]:
+    """Shafts that come with the package: name and file."""
+    return {path.stem: path for path in sorted(SHAFTS.glob("*.toml"))}
+
+
+def read_shaft(given: Any, base: Path, where: str) -> GivenShaft | None:
+    """Read the value of the key `shaft`; None where it is not given.
+
+    Parameters
+    ----------
+    given : dict or str, optional
+        A table, the name of a built-in shaft, or the path of a file, relative to `base`.
+    base : Path
+        Folder of the file that names it.
+    where : str
+        What messages begin with, such as "scene.toml: ".
+
+    Raises
+    ------
+    SceneError
+        In one line, for a shaft that cannot be.
+    """
+    if given is None:
+        return None
+    if isinstance(given, Mapping):
+        return _read(check_structure(ShaftTable, given, f"{where}[shaft]"), f"{where}[shaft]")
+    if not isinstance(given, str) or not given:
+        raise SceneError(f"{where}shaft = {shown(given)}: must be {SHAFT}")
+    known = built_in_shafts()
+    own = SHAFTS / f"{given}.toml"
+    if given in known or kept(own):
+        path, name = own, f"shaft {given}"
+    elif given.endswith(".toml") or "/" in given or "\\" in given:
+        path, name = referred(base, given, f"{where}shaft"), f"{where}shaft {given}"
+    else:
+        also = ", or the path of a file (.toml)"
+        hint = not_known(given, known, also=also)
+        raise SceneError(f"{where}shaft = {shown(given)}: unknown shaft{hint}")
+    file = check_structure(
+        ShaftFile, plain(parse_toml(path, name, "a file with a [shaft]"), name), name
+    )
+    made = _read(file.shaft, f"{name}: [shaft]")
+    return GivenShaft(
+        made.shaft, made.values, {f"shaft, {key}": text for key, text in file.assumed.items()},
+        tuple(source.text for source in file.source),
+    )  # fmt: skip
+
+
+class _Values:
+    """Values of the parameters, gathered and checked one by one."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, float] = {}
+
+    def take(self, item: Strict, kind: str, place: int, where: str, skip: Sequence[str]) -> None:
+        """Take the numbers of one table: those of `stiffness` become `shaft_stiffness_2`."""
+        for name in type(item).model_fields:
+            raw = getattr(item, name)
+            if raw is not None and name not in skip:
+                self.set(f"{kind}_{name}_{place}", raw, f"{where} {name}")
+
+    def set(self, key: str, raw: Any, where: str) -> None:
+        node = PARAMETERS[key]
+        self.found[key] = number(raw, where, node)
+        check_range(self.found[key], where, node)
+
+
+def _read(given: ShaftTable, where: str) -> GivenShaft:
+    names = [disc.name for disc in given.discs]
+    rings = [d.name or f"ring of damper {i}" for i, d in enumerate(given.dampers, start=1)]
+    hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
+    _check_different([*names, *rings, *hung], where)
+    values = _Values()
+    for name in ("loss_factor", "shear_modulus"):  # checked although each shaft may have its own
+        if getattr(given, name) is not None:
+            _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
+    for i, disc in enumerate(given.discs, start=1):
+        values.take(disc, "disc", i, f"{where} discs number {i}", ("name", "throw"))
+    pairs: list[tuple[int, int]] = []
+    tables: dict[int, Table] = {}
+    for i, piece in enumerate(given.shafts, start=1):
+        at = f"{where} shafts number {i}"
+        pairs.append(_ends(piece.between, i, names, at))
+        values.take(piece, "shaft", i, at, ("name", "between", "stiffness_over_torque", "steel"))
+        if piece.stiffness_over_torque is not None:
+            tables[i - 1] = _table(piece, at)
+        for name in ("loss_factor", "shear_modulus"):
+            common = getattr(given, name)
+            wanted = name == "loss_factor" or piece.length is not None
+            if common is not None and getattr(piece, name) is None and wanted:
+                values.set(f"shaft_{name}_{i}", common, f"{where} {name}")
+        _check_stiffness(piece, values.found, i, at)
+    gears = []
+    for i, gear in enumerate(given.gears, start=1):
+        at = f"{where} gears number {i}"
+        gears.append(_ends(gear.between, i, names, at))
+        values.set(f"shaft_gear_ratio_{i}", gear.ratio, f"{at} ratio")
+        if values.found[f"shaft_gear_ratio_{i}"] == 0.0:
+            raise SceneError(f"{at} ratio = 0: must not be 0")
+    for i, damper in enumerate(given.dampers, start=1):
+        at = f"{where} dampers number {i}"
+        pairs.append((_place(damper.on, names, f"{at} on"), len(names) + i - 1))
+        values.take(damper, "damper", i, at, ("name", "on"))
+        held = {f"damper_{name}_{i}" for name in ("damping", "stiffness")} & values.found.keys()
+        if not any(values.found[key] > 0.0 for key in held):
+            raise SceneError(f"{at}: has neither damping nor stiffness; nothing holds its ring")
+    for i, pendulum in enumerate(given.pendulums, start=1):
+        at = f"{where} pendulums number {i}"
+        place = len(names) + len(rings) + i - 1
+        pairs.append((_place(pendulum.on, names, f"{at} on"), place))
+        values.take(pendulum, "pendulum", i, at, ("name", "on"))
+    if given.load_damping is not None and given.load_damping_factor is not None:
+        raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
+    for name in ("load_damping", "load_damping_factor"):
+        if getattr(given, name) is not None:
+            values.set(name, getattr(given, name), f"{where} {name}")
+    every = [*names, *rings, *hung]
+    called = [
+        piece.name or f"{every[first]} - {every[second]}"
+        for piece, (first, second) in zip(
+            [*given.shafts, *(ShaftPiece() for _ in (*rings, *hung))], pairs, strict=True
+        )
+    ]
+    shaft = Shaft(
+        discs=tuple(every),
+        shafts=tuple(pairs),
+        shaft_names=tuple(called),
+        gears=tuple(gears),
+        throws=_throws(given, where),
+        flywheel=_place(given.flywheel, names, f"{where} flywheel"),
+        load=len(names) - 1 if given.load is None else _place(given.load, names, f"{where} load"),
+        auxiliaries=0
+        if given.auxiliaries is None
+        else _place(given.auxiliaries, names, f"{where} auxiliaries"),
+        dampers=len(rings),
+        pendulums=len(hung),
+        includes_reciprocating=given.reciprocating == "included",
+        keys=tuple(key for key in values.found if not key.startswith("load_")),
+        alloy=frozenset(i for i, piece in enumerate(given.shafts) if piece.steel == "alloy"),
+        tables=tables,
+    )
+    _check_joined(shaft, where)
+    _check_different(called, where)
+    if given.auxiliaries is None:
+        shaft = replace(shaft, auxiliaries=shaft.free_end)
+    return GivenShaft(shaft, values.found)
+
+
+def _place(name: str, names: Sequence[str], where: str) -> int:
+    """Number of a disc, from 0."""
+    if name not in names:
+        raise SceneError(f"{where} = {shown(name)}: no such disc{not_known(name, names)}")
+    return names.index(name)
+
+
+def _ends(between: list[str] | None, number: int, names: Sequence[str], at: str) -> tuple[int, int]:
+    """Discs that a shaft or gear joins."""
+    if between is None:
+        if number >= len(names):
+            raise SceneError(
+                f"{at}: between: missing; must be {BETWEEN}, because there is no disc number "
+                f"{number + 1}"
+            )
+        return number - 1, number
+    first, second = (_place(name, names, f"{at} between") for name in between)
+    if first == second:
+        raise SceneError(f"{at} between = {shown(between)}: must be two different discs")
+    return first, second
+
+
+def _check_different(names: Sequence[str], where: str) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise SceneError(f"{where}: the name {shown(name)} is given twice; must be unique")
+
+
+def _check_stiffness(
+    piece: ShaftPiece, values: Mapping[str, float], number: int, at: str
+) -> None:  # fmt: skip
+    """Check that a shaft has a stiffness, or what gives it, and that its bore fits."""
+    ways = [
+        name for name in ("stiffness", "length", "stiffness_over_torque")
+        if getattr(piece, name) is not None
+    ]  # fmt: skip
+    if not ways:
+        raise SceneError(f"{at}: stiffness: missing; must be a number in N m/rad, or length")
+    if len(ways) > 1:
+        raise SceneError(f"{at}: has both {ways[0]} and {ways[1]}; give one of them")
+    if piece.length is not None:
+        for name in ("diameter", "shear_modulus"):
+            if f"shaft_{name}_{number}" not in values:
+                raise SceneError(f"{at}: {name}: missing; length needs it")
+    if piece.length is None and piece.shear_modulus is not None:
+        raise SceneError(f"{at} shear_modulus: has no effect without length")
+    bore, diameter = (values.get(f"shaft_{name}_{number}") for name in ("bore", "diameter"))
+    if bore is not None and diameter is None:
+        raise SceneError(f"{at} bore: has no effect without diameter")
+    if bore is not None and diameter is not None and bore >= diameter:
+        raise SceneError(f"{at} bore = {bore:g}: must be below the diameter, {diameter:g} m")
+
+
+def _table(piece: ShaftPiece, at: str) -> Table:
+    """Stiffness of a coupling over its mean torque."""
+    given, where = piece.stiffness_over_torque, f"{at} stiffness_over_torque"
+    assert given is not None
+    torque, stiffness = np.array(given.torque), np.array(given.stiffness)
+    if torque.size != stiffness.size:
+        raise SceneError(
+            f"{where}: has {torque.size} torques and {stiffness.size} stiffnesses; must be equally "
+            "many"
+        )
+    if torque[0] < 0.0 or not (np.diff(torque) > 0.0).all():
+        raise SceneError(f"{where} torque = {shown(given.torque)}: must ascend from 0 or more")
+    if not (stiffness > 0.0).all():
+        raise SceneError(f"{where} stiffness = {shown(given.stiffness)}: must be above 0")
+    return Table(torque, stiffness)
+
+
+def _throws(given: ShaftTable, where: str) -> tuple[int, ...]:
+    """Disc of each throw, in the order of their numbers."""
+    places: dict[int, int] = {}
+    for place, disc in enumerate(given.discs):
+        if disc.throw is None:
+            continue
+        if disc.throw in places:
+            raise SceneError(
+                f"{where} discs number {place + 1}: throw = {disc.throw}: is on disc number "
+                f"{places[disc.throw] + 1} already; each throw has one disc"
+            )
+        places[disc.throw] = place
+    count = len(places)
+    if sorted(places) != list(range(1, count + 1)) or not count:
+        listed = ", ".join(map(str, sorted(places))) or "none"
+        raise SceneError(
+            f"{where} discs: throws {listed}: must be the numbers of all throws of the engine, "
+            "from 1"
+        )
+    return tuple(places[number] for number in range(1, count + 1))
+
+
+def _check_joined(shaft: Shaft, where: str) -> None:
+    """Check that shafts and gears join all discs, and form no ring."""
+    try:
+        shaft.paths({f"shaft_gear_ratio_{i + 1}": 1.0 for i in range(len(shaft.gears))})
+    except ValueError as error:
+        text = mentioned(error)
+        for i in range(len(shaft.discs)):
+            text = text.replace(f"disc {i}:", f"disc {shown(shaft.discs[i])}:")
+        joined = shaft.discs[shaft.throws[0]]
+        if "no shafts or meshes join it" in text:
+            head = text.split(":")[0]
+            text = f"{head}: no shafts or gears join it to disc {shown(joined)}"
+        elif "closes a loop" in text:
+            text = "shafts and gears form a ring; must be a tree"
+        raise SceneError(f"{where}: {text}") from None

@@ -1,0 +1,78 @@
+"""The key `silenced_warnings` of scenes and engine files: plausibility checks that are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from engine_dyn.plausibility.usual_ranges import NAMES
+from engine_dyn.recordings.signal_checks import RECORDING_CHECKS
+from sweeps.base.errors import SceneError, not_known, shown
+
+__all__ = [
+    "ALL",
+    "BRAKE_TORQUE",
+    "DIAGRAM_SPEEDS",
+    "KNOWN",
+    "RECIPROCATING_SHARE",
+    "RIGID_SHAFT",
+    "SHAFT_SECTION",
+    "SILENCED",
+    "STATED_UNIT",
+    "read_silenced",
+]
+
+ALL = "all"
+"""Word that silences every check."""
+
+STATED_UNIT = "stated_unit"
+"""Name of the warning that a file states another unit than the one given."""
+
+BRAKE_TORQUE = "brake_torque"
+"""Name of the warning that a recording has less torque than was measured at the shaft."""
+
+DIAGRAM_SPEEDS = "diagram_speeds"
+"""Name of the warning that diagrams are used at speeds for which they do not hold."""
+
+RIGID_SHAFT = "rigid_shaft"
+"""Name of the warning that the rigid engine is far from the elastic shaft."""
+
+RECIPROCATING_SHARE = "reciprocating_share"
+"""Name of the warning that a shaft's reciprocating masses vary its inertia much."""
+
+SHAFT_SECTION = "shaft_section"
+"""Name of the warning that stiffness and section of a shaft are not those of one of steel."""
+
+KNOWN = (
+    *NAMES,
+    *RECORDING_CHECKS,
+    STATED_UNIT,
+    BRAKE_TORQUE,
+    DIAGRAM_SPEEDS,
+    RIGID_SHAFT,
+    RECIPROCATING_SHARE,
+    SHAFT_SECTION,
+    ALL,
+)
+"""Names of checks of what is given, of results, and of recorded pressure."""
+
+SILENCED = (
+    f"a list of names of plausibility checks to silence, or ['{ALL}']; see the page "
+    "'Plausibility warnings'"
+)
+"""What is allowed."""
+
+
+def read_silenced(names: Sequence[str], name: str) -> tuple[str, ...]:
+    """Names of checks that are left out; `name` is the file as messages call it.
+
+    Raises
+    ------
+    SceneError
+        For a name that is no check.
+    """
+    for word in names:
+        if word not in KNOWN:
+            raise SceneError(
+                f"{name}: silenced_warnings: {shown(word)}: no such check{not_known(word, KNOWN)}"
+            )
+    return tuple(names)

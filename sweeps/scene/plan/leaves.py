@@ -1,0 +1,296 @@
+"""What a scene and its engine give: the leaves of the graph of quantities, with their axes.
+
+Numbers flow one way here: what is given, the points of the dimensions that quantities add, then
+everything that no stage of the plan computes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.combinations import distinct_combinations
+from engine_dyn.forces.energy_levels import MOST_CROSSINGS
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.loads.driven_machine import cycles_of
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.double_acting import ends_of
+from engine_dyn.pressure.family import Family, family_from_diagrams
+from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
+from engine_dyn.quantities.balance import DIRECTIONS
+from engine_dyn.quantities.graph import (
+    CONSTANTS,
+    DIMENSIONS,
+)
+from engine_dyn.quantities.single_cylinders import with_values
+from engine_dyn.types import Booleans, Floats, Integers
+from sweeps.base.errors import SceneError
+from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.known_values import Value
+from sweeps.scene.model import Scene
+
+__all__ = [
+    "CYCLES",
+    "LOOKED_AT",
+    "cycles_known",
+    "leaves_of",
+    "leaves_of_points",
+    "mean_of",
+    "points_of",
+]
+
+CYCLES = "cycles_of_pattern"
+"""Name of the leaf that has the cycles after which the pattern of each design repeats."""
+
+LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
+"""Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
+none is is refused before it runs."""
+
+RESOLVED = 90.0
+"""Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period are
+what diagrams resolve."""
+
+FIRST_SET = MOST_CYLINDERS + 1
+"""Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
+
+CLOSE = 0.5
+"""Step of the crank angle [degree] for extremes of the speed within cycles: cubics between miss
+some 2e-9 of its range."""
+
+
+# --- points of the dimensions that quantities add -------------------------------------------------
+
+
+def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
+    """Points of the dimensions that quantities add, in the units of files.
+
+    `cycles` are those after which firing patterns repeat.
+    """
+    shaft = scene.engine.shaft
+    discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
+    period = scene.engine.period
+    throws = _throws(scene)
+    turns = round(period / math.tau) * cycles
+    cycles = cycles * _cycles_of_load(scene)
+    mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
+    orders = math.floor(scene.highest_order * turns + 1e-9)
+    finest = round(period / math.tau) * cycles
+    every = round(max(scene.highest_order, RESOLVED) * finest)
+    return {
+        "throw": np.arange(1, throws + 1, dtype=np.int32),
+        "bay": np.arange(1, throws + 1, dtype=np.int32),
+        "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
+        "main_bearing": np.arange(1, throws + 2, dtype=np.int32),
+        "disc": np.arange(1, discs + 1, dtype=np.int32),
+        "shaft": np.arange(1, shafts + 1, dtype=np.int32),
+        "mount": np.arange(1, mounts + 1, dtype=np.int32),
+        # A quotient of whole numbers is the same number whatever it was reduced from.
+        "order": np.arange(1, orders + 1) / turns,
+        "every_order": np.arange(1, every + 1) / finest,
+        "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
+        "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
+        "direction": np.array(DIRECTIONS),
+        "crank_angle": _crank_angles(period, cycles, scene.angle_step),
+        "close_angle": _crank_angles(period, cycles, CLOSE),
+    }
+
+
+def leaves_of_points(points: Mapping[str, npt.NDArray[Any]], period: float) -> dict[str, Value]:
+    """Points of dimensions in SI units, and the angle after which curves over them repeat."""
+    found = {name: Value(p * DIMENSIONS[name].si, (name,)) for name, p in points.items()}
+    return found | {"curve_period": Value(period * len(points["firing_cycle"]))}
+
+
+def _cycles_of_load(scene: Scene) -> int:
+    """Cycles after which a load over an angle repeats."""
+    return cycles_of(scene.driven.over_angle, scene.engine.period)
+
+
+def _throws(scene: Scene) -> int:
+    """Throws of the engine with most of them; none where their order is unknown."""
+    engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
+    return max(len(engine.along_shaft or ()) for engine in engines)
+
+
+def _crank_angles(period: float, cycles: int, step: float) -> Floats:
+    """Crank angles of curves [degree], end excluded; the first cycle is around angle 0."""
+    cycle = math.degrees(period)
+    points = round(cycles * cycle / step)
+    return np.asarray(-0.5 * cycle + np.arange(points) * step, dtype=np.float64)
+
+
+# --- leaves ---------------------------------------------------------------------------------------
+
+
+def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, Value]:
+    """All that no stage computes: known values, points, and constants."""
+    engine = scene.engine
+    leaves = dict(scene.known)
+    family = engine.family
+    if scene.indicator is not None:
+        # A given diagram holds whatever the load is called.
+        load = [float(leaves["load"].data) if "load" in leaves else 100.0]
+        family = family_from_diagrams(load, [scene.indicator])
+        if "over_cycles" in scene.words:  # rows that nothing is interpolated between
+            cycles = scene.recorded_cycles
+            family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
+    family, leaves["cycle"] = _with_cycles(scene, family, leaves)
+    if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
+        follows = scene.characteristic is not None  # the scale then tells whether it is reached
+        leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
+    driven = scene.driven
+    if not driven.geared:
+        leaves["load_gear"] = Value(np.float64(1.0))
+    leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
+    patterns = scene.firing_patterns
+    if patterns is not None:
+        leaves[CYCLES] = Value(patterns.cycles_of_each(scene.counts), patterns.dims)
+    if points:
+        leaves |= leaves_of_points(points, engine.period)
+    constants = {
+        "family": family,
+        "period": engine.period,
+        "curve_period": engine.period,  # without points; they have their own
+        "closure": scene.closure,
+        "tolerance": scene.tolerance,
+        "scale_table": engine.pressure_scale,
+        "driven": driven,
+        "cylinders_by_count": sets,
+        "characteristic": scene.characteristic,
+        "shaft_system": engine.shaft,
+        "double_acting": ends_of(engine.family),
+        "counterweights": engine.counterweights,
+        "mounts": engine.mounts,
+        "variant_of": scene.variants.__getitem__,
+    }
+    choices = {"method": scene.methods, "inertia_model": scene.inertia_models}
+    for name in CONSTANTS:
+        if name in leaves:
+            continue
+        if name in choices:
+            varies = name in scene.dimensions
+            data = np.asarray(choices[name]) if varies else choices[name][0]
+            leaves[name] = Value(data, (name,) if varies else ())
+        else:
+            leaves[name] = Value(constants[name])
+    return leaves
+
+
+def mean_of(scene: Scene, leaves: Mapping[str, Value], name: str) -> Any:
+    """A value, the mean where it varies [SI], by formulas of the graph alone.
+
+    Raises
+    ------
+    KeyError
+        Where it takes more than formulas, or what neither scene nor engine gives.
+    """
+    if name in leaves:
+        leaf = leaves[name]
+        if not leaf.dims:
+            return leaf.si
+        return np.ravel(leaf.data)[0] if name == "cylinder_set" else np.mean(leaf.si)
+    node = scene.node(name)
+    if node.make is None or node.kind == "stage":
+        raise KeyError(name)
+    return node.make(**{need: mean_of(scene, leaves, need) for need in node.needs})
+
+
+def _with_cycles(
+    scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
+) -> tuple[Family, Value]:
+    """Family with the modelled cycles of the scene, and which of them each design has.
+
+    Raises
+    ------
+    SceneError
+        Where none of the first `LOOKED_AT` combinations of parameters is a cycle.
+    """
+    if isinstance(family, FamilyGrid):
+        family = family.at_speeds(leaves["speed"].si)
+    keys = scene.cycle_keys
+    if not keys:
+        if scene.characteristic is not None and type(family) is Family:
+            # The load may vary along several axes, which only a stack's rows may.
+            family = FamilyStack.of([family])
+        return family, Value(np.zeros(()))
+    dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
+    changes = {key: np.ascontiguousarray(distinct[:, i]) for i, key in enumerate(keys)}
+    where = ("load", "speed") if isinstance(family, FamilyAtSpeeds) else ("load",)
+    axes = {*dims, *(d for key in where if key in leaves for d in leaves[key].dims)}
+    several = len(axes) > 1 or scene.characteristic is not None
+    table = CycleTable.of(family, scene.engine.cycles or (), changes, several_axes=several)
+    _check_some_cycle(scene, table, leaves)
+    return table, Value(number.astype(float), dims)
+
+
+def cycles_known(table: CycleTable, leaves: Mapping[str, Value], number: Integers) -> Booleans:
+    """Whether combinations of parameters are cycles where the scene needs them.
+
+    At its load and speed; where these vary or follow from others, whether any diagram is a cycle.
+    """
+    load = leaves.get("load")
+    if load is None or load.dims or leaves["speed"].dims:
+        return np.asarray(table.diagrams_known(number).any(axis=-1))
+    if isinstance(table.own, FamilyAtSpeeds):
+        place = table.place(load.si, leaves["speed"].si)
+    else:
+        place = np.add(*table.locate(load.si))
+    return table.known(table.row_of(number, place))
+
+
+def _check_some_cycle(scene: Scene, table: CycleTable, leaves: Mapping[str, Value]) -> None:
+    """Refuse a scene whose first combinations of parameters all are no cycle."""
+    table = table.emptied()
+    for begin in range(0, min(table.combinations, LOOKED_AT), LOOKED_AT_ONCE):
+        some = np.arange(begin, min(begin + LOOKED_AT_ONCE, table.combinations))
+        if cycles_known(table, leaves, some).any():
+            return
+    name = scene.path.name if scene.path else "scene"
+    raise SceneError(f"{name}: {scene.engine.name}: {table.refusal(0)}")
+
+
+def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:
+    """Axes on which any of the values depends, the distinct combinations, and their numbers there.
+
+    The combinations are rows of a table.
+    """
+    dims = tuple(d for d in scene.dimensions if any(d in value.dims for value in values))
+    shaped = [
+        np.asarray(value.si).reshape([-1 if d in value.dims else 1 for d in dims])
+        for value in values
+    ]
+    return dims, *distinct_combinations(*shaped)
+
+
+def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
+    """Number of each design's set of cylinders, and the sets by these numbers.
+
+    Where sets differ only in the number of cylinders, that is their number.
+    """
+    count, misfire = leaves["cylinders"], leaves["misfire"]
+    arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
+    if not (arrangements or keys or np.any(misfire.data) or patterns):
+        return count, {n: cylinders_of_count(scene, n) for n in scene.counts}
+    which = Value(np.zeros(()))
+    if arrangements:
+        which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
+    fires = Value(np.zeros(()))
+    if patterns:
+        fires = Value(patterns.which.astype(float), patterns.dims)
+    of_keys = [leaves[key] for key in keys]
+    dims, distinct, number = _combinations(scene, [count, which, misfire, fires, *of_keys])
+    sets = {}
+    for i, (cylinders, place, silent, pattern, *values) in enumerate(distinct.tolist()):
+        engine = cylinders_of_count(scene, int(cylinders))
+        engine = arrangements[int(place)] if arrangements else engine
+        engine = with_values(engine, dict(zip(keys, values, strict=True)))
+        engine = engine.without(int(silent))
+        if patterns:
+            engine = engine.with_pattern(patterns.each[int(pattern)].of(engine.count))
+        sets[FIRST_SET + i] = engine
+    return Value(FIRST_SET + number, dims), sets

@@ -1,0 +1,432 @@
+"""From the asked quantities back to the stages needed, each on the axes that it depends on.
+
+The graph of quantities (`engine_dyn.quantities.graph`) says what needs what; the scene says which
+parameters vary. The plan is the ancestors of what is asked, in order. Nobody writes axes by hand,
+and nothing is computed on an axis that it does not depend on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.quantities.node import Node
+from engine_dyn.speed.fields import TABLE_QUANTITIES
+from engine_dyn.types import Integers
+from sweeps.base.dimensions import DESIGN, STATUS, TORSION_STATUS
+from sweeps.base.errors import SceneError, one_line, size_text
+from sweeps.scene.friction_law import friction_law
+from sweeps.scene.known_values import Value
+from sweeps.scene.model import Scene
+from sweeps.scene.plan.elasticities import changed_parameters, plan_elasticities
+from sweeps.scene.plan.leaves import leaves_of, points_of
+from sweeps.scene.plan.points_of_several import points_of_several
+from sweeps.scene.plan.shaft_modes import modes_kept
+from sweeps.scene.plan.uncertainty import plan_uncertainty
+from sweeps.scene.plan.variations import Variation
+from sweeps.scene.representations import html_tables, named_some
+
+__all__ = ["Part", "Plan", "Stage", "make_plan"]
+
+ANGLE_NAMES = ("gear_ratio", "load_phase")
+"""What the angle of a load over angle follows from."""
+
+MOST_CELLS = 1000
+"""Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One node that is computed, with the dimensions of what it gives."""
+
+    node: Node
+    dims: tuple[str, ...]
+    size: int
+
+    @cached_property
+    def axes(self) -> tuple[str, ...]:
+        """Dimensions of designs, without those that quantities add."""
+        return tuple(d for d in self.dims if d not in DIMENSIONS)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan:
+    """What a scene computes.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    leaves : dict of Value
+        Given values, SI, and constants.
+    stages : tuple of Stage
+        In the order of computing.
+    points : dict of ndarray
+        Points of the dimensions that quantities add, in the units of files.
+    sizes : dict
+        Length of every dimension.
+    outputs : tuple of str
+        Variables that the archive holds, `status` among them where a stage can fail.
+    unused : tuple of str
+        Axes that no requested quantity depends on.
+    unused_settings : tuple of str
+        Keys of [set] that no requested quantity depends on.
+    of_tables : frozenset of str
+        Axes that the tables of the kernels depend on.
+    whole : Plan, optional
+        The plan of which this is a part.
+    piece : str
+        Which part: JSON; see `sweeps.scene.plan.shards`.
+    parts : tuple of Part
+        Plans of the ordinary scenes that a scene of several engines consists of; empty for an
+        ordinary one. Stages are then those of all parts, and it is the parts that are computed.
+    variations : tuple of Variation
+        Plans with other values, for elasticities and for uncertainty; the variables that are made
+        of their results are among stages and outputs.
+    afterwards : frozenset of str
+        These variables, which no stage computes.
+    portions : range
+        Which portions of a sample it is about, where that is reduced as it is computed; the plan
+        is then that of the first of them (`sweeps.scene.plan.portions`).
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> plan = sweeps.plan("first")
+    >>> plan.sizes["inertia"], plan.sizes["load"]
+    (25, 3)
+    >>> "delta" in plan.outputs
+    True
+    """
+
+    scene: Scene
+    leaves: Mapping[str, Value]
+    stages: tuple[Stage, ...]
+    points: Mapping[str, npt.NDArray[Any]]
+    sizes: Mapping[str, int]
+    outputs: tuple[str, ...]
+    unused: tuple[str, ...]
+    unused_settings: tuple[str, ...]
+    of_tables: frozenset[str]
+    whole: Plan | None = None
+    piece: str = ""
+    parts: tuple[Part, ...] = ()
+    variations: tuple[Variation, ...] = ()
+    afterwards: frozenset[str] = frozenset()
+    portions: range = range(1)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Plan of '{one_line(self.scene.title, 60)}': engine {self.scene.engine_names}; "
+            f"{self.scene.varying}; {named_some(self.outputs)}, "
+            f"{size_text(self.output_bytes)} uncompressed>"
+        )
+
+    def _repr_html_(self) -> str:
+        unused = ", ".join((*self.unused, *self.unused_settings))
+        rows = [
+            *(("engine", f"{engine.name}: {engine.title}") for engine in self.scene.engines),
+            ("varies", self.scene.varying),
+            ("archive", f"{', '.join(self.outputs)}; {size_text(self.output_bytes)} uncompressed"),
+            *([("no requested quantity depends on", unused)] if unused else []),
+        ]
+        columns = {
+            "stage": [stage.node.name for stage in self.stages],
+            "over": [", ".join(stage.dims) or "one value" for stage in self.stages],
+            "values": [f"{stage.size:,}" for stage in self.stages],
+            "kept": ["yes" if s.node.name in self.outputs else "" for s in self.stages],
+        }
+        return html_tables(f"Plan: {self.scene.title}", rows, columns)
+
+    @property
+    def name(self) -> str:
+        """What messages call the scene."""
+        return self.scene.path.name if self.scene.path else "scene"
+
+    @property
+    def designs(self) -> int:
+        """Number of designs, the product of the scene's axes, in all portions."""
+        return math.prod(self.sizes[d] for d in self.scene.dimensions) * len(self.portions)
+
+    @property
+    def output_bytes(self) -> int:
+        """Size of the variables of the archive, uncompressed."""
+        return self.bytes_of_outputs(8)
+
+    def bytes_of_outputs(self, each: int) -> int:
+        """Size of the variables of the archive with this many bytes for each number."""
+        kept = [stage for stage in self.stages if stage.node.name in self.outputs]
+        return sum(s.size * (1 if s.node.name == STATUS else each) for s in kept)
+
+    @cached_property
+    def computed(self) -> dict[str, Stage]:
+        """Stages by their names."""
+        return {stage.node.name: stage for stage in self.stages}
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Dimensions of a result or of something given."""
+        return self.computed[name].dims if name in self.computed else self.leaves[name].dims
+
+    @property
+    def modes(self) -> str:
+        """Which modes of a shaft the archive has, as people read it; empty where it has none."""
+        if self.parts or not any("mode" in self.dims(name) for name in self.outputs):
+            return ""
+        return str(modes_kept(self.scene, self.leaves))
+
+    def wanted(self, stage: Stage) -> tuple[str, ...]:
+        """Results of a stage that the plan uses."""
+        return tuple(name for name in stage.node.gives if name in self.computed)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One ordinary scene out of several, and where its results belong.
+
+    Attributes
+    ----------
+    plan : Plan
+        Its plan.
+    at : mapping of int
+        Its place along the axes `engine` and `arrangement`, those of them that there are.
+    rows : ndarray of int, optional
+        Its rows along `axis`, rising; None where it has all of them.
+    points : dict of ndarray
+        Places of its points among those of all parts, along the dimensions that quantities add.
+    axis : str
+        `design`, or the axis of firing patterns where these have different periods.
+    own : dict of ndarray
+        Where its results repeat along such a dimension: its own point for each of all points, -1
+        where its results are 0.
+    """
+
+    plan: Plan
+    at: Mapping[str, int]
+    rows: Integers | None
+    points: Mapping[str, Integers]
+    axis: str = DESIGN
+    own: Mapping[str, Integers] = field(default_factory=dict)
+
+
+def make_plan(scene: Scene) -> Plan:
+    """Plan a scene.
+
+    Raises
+    ------
+    SceneError
+        For modelled cycles none of which is one.
+    """
+    if scene.beside:
+        return _plan_of_several(scene)
+    points = points_of(scene, scene.cycles)
+    leaves = leaves_of(scene, points)
+    modes = modes_kept(scene, leaves)
+    points["mode"] = np.arange(1, modes.kept + 1, dtype=np.int32)
+    leaves["mode"] = Value(points["mode"], ("mode",))
+    sizes = scene.sizes | {name: len(values) for name, values in points.items()}
+    found = _Ancestors(scene, leaves, sizes)
+    for name in scene.quantities:
+        found.visit(name)
+    outputs = list(scene.quantities)
+    for stage in tuple(found.stages.values()):
+        outcome = TORSION_STATUS if TORSION_STATUS in stage.node.gives else STATUS
+        if stage.node.can_fail and outcome not in outputs:
+            outputs.append(outcome)
+            found.visit(outcome)
+        for name in stage.node.beside:
+            if name not in outputs:
+                outputs.append(name)
+                found.visit(name)
+    named: dict[str, Value | Stage] = {**leaves, **found.stages}
+    of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
+    used = _used(scene, leaves, found.used)
+    unused = _unused(scene, leaves, used)
+    chosen = {word for stage in found.stages.values() for word in stage.node.when.split()}
+    # The law is a word that selects variants, not a value that stages take.
+    by_words = {"friction_law"} if friction_law(scene) in chosen else set()
+    settings = tuple(key for key in scene.settings if key not in used | by_words)
+    stages = tuple(found.stages.values())
+    plan = Plan(
+        scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables,
+        portions=_portions(scene),
+    )  # fmt: skip
+    if scene.reduce is not None:
+        _check_reduced(plan)
+    if scene.elasticities:
+        keys = changed_parameters(scene, leaves, used)
+        variation = plan_elasticities(scene, found.stages, leaves, keys, make_plan, plan.name)
+        plan = _with_variation(plan, variation)
+    if scene.uncertainty is not None:
+        variation = plan_uncertainty(scene, found.stages, make_plan, plan.name)
+        plan = _with_variation(plan, variation)
+    return plan
+
+
+def _portions(scene: Scene) -> range:
+    """Portions of a sample that is reduced."""
+    if scene.reduce is None or scene.sample is None:
+        return range(1)
+    return range(scene.sample.number // scene.sample.portion)
+
+
+def _check_reduced(plan: Plan) -> None:
+    """Check that what is reduced has one number for each design, and is little enough.
+
+    Raises
+    ------
+    SceneError
+        For curves; for more points of the axes that statistics do not go over than there may be.
+    """
+    scene = plan.scene
+    assert scene.reduce is not None
+    for name in plan.outputs:
+        added = [d for d in plan.dims(name) if d not in scene.dimensions]
+        if added:
+            raise SceneError(
+                f"{plan.name}: [reduce] takes quantities of one number for each design; {name} "
+                f"varies over {', '.join(added)}; leave it out, and compute it for the designs "
+                "that are kept"
+            )
+    left = [d for d in scene.dimensions if d not in scene.reduce.over]
+    cells = math.prod(plan.sizes[d] for d in left) * (len(plan.portions) if DESIGN in left else 1)
+    if cells > MOST_CELLS:
+        raise SceneError(
+            f"{plan.name}: [reduce] over: leaves {' x '.join(left)}, {cells} points; must be at "
+            f"most {MOST_CELLS}"
+        )
+    chosen = [d for d in left if d not in scene.reduce.at_every]
+    if chosen and scene.reduce.kept:
+        raise SceneError(
+            f"{plan.name}: [reduce] over: leaves {', '.join(chosen)}, along which [reduce] keeps "
+            f"designs; {chosen[0]} must be in over or at_every, or another scene keeps the designs"
+        )
+
+
+def _with_variation(plan: Plan, variation: Variation) -> Plan:
+    """Add the variables that follow from the results of this plan and those with other values."""
+    dimension, keys = variation.dimension, variation.keys
+    sizes = {**plan.sizes, dimension: len(keys)}
+    stages = list(plan.stages)
+    for result, node in variation.variables:
+        dims = (*plan.dims(result), *node.adds)
+        stages.append(Stage(node, dims, math.prod(sizes[d] for d in dims)))
+    names = [node.name for _, node in variation.variables]
+    return replace(
+        plan,
+        stages=tuple(stages),
+        points={**plan.points, dimension: np.array(keys, dtype=object)},
+        sizes=sizes,
+        outputs=(*plan.outputs, *names),
+        variations=(*plan.variations, variation),
+        afterwards=plan.afterwards | set(names),
+    )
+
+
+def _plan_of_several(scene: Scene) -> Plan:
+    """Plan of a scene of several engines: the plans of all, and the dimensions of what they give.
+
+    Quantities that one of them has not are not asked of it: see `sweeps.scene.reading`.
+    """
+    plans = [make_plan(one.scene) for one in scene.beside]
+    points, places = points_of_several([made.points for made in plans])
+    sizes = scene.sizes | {name: len(values) for name, values in points.items()}
+    stages = _stages_of_several(scene, plans, sizes)
+    outputs = [name for name in scene.quantities if name in stages]
+    kept = [STATUS, *(name for node in stages.values() for name in node.node.beside)]
+    outputs += [n for n in kept if n not in outputs and any(n in made.outputs for made in plans)]
+    names = {name: None for made in plans for name in made.leaves}
+    leaves = {name: next(p.leaves[name] for p in plans if name in p.leaves) for name in names}
+    return Plan(
+        scene, leaves, tuple(stages.values()), points, sizes, tuple(outputs),
+        tuple(n for n in plans[0].unused if all(n in made.unused for made in plans)),
+        tuple(n for n in plans[0].unused_settings
+              if n in scene.settings and all(n in made.unused_settings for made in plans)),
+        frozenset(d for made in plans for d in made.of_tables) | _telling_apart(scene),
+        parts=tuple(
+            Part(made, one.at, one.rows, own)
+            for made, one, own in zip(plans, scene.beside, places, strict=True)
+        ),
+    )  # fmt: skip
+
+
+def _telling_apart(scene: Scene) -> frozenset[str]:
+    """Dimensions along which the ordinary scenes lie."""
+    found = {key for one in scene.beside for key in one.at}
+    return frozenset(found | ({DESIGN} if scene.beside[0].rows is not None else set()))
+
+
+def _stages_of_several(
+    scene: Scene, plans: Sequence[Plan], sizes: Mapping[str, int]
+) -> dict[str, Stage]:
+    """Stages of all plans, each on the dimensions that it has in any of them."""
+    own = _telling_apart(scene)
+    dims: dict[str, set[str]] = {}
+    nodes: dict[str, Node] = {}
+    for made in plans:
+        for stage in made.stages:
+            nodes.setdefault(stage.node.name, stage.node)
+            dims.setdefault(stage.node.name, set(own)).update(stage.dims)
+    found = {}
+    for name, node in nodes.items():
+        ordered = tuple(d for d in (*scene.dimensions, *DIMENSIONS) if d in dims[name])
+        found[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
+    return found
+
+
+class _Ancestors:
+    """The stages that quantities need, and the leaves that these use."""
+
+    def __init__(self, scene: Scene, leaves: Mapping[str, Value], sizes: Mapping[str, int]) -> None:
+        self.scene = scene
+        self.leaves = leaves
+        self.sizes = sizes
+        self.order = (*scene.dimensions, *DIMENSIONS)
+        self.stages: dict[str, Stage] = {}
+        self.used: set[str] = set()
+
+    def visit(self, name: str) -> tuple[str, ...]:
+        """Add a node and all that it needs, in the order of computing; returns its dimensions."""
+        if name in self.leaves:
+            self.used.add(name)
+            return self.leaves[name].dims
+        if name in self.stages:
+            return self.stages[name].dims
+        node = self.scene.node(name)
+        dims: set[str] = set(node.adds)
+        for need in node.needs:
+            here = self.visit(need)
+            # A kernel takes points whole: only the curves among its results have their dimension.
+            dims.update(set(here) - DIMENSIONS.keys() if node.kind == "stage" else here)
+        dims.difference_update(node.removes)
+        ordered = tuple(d for d in self.order if d in dims)
+        size = math.prod(self.sizes[d] for d in ordered)
+        self.stages[name] = Stage(node, ordered, size)
+        return ordered
+
+
+def _used(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> set[str]:
+    """Leaves that the stages use, and the parameters that stand behind some of them."""
+    used = set(used)
+    if "cycle" in used:
+        used.update(scene.cycle_keys)
+    if "cylinder_set" in used:
+        varying = set(leaves["cylinder_set"].dims)
+        keys = ("cylinders", "misfire", *scene.cylinder_keys)
+        used.update(key for key in keys if set(leaves[key].dims) <= varying)
+    return used
+
+
+def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[str, ...]:
+    """Axes and columns of designs on which nothing depends, where the stages use these leaves."""
+    touched = {d for name in used for d in leaves[name].dims}
+    unused = tuple(d for d in scene.dimensions if d not in touched)
+    if DESIGN in touched:
+        unused += tuple(c for c in scene.designs if c not in used)
+    return unused

@@ -1,0 +1,298 @@
+"""Values of a plan that engines do not have: one line for each measure, before it is computed.
+
+The ranges are those of `engine_dyn.plausibility`; only what the asked quantities depend on is
+looked at. A long table costs the smallest and largest value of its columns, unless one of them may
+be outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from engine_dyn.forces.balance.lines import is_boxer
+from engine_dyn.plausibility.judgement import (
+    MOST_CORNERS,
+    Implausible,
+    judged,
+    judged_diagrams,
+    outside,
+)
+from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.double_acting import ends_of
+from engine_dyn.pressure.family import Family
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.units import BAR, RPM
+from sweeps.base.dimensions import DESIGN
+from sweeps.base.errors import counted, printable
+from sweeps.scene.engine.indicator_files import WARNING
+from sweeps.scene.engine.silenced_warnings import DIAGRAM_SPEEDS
+from sweeps.scene.model import Scene
+from sweeps.scene.plan.plan import Plan
+from sweeps.scene.plan.shaft_warnings import shaft_warnings
+
+__all__ = ["implausible_results", "plausibility_warnings", "silenced"]
+
+_SOLVED = ("inertia_required", "load")
+"""What takes a solution where it is not given: measures that need it are left out."""
+
+MOST_AXES = 30
+"""Numbers that vary, up to which their ends are looked at together: NumPy's arrays have 64 axes at
+most, older ones 32."""
+
+_known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
+
+
+def silenced(scene: Scene) -> frozenset[str]:
+    """Names of measures that scene or engine silence; `all` is every one."""
+    of_engines = [frozenset(engine.silenced_warnings) for engine in scene.engines]
+    return frozenset(scene.silenced_warnings).union(frozenset.intersection(*of_engines))
+
+
+def implausible_results(plan: Plan) -> dict[str, Check]:
+    """Ranges of the results of a plan, by their names."""
+    off = silenced(plan.scene)
+    return {
+        check.name: check
+        for check in RESULT_CHECKS
+        if check.name in plan.outputs and off.isdisjoint((check.name, "all"))
+    }
+
+
+def plausibility_warnings(plan: Plan) -> tuple[str, ...]:
+    """One line for each measure of what is given that is outside its usual range."""
+    if plan not in _known:  # archive, terminal and Python ask for the same
+        _known[plan] = tuple(_lines(plan))
+    return _known[plan]
+
+
+def _lines(plan: Plan) -> list[str]:
+    if plan.parts:
+        return list(dict.fromkeys(
+            f"{line}; engine {part.plan.scene.engine.name}"
+            if f"engine {part.plan.scene.engine.name}" not in line
+            else line
+            for part in plan.parts
+            for line in plausibility_warnings(part.plan)
+        ))  # fmt: skip
+    off = silenced(plan.scene)
+    if "all" in off:
+        return []
+    if "double_acting" in plan.scene.words:  # piston rod and crosshead have their masses
+        off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
+    engines = plan.leaves["cylinders_by_count"].data.values()
+    off |= {"cylinder_spacing" if any(map(is_boxer, engines)) else "boxer_spacing"}
+    used = {need for stage in plan.stages for need in stage.node.needs} | set(plan.outputs)
+    if "family" in used:
+        used.update(plan.scene.cycle_keys)
+    lines = _of_diagrams(plan, off) if "family" in used else []
+    if plan.scene.engine.torque is not None:
+        lines += plan.scene.engine.diagram_warnings
+    lines += plan.scene.engine.auxiliary_warnings
+    given = _Given(plan)
+    wrong: set[str] = set()
+    for check in CHECKS:
+        if check.name in off or used.isdisjoint(check.blames):
+            continue
+        names = given.behind(check.needs)
+        if names is None or not wrong.isdisjoint(names) or given.inside(check, names):
+            continue
+        base = given.base(names)
+
+        def measured(values: Mapping[str, Any], check: Check = check) -> Any:
+            return given.measure(check, values)
+
+        found = judged(check, base, measured, _UNITS)
+        if found is not None:
+            wrong.add(found.key)
+            lines.append(found.text(_places(plan, found, base)))
+    if "family" in used and "speed" not in wrong:
+        lines += _of_speeds(plan, off)
+    return [*lines, *shaft_warnings(plan, off)]
+
+
+_UNITS = {
+    name: ("" if node.unit == "1" else node.unit, node.si) for name, node in PARAMETERS.items()
+}
+
+
+class _Given:
+    """What a plan is given, and what follows from it by formulas of the graph alone."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._names: dict[str, tuple[str, ...] | None] = {}
+        self._ends: dict[str, Any] = {}
+        self._axes = 0
+
+    def behind(self, needs: Iterable[str]) -> tuple[str, ...] | None:
+        """Names of the given numbers that nodes follow from.
+
+        None where one of them needs what the plan does not have, or what takes more than formulas.
+        """
+        names: dict[str, None] = {}
+        for need in needs:
+            if need not in self._names:
+                self._names[need] = self._behind_one(need)
+            found = self._names[need]
+            if found is None:
+                return None
+            names |= dict.fromkeys(found)
+        return tuple(names)
+
+    def _behind_one(self, name: str) -> tuple[str, ...] | None:
+        leaf = self.plan.leaves.get(name)
+        if leaf is not None:
+            if name in PARAMETERS:
+                return (name,)
+            return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
+        if name in _SOLVED:
+            return None
+        node = self.plan.scene.node(name)
+        if node.make is None or node.kind == "stage" or node.threaded or node.adds:
+            return None
+        return self.behind(node.needs)
+
+    def inside(self, check: Check, names: Sequence[str]) -> bool:
+        """Whether a measure is inside its range for all designs, as their ends tell.
+
+        False is not certain: see `judged`. Each number that varies has an axis of its own, with its
+        smallest and its largest value: what several measures follow from is computed once.
+        """
+        leaves = self.plan.leaves
+        if sum(bool(leaves[name].dims) for name in names) > MOST_CORNERS:
+            return False
+        for name in names:
+            leaf = leaves[name]
+            if name in self._ends:
+                continue
+            if not leaf.dims:
+                self._ends[name] = leaf.si
+            elif self._axes == MOST_AXES:
+                return False
+            else:
+                ends = np.array([leaf.data.min(), leaf.data.max()]) * leaf.unit
+                self._ends[name] = ends.reshape(2, *(1,) * self._axes)
+                self._axes += 1
+        bad = outside(check, self._measured(check, self._ends))
+        return not (bad.any() if isinstance(bad, np.ndarray) else bad)
+
+    def base(self, names: Iterable[str]) -> dict[str, Any]:
+        """Numbers and columns, in the units of files, shaped to broadcast over the scene's axes."""
+        return {name: self._shaped(name) for name in names}
+
+    def measure(self, check: Check, values: Mapping[str, Any]) -> Any:
+        """The measure [SI] for some of these numbers."""
+        si = {name: values[name] * self.plan.leaves[name].unit for name in values}
+        return self._measured(check, si)
+
+    def _measured(self, check: Check, si: dict[str, Any]) -> Any:
+        return check.measure(*[self._value(need, si) for need in check.needs])
+
+    def _value(self, name: str, si: dict[str, Any]) -> Any:
+        """Value of a node, in SI units, which it is added to."""
+        if name in si:
+            return si[name]
+        leaf = self.plan.leaves.get(name)
+        if leaf is not None:
+            return leaf.si
+        node = self.plan.scene.node(name)
+        assert node.make is not None
+        si[name] = node.make(**{need: self._value(need, si) for need in node.needs})
+        return si[name]
+
+    def _shaped(self, name: str) -> Any:
+        leaf = self.plan.leaves[name]
+        if not leaf.dims:
+            return float(leaf.data)
+        shape = [self.plan.sizes[d] if d in leaf.dims else 1 for d in self.plan.scene.dimensions]
+        return np.reshape(leaf.data, shape)
+
+
+def _places(plan: Plan, found: Implausible, base: Mapping[str, Any]) -> str:
+    """How many designs are outside, and which is the worst; whose values they are."""
+    scene = plan.scene
+    parts = []
+    if found.of > 1:
+        count = found.count * (plan.designs // found.of)
+        parts.append(f"{count} of {counted(plan.designs, 'design')}")
+        place = dict(zip(scene.dimensions, found.place, strict=True))
+        if DESIGN in place and any(np.ndim(v) and plan.leaves[n].dims == (DESIGN,)
+                                   for n, v in base.items()):  # fmt: skip
+            number = place[DESIGN]
+            names = [labels[number] for labels in scene.labels.values()]
+            label = f" ('{printable(names[0])}')" if names else ""
+            parts[-1] += f", the worst is design {number + 1}{label}"
+    if not any(scene.gives(name) for name in base):
+        parts.append(f"given by engine {scene.engine.name}")
+    return "; ".join(parts)
+
+
+def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
+    """Lines about the indicator diagrams, where they are given ones."""
+    scene, family = plan.scene, plan.leaves["family"].data
+    if isinstance(family, CycleTable):
+        return []
+    measured = scene.indicator is not None
+    diagrams = (scene.indicator,) if scene.indicator is not None else scene.engine.family.diagrams
+    ends = ends_of(scene.engine.family)
+    if ends is not None:  # the effective pressure is that of no gas
+        diagrams = (ends.head_end, ends.crank_end)
+    driven = plan.leaves["driven"].data.has_driver
+    said = [
+        f"[indicator]: {note.removeprefix(WARNING)}"
+        for note in scene.indicator_notes
+        if note.startswith(WARNING)
+    ]
+    lines = [
+        line
+        for line in (said if measured else scene.engine.diagram_warnings)
+        if not any(f" {name}: " in line for name in off)
+    ]
+    if any(f" {name}: " in line for line in lines for name in ("peak_pressure", "level")):
+        return lines  # the other measures are wrong for the same reason
+    for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
+        where = "[indicator]" if measured else f"engine {scene.engine.name}"
+        if ends is not None:
+            where += (", head end", ", crank end")[found.place[0]]
+        elif not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
+            where += f", diagram at {scene.engine.family.loads[found.place[0]]:g} percent load"
+        if scene.confidential:
+            lines.append(
+                f"{where}: {found.check.name}: outside the usual range; value confidential"
+            )
+        else:
+            lines.append(found.text(where))
+    return lines
+
+
+def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
+    """A line where diagrams are used at speeds for which they do not hold."""
+    engine, speed = plan.scene.engine, plan.leaves.get("speed")
+    measured = plan.scene.indicator is not None
+    given = (plan.scene.indicator_speeds,) if measured else engine.diagram_speeds
+    if DIAGRAM_SPEEDS in off or speed is None or not any(given):
+        return []
+    # Loads between two diagrams take both.
+    load, loads = plan.leaves.get("load"), engine.family.loads
+    first, last = 0, len(given)
+    if not measured and load is not None and load.data.size:
+        first = max(int(np.searchsorted(loads, load.data.min(), "right")) - 1, 0)
+        last = int(np.searchsorted(loads, load.data.max(), "left")) + 1
+    ranges = [one for one in given[first:last] if one is not None]
+    if not ranges:
+        return []
+    low, high = max(one[0] for one in ranges), min(one[1] for one in ranges)
+    rpm = np.asarray(speed.si, float) / RPM
+    beyond = np.maximum(low / rpm, rpm / high)
+    count = int((beyond > 1.0 + 1e-9).sum())
+    if not count:
+        return []
+    worst = float(rpm.reshape(-1)[int(np.argmax(beyond))])
+    of = f"; {count} of {rpm.size} speeds, this is the worst" if rpm.size > 1 else ""
+    whose = "[indicator] holds" if measured else f"the diagrams of engine {engine.name} hold"
+    return [f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; {whose} for {low:g} to {high:g} rpm{of}"]

@@ -1,0 +1,1 @@
+"""Results as people read them: figures, texts, reports, and `dyn` of a dataset."""

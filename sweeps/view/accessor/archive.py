@@ -1,0 +1,367 @@
+"""The accessor of datasets: search, tables, files and figures of one archive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from sweeps.base.errors import SceneError, printable
+from sweeps.view.accessor.plots import Plots, said_in_python, units_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from sweeps.decide.explore.export import Exported
+
+__all__ = ["ArchiveAccessor"]
+
+
+@xr.register_dataset_accessor("dyn")
+class ArchiveAccessor:
+    """What `sweeps` does with an archive: ``archive.dyn``.
+
+    `plot` draws its figures, `show` and `table` give numbers, `best` and `pareto` find designs,
+    `status_words` and `outcomes` tell what became of them, `to_excel` and `export` write files.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> archive.dyn.outcomes
+    {'converged': 6}
+    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50", at_every="speed")
+    >>> float(found.inertia)
+    20.0
+    >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")
+    """
+
+    def __init__(self, archive: xr.Dataset) -> None:
+        self._archive = archive
+        # No property: notebooks complete the names of attributes, and call no properties for it.
+        self.plot = Plots(archive)
+
+    def __repr__(self) -> str:
+        from sweeps.base.errors import one_line
+
+        methods = ", ".join(name for name in dir(self) if not name.startswith("_"))
+        title = one_line(self._archive.attrs.get("title", ""), 60)
+        return f"<archive.dyn of '{title}': {methods}>"
+
+    @property
+    def status_words(self) -> xr.DataArray:
+        """Outcome of each design in words, on the dimensions of `status`.
+
+        Raises
+        ------
+        SceneError
+            For an archive of which no design can fail: it has no `status`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.status_words.values[0].tolist()
+        ['converged', 'converged']
+        """
+        from engine_dyn.status import MEANINGS
+
+        if "status" not in self._archive:
+            raise SceneError(
+                "status_words: the archive has no status, because none of its designs can fail"
+            )
+        codes = self._archive["status"]
+        words = codes.copy(data=np.array(MEANINGS)[codes.values.astype(np.int64)])
+        words.attrs = {"long_name": codes.attrs.get("long_name", "outcome")}
+        return words.rename("status_words")
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Number of designs of each outcome; empty where no design can fail.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.outcomes
+        {'converged': 6}
+        """
+        from sweeps.view.texts.archives import outcome_counts
+
+        return outcome_counts(self._archive)
+
+    def best(
+        self, *, least: str | None = None, most: str | None = None,
+        within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (),
+    ) -> xr.Dataset:  # fmt: skip
+        """Find the design with the least, or most, of a quantity; see `sweeps.best`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> best = archive.dyn.best(least="delta", within="inertia <= 20", at_every="speed")
+        >>> float(best.inertia)
+        20.0
+        """
+        from sweeps.decide.explore.search import best
+
+        return best(
+            self._archive, least=least, most=most, within=within, at_every=at_every,
+            not_counted=not_counted,
+        )  # fmt: skip
+
+    def pareto(
+        self, first: str, second: str, *more: str, most: str | Sequence[str] = (),
+        within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (),
+    ) -> xr.Dataset:  # fmt: skip
+        """Find the designs that no other beats in all quantities; see `sweeps.pareto`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.pareto("inertia", "delta", at_every="speed").inertia.values
+        array([ 5., 20., 40.])
+        """
+        from sweeps.decide.explore.search import pareto
+
+        return pareto(
+            self._archive, first, second, *more, most=most, within=within, at_every=at_every,
+            not_counted=not_counted,
+        )  # fmt: skip
+
+    def nearest(self, **values: float | str) -> xr.Dataset:
+        """Take the nearest values of axes: ``nearest(speed=1500)``; see `sweeps.nearest`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> float(archive.dyn.nearest(speed=1400).speed)
+        1500.0
+        """
+        from sweeps.decide.explore.slices import nearest
+
+        return nearest(self._archive, **values)
+
+    def table(
+        self, *, select: Mapping[str, float | str] | None = None,
+        quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
+        relative_to: Mapping[str, float | str] | str | None = None,
+    ) -> pd.DataFrame:  # fmt: skip
+        """Return designs as a DataFrame, one in each row, in the units of the archive.
+
+        Parameters
+        ----------
+        select : mapping, optional
+            Values of axes, of which the nearest are taken: ``{"load": 50}``.
+        quantities : str or sequence of str, optional
+            If not given, all that have one number for each design. Those over bearings, cylinders,
+            orders or directions have a row for each of these.
+        sort : str, optional
+            A column, the smallest first; ``"-delta"``: the largest first.
+        limit : int
+            Most rows.
+        relative_to : mapping or "nominal", optional
+            A design: quantities are changes from it in percent. ``{}`` is the first one.
+
+        Raises
+        ------
+        SceneError
+            For names that the archive does not have.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> table = archive.dyn.table(sort="delta", limit=2)
+        >>> table["inertia"].tolist()
+        [40.0, 40.0]
+        """
+        import pandas as pd
+
+        from sweeps.decide.explore.rows import rows
+
+        found = rows(self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
+                     relative_to=relative_to)  # fmt: skip
+        return pd.DataFrame(found.table)
+
+    def show(
+        self, *, select: Mapping[str, float | str] | None = None,
+        quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
+        relative_to: Mapping[str, float | str] | str | None = None,
+        units: str | Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
+        """Print designs as a table in readable units, as ``engine-dyn show`` does.
+
+        The parameters are those of `table`; `units` are those of columns, such as
+        ``{"brake_power": "hp"}`` or ``"archive"`` for those of the archive.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.show(select={"speed": 1500}, quantities="delta")
+        ... # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
+        at speed = 1500
+        ...
+        inertia 5 20 40 kg m² ...
+        delta 0.02381 0.005941 0.002970 ...
+        """
+        from sweeps.decide.explore.rows import rows
+        from sweeps.view.texts.sensitivities import has_indices, sensitivities_text
+        from sweeps.view.texts.tables import rows_text
+
+        asked = (select, quantities, sort, relative_to)
+        if has_indices(self._archive) and all(one is None for one in asked):
+            print(printable(sensitivities_text(self._archive)))
+            return
+        found = rows(
+            self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
+            relative_to=relative_to,
+        )  # fmt: skip
+        with said_in_python():
+            text = rows_text(found, units_text(units), python=True)
+        print(printable(text))
+
+    def to_excel(
+        self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
+        overwrite: bool = False,
+    ) -> Exported:  # fmt: skip
+        """Write an Excel file: results, axes, assumptions and provenance; see `sweeps.export`.
+
+        Raises
+        ------
+        SceneError
+            For a path that does not end with .xlsx, and as `sweeps.export`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.to_excel("archive.xlsx", quantities="delta").rows
+        6
+        """
+        from sweeps.base.checks import a_path
+
+        if a_path(path, "path").suffix.lower() != ".xlsx":
+            raise SceneError(f"{path}: must end with .xlsx; `export` writes other kinds")
+        return self.export(path, quantities=quantities, overwrite=overwrite)
+
+    def export(
+        self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
+        orders: str | None = None, overwrite: bool = False, head_units: bool = False,
+    ) -> Exported:  # fmt: skip
+        """Write a table (.csv, .parquet, .xlsx) or curves (.uff, .fmu); see `sweeps.export`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.export("table.csv", head_units=True).rows
+        6
+        """
+        from sweeps.decide.explore.export import export
+
+        return export(
+            self._archive, path, quantities=quantities, orders=orders, overwrite=overwrite,
+            head_units=head_units,
+        )  # fmt: skip
+
+    def report(
+        self, path: str | Path, *, limit: float = 20e6,
+        units: str | Mapping[str, str] | None = None, overwrite: bool = False,
+    ) -> Path:  # fmt: skip
+        """Write one HTML file with tables, figures and an explorer; see `sweeps.report`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> archive.dyn.report("report.html").name
+        'report.html'
+        """
+        from sweeps.base.checks import a_path
+        from sweeps.view.report.page import report
+
+        with said_in_python():
+            return report(
+                self._archive, a_path(path, "path"), limit=limit, units=units_text(units),
+                overwrite=overwrite,
+            )  # fmt: skip
+
+    def explore(self, *, units: str | Mapping[str, str] | None = None) -> Any:
+        """Return an explorer for a notebook: sliders of all axes, a line, a map, curves.
+
+        Only what is drawn is read: the archive may be larger than memory. Needs the extra
+        `explore`; the object is one of Panel.
+
+        Raises
+        ------
+        SceneError
+            Where Panel is not installed, for units that do not fit, and without numbers.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="ntua",
+        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+        ...     output={"quantities": ["delta", "torque_mean"]},
+        ... )
+        >>> explorer = archive.dyn.explore(units={"torque_mean": "kN m"})
+        """
+        from sweeps.view.report.explore import explore
+
+        with said_in_python():
+            return explore(self._archive, units=units_text(units))

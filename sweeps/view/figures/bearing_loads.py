@@ -1,0 +1,121 @@
+"""Loads and pressures of the bearings over the speed: largest and mean of pins and journals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sweeps.view.figures.marks import DASHES, MARKERS, shade
+from sweeps.view.figures.multiples import multiples
+from sweeps.view.figures.scales import parameter_ticks
+from sweeps.view.figures.sheet import Entries, NamedFigures
+from sweeps.view.figures.study import Study
+from sweeps.view.figures.views import MOST_PANELS, View, facet_of, stem_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SPEED, JOURNALS = "speed", "main_bearing"
+
+BEARINGS = {
+    "crank_pin": "crank pin, cylinder 1",
+    "piston_pin": "piston pin, cylinder 1",
+    "main_journal": "main journal",
+}
+"""Beginnings of the names, and what bears."""
+
+LOAD, PRESSURE = "load", "pressure"
+"""Words of the names: the load of a bearing, or its pressure over the projected area."""
+
+SIZES = {"_max": "largest", "_mean": "mean"}
+"""Endings, and what of the cycle they are."""
+
+
+def bearing_load_names(view: View) -> list[str]:
+    """Largest and mean loads over the speed, if there are two or more."""
+    return _over_speed(view, LOAD)
+
+
+def bearing_pressure_names(view: View) -> list[str]:
+    """Largest and mean pressures over the speed, if there are two or more."""
+    return _over_speed(view, PRESSURE)
+
+
+def _over_speed(view: View, what: str) -> list[str]:
+    names = [f"{bearing}_{what}{size}" for bearing in BEARINGS for size in SIZES]
+    found = [name for name in names if view.has(name) and SPEED in view.array(name).dims]
+    return found if len(found) > 1 else []
+
+
+def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw largest and mean loads of all bearings over the speed; of the journals the most loaded.
+
+    Of the main journals, the one whose largest load is greatest over all speeds is drawn, and the
+    legend names it.
+    """
+    yield from _figures(study, names, LOAD)
+
+
+def bearing_pressures(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the same of the pressures over the projected area."""
+    yield from _figures(study, names, PRESSURE)
+
+
+def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
+    for whole, along in study.views_by_axis(names):
+        if along != SPEED or not whole.varies(names, along):
+            continue
+        facet = facet_of(whole, names, [SPEED, JOURNALS])
+        view = whole.only(names, [SPEED, JOURNALS, facet])
+        speed, across = view.axis(SPEED), view.axis(facet)
+        shown = across.picked(MOST_PANELS)
+        base, each = (0.5, 1.85) if across else (3.3, 0.0)
+        sheet = multiples(len(shown), base, each, sharex=True, sharey=True)
+        for panel, index in zip(sheet.panels, shown, strict=True):
+            here = view.slice_at({facet: index}) if facet else view
+            _lines(panel, here, names, what, sheet.entries)
+            parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
+            panel.set_title(across.tag(index))
+        sheet.panels[0].set_ylim(bottom=0.0)
+        sheet.label_x(speed.label, 5.0 / sheet.columns)
+        label = f"{what.capitalize()} of the bearing" + view.unit(names[0])
+        sheet.label_y(label, 1.5 if across else 2.8)
+        title = f"{what.capitalize()}s of the bearings over the speed"
+        notes = [*view.notes(names), across.picked_text(MOST_PANELS)]
+        drawn = sheet.finish(title, notes, view.caption, below=bool(across))
+        yield stem_of(f"bearing_{what}s", view, SPEED), drawn
+
+
+def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: Entries) -> None:
+    """Draw one line for each variable: a colour for each bearing, dashes for means."""
+    speed = view.axis(SPEED).values
+    for rank, (bearing, said_of) in enumerate(BEARINGS.items()):
+        load = f"{bearing}_{what}"
+        journal, text = _most_loaded(view, names, load), said_of
+        if journal is not None:
+            text += f" {view.axis(JOURNALS).text(journal)}, the most loaded"
+        for size, said in SIZES.items():
+            if load + size not in names:
+                continue
+            values = view.numbers(load + size, {} if journal is None else {JOURNALS: journal})
+            if not np.isfinite(values).any():
+                continue
+            (line,) = panel.plot(
+                speed, np.broadcast_to(values, speed.shape), color=shade(rank / 2),
+                linestyle="-" if size == "_max" else DASHES[1], marker=MARKERS[rank],
+                markerfacecolor=None if size == "_max" else "white",
+                markevery=max(speed.size // 20, 1),
+            )  # fmt: skip
+            entries.setdefault(f"{text}: {said} {what}", line)
+
+
+def _most_loaded(view: View, names: Sequence[str], load: str) -> int | None:
+    """The journal with the greatest load of all; None for what is no journal."""
+    name = next((load + size for size in SIZES if load + size in names), None)
+    if name is None or JOURNALS not in view.array(name).dims:
+        return None
+    values = np.asarray(view.array(name).transpose(JOURNALS, ...).values, dtype=float)
+    largest = np.nanmax(values.reshape(len(values), -1), axis=1, initial=-np.inf)
+    return int(np.argmax(largest))

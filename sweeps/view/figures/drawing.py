@@ -1,0 +1,177 @@
+"""Figures in memory: one kind, or all that an archive gives; `files` writes them.
+
+This is what other packages call. An accessor draws one kind like this::
+
+    from sweeps.view.figures.drawing import figure
+    from sweeps.view.figures.options import options_of
+
+    figure(dataset, "torque_and_speed", options_of(style="ggplot", size="160x100"), ax=ax)
+
+Units are converted before (`sweeps.view.texts.readable_dataset`), since figures draw what a Dataset
+holds.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from sweeps.base.errors import SceneError, not_known, shown
+from sweeps.view.figures.kinds import KINDS, Kind, figures_of, taken_by_kinds
+from sweeps.view.figures.options import Options
+from sweeps.view.figures.sheet import NamedFigures, Setting, drawn_with
+from sweeps.view.figures.study import study_of
+from sweeps.view.figures.wording import HARD_SPACE, plain_text, shorten, slug
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["check_kinds", "drawing", "figure", "figures", "kinds_of"]
+
+
+def figure(
+    dataset: xr.Dataset, kind: str, options: Options | None = None, ax: Axes | None = None
+) -> Figure:
+    """Draw one figure of a kind.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An archive.
+    kind : str
+        Its name in `sweeps.view.figures.kinds.KINDS`, such as ``torque_and_speed``.
+    options : Options, optional
+        Style, size, crank angle, targets, slices; from
+        `sweeps.view.figures.options.options_of`.
+    ax : matplotlib.axes.Axes, optional
+        Draw into this panel of a figure of your own. Title and legend go into the panel; notes and
+        size are left out. Only for figures of one panel.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The first figure of the kind (`figures` gives all); that of `ax` if it is given. It does
+        not belong to pyplot: a notebook shows it, ``savefig`` writes it.
+
+    Raises
+    ------
+    SceneError
+        For a kind that is not known or that the archive does not give, for `ax` where there are
+        several panels, and for options that do not fit the archive.
+
+    Examples
+    --------
+    >>> figure(archive, "torque_and_speed").savefig("torque.png")  # doctest: +SKIP
+    """
+    with drawing(dataset, replace(options or Options(), only=(kind,)), ax) as found:
+        _, drawn = next(found, ("", None))
+        if drawn is None:
+            raise SceneError(_missing(kind))
+        if ax is None:
+            drawn.canvas.draw()  # ticks are made with the style that holds now
+    return drawn
+
+
+def figures(dataset: xr.Dataset, options: Options | None = None) -> dict[str, Figure]:
+    """Draw all figures of an archive, or those of some kinds.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An archive.
+    options : Options, optional
+        ``only`` chooses kinds.
+
+    Returns
+    -------
+    dict of str to matplotlib.figure.Figure
+        By the names that their files would have, without extension, in the order of the kinds.
+
+    Raises
+    ------
+    SceneError
+        As `figure`.
+    """
+    found: dict[str, Figure] = {}
+    with drawing(dataset, options or Options()) as named:
+        for stem, drawn in named:
+            if stem not in found:
+                drawn.canvas.draw()
+                found[stem] = drawn
+    return found
+
+
+@contextmanager
+def drawing(
+    dataset: xr.Dataset, options: Options, ax: Axes | None = None
+) -> Iterator[NamedFigures]:
+    """Figures of an archive by the names of their files, to be used while their style holds."""
+    check_kinds(dataset, options.only, options)
+    study = study_of(dataset, options.select, options)
+    with drawn_with(Setting(_subject(dataset), options.inches, ax), options.style):
+        yield ((slug(stem), drawn) for stem, drawn in figures_of(study, options.only))
+
+
+def kinds_of(dataset: xr.Dataset, options: Options | None = None) -> list[tuple[Kind, list[str]]]:
+    """Every kind with the variables of an archive that it draws; no variables: it draws nothing.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An archive.
+    options : Options, optional
+        Slices may take from a kind the axis that it needs.
+    """
+    options = options or Options()
+    return taken_by_kinds(study_of(dataset, options.select, options))
+
+
+def check_kinds(dataset: xr.Dataset, only: Sequence[str], options: Options) -> None:
+    """Raise `SceneError` for kinds that are not known, and for those that an archive lacks."""
+    known = [kind.name for kind in KINDS]
+    for name in only:
+        if name not in known:
+            raise SceneError(f"figure {shown(name)}: no such kind{not_known(name, known)}")
+    absent = [
+        kind.name
+        for kind, names in (kinds_of(dataset, options) if only else ())
+        if kind.name in only and not names
+    ]
+    if absent:
+        raise SceneError(_missing(absent[0]))
+
+
+def _missing(name: str) -> str:
+    needs = next(kind.needs for kind in KINDS if kind.name == name)
+    return f"figure {name}: not available for this archive; it needs {needs}"
+
+
+def _subject(dataset: xr.Dataset) -> str:
+    """Engine and speed, where the archive has one of each."""
+    parts = []
+    several = {"engine", "arrangement", "cylinders"} & {*dataset.dims, *dataset.coords}
+    engine = str(dataset.attrs.get("engine") or "")
+    title = str(dataset.attrs.get("engine_title") or "").split(" (")[0].rstrip(".")
+    if several or not title:  # the title tells how many cylinders the engine itself has
+        title = f"Engine {engine}" if engine and "engine" not in several else ""
+    if title:
+        parts.append(shorten(title, 90))
+    speed = _one(dataset, "speed")
+    if speed > 0 and "speed" not in dataset.coords:
+        parts.append(f"{speed:.6g}{HARD_SPACE}rpm")
+    return plain_text("; ".join(parts)) if parts else ""
+
+
+def _one(dataset: xr.Dataset, name: str) -> float:
+    """A parameter that is the same in the whole archive; 0 if it is not there."""
+    try:
+        value: Any = json.loads(dataset.attrs["parameters"])[name]
+        return float(value)
+    except (KeyError, TypeError, ValueError):
+        return 0.0

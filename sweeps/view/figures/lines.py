@@ -1,0 +1,199 @@
+"""Numbers against one axis: points joined by lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine_dyn.types import Floats
+from sweeps.base.dimensions import HIGH, LOW
+from sweeps.view.figures.marks import doubt_look, line_style, lost_handle, lost_points
+from sweeps.view.figures.multiples import multiples
+from sweeps.view.figures.scales import (
+    degree_ticks,
+    free_scale,
+    no_ordinate,
+    parameter_ticks,
+    sensible_span,
+)
+from sweeps.view.figures.sheet import GREY, Entries
+from sweeps.view.figures.targets import target_lines, target_places
+from sweeps.view.figures.views import MOST_PANELS, NO_VALUE, StudyAxis, View
+from sweeps.view.figures.wording import HARD_SPACE, name_of, sentence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+COMPUTED = "Computed"
+"""What a line is called that needs no other name."""
+
+FEW_POINTS = 5
+"""Values of an axis below which the lines between the points are thin."""
+
+BAND = "95 % range due to the uncertain values"
+
+COUNTED = ("throw", "bay", "piston", "main_bearing", "mount", "cylinder")
+"""Dimensions whose points are parts of an engine: no line runs from one to the next."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside.
+
+    `band` are the ends of the uncertainty.
+    """
+
+    text: str
+    y: Floats
+    said: NDArray[Any]
+    published: Floats | None
+    x: Floats | None = None  # if not the axis's own values
+    strong: bool = False
+    band: tuple[Floats, Floats] | None = None
+
+
+def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: Any) -> Line:
+    """One line of a variable: all axes but one are fixed by `index`."""
+    other = view.published(name)
+    published = view.numbers(other, index) if other else None
+    low, high = band_names(name)
+    there = low in view.data.variables and high in view.data.variables
+    band = (view.numbers(low, index), view.numbers(high, index)) if there else None
+    said = view.outcomes(name, view.at(name, index), index)
+    return Line(text, view.numbers(name, index), said, published, band=band, **more)
+
+
+def band_names(name: str) -> tuple[str, str]:
+    """Variables that `run --uncertainty` writes beside a quantity: the ends of its band."""
+    return name + LOW, name + HIGH
+
+
+def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: Entries) -> None:
+    """Numbers along an axis as joined points; lost designs are marked on the frame."""
+    remarks: Entries = {}
+    for rank, line in enumerate(lines):
+        style = line_style(rank, len(lines), line.strong and len(lines) > 1)
+        x = axis.values if line.x is None else line.x
+        if not axis.joined:
+            style |= {"linestyle": "none", "markersize": 5.0}
+            if axis.words or axis.name in COUNTED:  # side by side, as values are often the same
+                x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
+        elif x.size < FEW_POINTS:
+            style["linewidth"] = 0.7  # of the curve little is known but its points
+        thin = max(x.size // 20, 1) if x.size > 60 else 1
+        style["markevery"] = thin
+        y = np.where(np.isfinite(line.y), line.y, np.nan)
+        (drawn,) = panel.plot(x, y, **style)
+        entries.setdefault(line.text, drawn)
+        if line.band is not None and style["linestyle"] != "none":
+            filled = panel.fill_between(
+                x, *line.band, color=style["color"], alpha=0.2, linewidth=0.0
+            )
+            entries.setdefault(BAND, filled)
+        elif line.band is not None:
+            panel.vlines(x, *line.band, color=style["color"], linewidth=1.2)
+        if line.published is not None and np.isfinite(line.published).any():
+            look = {"linestyle": "none", "marker": "o", "markersize": 7.5, "color": style["color"]}
+            (beside,) = panel.plot(x, line.published, markerfacecolor="none", **look)
+            single = len(lines) == 1
+            entries.setdefault("Published" if single else f"{line.text}, published", beside)
+        parts = axis.name in COUNTED  # without a value, the engine has no such part
+        said = np.where(line.said == NO_VALUE, "", line.said) if parts else line.said
+        remarks |= mark_outcomes(panel, (x, y, said), 9.0, thin, style["color"])
+    if not any(np.isfinite(line.y).any() for line in lines):
+        no_ordinate(panel)
+    for text, handle in remarks.items():
+        entries.pop(text, None)  # outcomes come last in a legend
+        entries[text] = handle
+
+
+def mark_outcomes(
+    panel: Axes, points: tuple[Floats, Floats, NDArray[Any]], size: float, thin: int = 1,
+    colour: Any = GREY,
+) -> Entries:  # fmt: skip
+    """Mark designs that missed the tolerance, and on the frame those without an answer."""
+    from matplotlib.lines import Line2D
+
+    x, y, said = points
+    entries: Entries = {}
+    for why in sorted({str(one) for one in said if one}):
+        places = said == why
+        if np.isfinite(y[places]).any():  # a number, though not to the tolerance
+            panel.plot(x[places][::thin], y[places][::thin], **doubt_look(size))
+            entries[sentence(why)] = Line2D([], [], **doubt_look(size))
+        else:
+            lost_points(panel, x[places][::thin], why, colour)
+            entries[sentence(why)] = lost_handle(why)
+    return entries
+
+
+def common_label(view: View, names: Sequence[str]) -> str:
+    """Label for one variable, or for several of one kind: what their long names share."""
+    if len(names) == 1:
+        return view.label(names[0])
+    shared = {str(view.array(name).attrs.get("common_name", "")) for name in names}
+    if len(shared) == 1 and all(shared):
+        return sentence(*shared) + view.unit(names[0])
+    words = [re.findall(r"\w+", name_of(view.array(n), n).lower()) for n in names]
+    common = [word for word in words[0] if all(word in other for other in words[1:])]
+    common = [word for word in common if word not in ("of", "the", "in", "over", "at", "a")]
+    text = " ".join(common) or names[0].split("_")[0].replace("_", " ")
+    return sentence(text) + view.unit(names[0])
+
+
+def told_apart(entries: Entries) -> bool:
+    """Whether a legend is needed: not for computed values alone."""
+    return list(entries) != [COMPUTED]
+
+
+def line_figure(
+    view: View, names: Sequence[str], along: str, over: str | None = None,
+    facet: str | None = None, more: Sequence[Line] = (), text: str = COMPUTED,
+) -> Figure:  # fmt: skip
+    """Numbers against one axis: a line for each variable, or for each value of a second axis."""
+    view = view.only(names, [along, over, facet])
+    axis, other, across = view.axis(along), view.axis(over), view.axis(facet)
+    places = across.picked(MOST_PANELS)
+    base, each = (3.3, 0.0) if len(places) == 1 else (0.5, 1.85)
+    sheet = multiples(len(places), base, each, sharex=True, sharey=True)
+    every = []
+    for panel, place in zip(sheet.panels, places, strict=True):
+        at = across.place(place)
+        if other:
+            lines = [
+                line_of(
+                    view, names[0], at | {other.name: i}, other.text(i), strong=i == other.nominal
+                )
+                for i in other.picked()
+            ]
+        elif len(names) == 1:
+            lines = [line_of(view, names[0], at, text, strong=True), *more]
+        else:
+            lines = [line_of(view, name, at, view.title(name)) for name in names]
+        draw_points(panel, axis, lines, sheet.entries)
+        target_lines(panel, view, names, sheet.entries)
+        target_places(panel, view, axis, sheet.entries)
+        every += [line.y for line in lines]
+        panel.set_title(across.tag(place))
+    room = 5.0 / sheet.columns
+    for panel in sheet.panels:
+        parameter_ticks(panel, axis, "x", room)
+        free_scale(panel, every)
+        degree_ticks(panel, view.array(names[0]))
+    span = sensible_span(sheet.panels, every)
+    label = common_label(view, names)
+    sheet.label_x(axis.label, room)
+    sheet.label_y(label, 1.6 if across else 2.8)
+    notes = [*view.notes(names), other.picked_text(), across.picked_text(MOST_PANELS), span]
+    return sheet.finish(
+        f"{label.split(HARD_SPACE)[0]} against {axis.called}", notes, view.caption,
+        legend=told_apart(sheet.entries), legend_title=other.label,
+        below=bool(across),
+    )  # fmt: skip

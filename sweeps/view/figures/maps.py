@@ -1,0 +1,261 @@
+"""Numbers over two axes: colours with labelled contours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from engine_dyn import status as outcome
+from engine_dyn.types import Floats
+from sweeps.view.figures.marks import LOST, LOST_OTHERWISE, doubt_look
+from sweeps.view.figures.multiples import Multiples, columns_for, multiples
+from sweeps.view.figures.scales import parameter_ticks
+from sweeps.view.figures.sheet import GREY, Entries
+from sweeps.view.figures.targets import LOOK, target_lines, target_places, target_text
+from sweeps.view.figures.views import MOST_PANELS, StudyAxis, View
+from sweeps.view.figures.wording import digits_of, number_text, sentence, wrap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.contour import ContourSet
+    from matplotlib.figure import Figure
+
+
+MOST_MARKS = 900
+"""Cells of a map up to which designs that missed the tolerance are marked one by one."""
+
+
+def map_panels(
+    view: View, along: str, up: str, facet: str | None, room: float, each: float = 1.85
+) -> tuple[Multiples, float]:
+    """Empty maps over two axes, one for each value of a third, and the height of the figure.
+
+    A map is `room` inches wide where it stands alone; `each` is the height of a row of several.
+    """
+    x, y, across = view.axis(along), view.axis(up), view.axis(facet)
+    places = across.picked(MOST_PANELS)
+    base, each = (3.9, 0.0) if len(places) == 1 else (0.6, each)
+    sheet = multiples(len(places), base, each, sharex=True, sharey=True)
+    height = base + each * sheet.rows
+    for panel, place in zip(sheet.panels, places, strict=True):
+        panel.grid(False)
+        panel.spines[:].set_visible(True)
+        parameter_ticks(panel, x, "x", room / sheet.columns)
+        parameter_ticks(panel, y, "y", 0.7 * height / sheet.rows)
+        panel.set_xlim(*cell_edges(x)[[0, -1]].tolist())
+        panel.set_ylim(*cell_edges(y)[[0, -1]].tolist())
+        panel.set_title(across.tag(place))
+    sheet.label_x(x.label, room / sheet.columns)
+    sheet.label_y(y.label, height / sheet.rows * 0.75)
+    return sheet, height
+
+
+def map_figure(view: View, name: str, along: str, up: str, facet: str | None = None) -> Figure:
+    """A variable over two axes: colours with labelled contours; designs without one hatched."""
+    view = view.only([name], [along, up, facet])
+    x, y, across = view.axis(along), view.axis(up), view.axis(facet)
+    places = across.picked(MOST_PANELS)
+    values, reasons = _tables(view, name, (along, up, facet), places)
+    known = values[np.isfinite(values)]
+    norm, levels = _scale(known)
+    two_rows = columns_for(len(places)) == 2
+    sheet, height = map_panels(view, along, up, facet, 5.4, 2.2 if two_rows else 1.85)
+    whys = sorted({str(why) for why in reasons.ravel() if why})
+    sheet.entries.update(_hatches(whys, x.size * y.size > MOST_MARKS))
+    for panel, table, why in zip(sheet.panels, values, reasons, strict=True):
+        _map_panel(panel, x, y, table, why, norm, levels)
+        _target_contours(panel, view, name, (x, y, table), sheet.entries)
+    if known.size:
+        label = view.label(name)
+        _colour_bar(sheet.figure, sheet.panels, norm, levels, label, height)
+    notes = [*view.notes([name]), across.picked_text(MOST_PANELS)]
+    title = f"{view.title(name)} over {x.called} and {y.called}"
+    return sheet.finish(title, notes, view.caption)
+
+
+def _tables(
+    view: View, name: str, axes: tuple[str, str, str | None], places: Sequence[int]
+) -> tuple[Floats, NDArray[Any]]:
+    """Values of each map, and why some are no numbers, both of shape (maps, up, along)."""
+    along, up, facet = axes
+    array = view.array(name)
+    said = xr.Variable(array.dims, view.outcomes(name, array, {}))
+    shape = (len(places), view.axis(up).size, view.axis(along).size)
+    order = (*([facet] if facet else []), up, along)
+    values, reasons = (
+        (one.isel({facet: list(places)}) if facet else one).transpose(*order).values.reshape(shape)
+        for one in (array, said)
+    )
+    return np.asarray(values, dtype=float), reasons
+
+
+def _scale(known: Floats) -> tuple[Normalize, Floats]:
+    """Scale of the colours and levels of the contours, for all maps of a figure."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    if not known.size:
+        return Normalize(0, 1), np.empty(0)
+    low, high = float(known.min()), float(known.max())
+    log = low > 0 and high > 20 * low
+    norm = LogNorm(low, high) if log else Normalize(low, high if high > low else low + 1)
+    return norm, _levels(known, log)
+
+
+def _map_panel(
+    panel: Axes, x: StudyAxis, y: StudyAxis, table: Floats, why: NDArray[Any], norm: Normalize,
+    levels: Floats,
+) -> None:  # fmt: skip
+    """Cells for designs, contours through their middles, hatching for what is lost."""
+    edges = cell_edges(x), cell_edges(y)
+    lost = ~np.isfinite(table)
+    masked = np.ma.masked_array(table, lost)
+    panel.pcolormesh(*edges, masked, norm=norm, cmap=_light_map(), rasterized=True)
+    inside = table[~lost]
+    if min(table.shape) > 1 and inside.size:
+        digits = digits_of(levels)
+        levels = levels[(levels > inside.min()) & (levels < inside.max())]
+        if levels.size:
+            written = {float(level): number_text(level, digits) for level in levels}
+            lines = panel.contour(
+                x.values, y.values, masked, levels, colors="black", linewidths=0.7, linestyles="-"
+            )
+            places = _label_places(panel, lines)
+            if places:
+                panel.clabel(lines, fmt=written, fontsize=6.5, inline_spacing=3, manual=places)
+    for reason in sorted({str(one) for one in why.ravel() if one}):
+        where = why == reason
+        if lost[where].all():
+            hatch_cells(panel, *edges, where, LOST.get(reason, LOST_OTHERWISE)[1])
+        elif table.size > MOST_MARKS:
+            hatch_cells(panel, *edges, where, LOST_OTHERWISE[1], "none")
+        else:
+            rows, columns = np.nonzero(where)
+            panel.plot(x.values[columns], y.values[rows], **doubt_look())
+
+
+def _target_contours(
+    panel: Axes, view: View, name: str, shown: tuple[StudyAxis, StudyAxis, Floats], entries: Entries
+) -> None:
+    """Contours at the targets of a map's quantity, and lines at those of its axes."""
+    from matplotlib.lines import Line2D
+
+    x, y, table = shown
+    for text, value in view.options.targets.get(name, ()):
+        masked = np.ma.masked_invalid(table)
+        if min(table.shape) > 1 and masked.min() < value < masked.max():
+            look = {"colors": LOOK["color"], "linestyles": [LOOK["linestyle"]], "linewidths": 1.8}
+            panel.contour(x.values, y.values, masked, [value], **look)
+            entries.setdefault(target_text(view, name, text), Line2D([], [], **LOOK))
+    target_places(panel, view, x, entries)
+    if not y.words and y.name in view.options.targets:
+        target_lines(panel, view, [y.name], entries)
+
+
+def cell_edges(axis: StudyAxis) -> Floats:
+    """Borders of cells around the values of an axis, half way on its scale."""
+    places = np.log(axis.values) if axis.log else axis.values
+    if places.size == 1:
+        return np.array([places[0] - 0.5, places[0] + 0.5])
+    middle = (places[1:] + places[:-1]) / 2
+    ends = places[0] - (middle[0] - places[0]), places[-1] + (places[-1] - middle[-1])
+    borders = np.concatenate(([ends[0]], middle, [ends[1]]))
+    return np.exp(borders) if axis.log else borders
+
+
+def _levels(values: Floats, log: bool) -> Floats:
+    """Round values for contours, strictly inside the range."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = float(values.min()), float(values.max())
+    if log:
+        decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+        for steps in ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)):
+            levels = np.sort(np.outer(10.0**decades, steps).ravel())
+            levels = levels[(levels > low) & (levels < high)]
+            if levels.size >= 5:
+                return np.asarray(levels)
+    levels = np.asarray(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+    return np.asarray(levels[(levels > low) & (levels < high)], dtype=float)
+
+
+def _light_map() -> Colormap:
+    """Light to middle tones, darker for more: black contours and hatching can be seen on it."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(matplotlib.colormaps["YlGnBu"](np.linspace(0.04, 0.72, 256)))
+
+
+def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
+    """The middle of each contour that is long enough for a label, in data coordinates.
+
+    matplotlib's own choice, the straightest part, is often at the border, which cuts the label.
+    """
+    places = []
+    for segments in lines.allsegs:
+        for segment in segments:
+            if len(segment) < 2:
+                continue
+            drawn = panel.transAxes.inverted().transform(panel.transData.transform(segment))
+            length = np.append(0.0, np.cumsum(np.hypot(*np.diff(drawn, axis=0).T)))
+            middle = int(np.searchsorted(length, length[-1] / 2))
+            inside = np.all((drawn[middle] > 0.08) & (drawn[middle] < 0.92))
+            if length[-1] > 0.25 and inside:
+                places.append((float(segment[middle, 0]), float(segment[middle, 1])))
+    return places
+
+
+def hatch_cells(
+    panel: Axes, x: Floats, y: Floats, where: NDArray[Any], hatch: str, ground: str = "white"
+) -> None:
+    """Hatch cells of a map; neighbours in a row are one rectangle."""
+    from matplotlib.collections import PolyCollection
+
+    boxes = []
+    for row, cells in enumerate(where):
+        turns = np.flatnonzero(np.diff(np.concatenate(([0], cells.astype(int), [0]))))
+        for left, right in turns.reshape(-1, 2):
+            corners = [(left, row), (right, row), (right, row + 1), (left, row + 1)]
+            boxes.append([(x[i], y[j]) for i, j in corners])
+    look: dict[str, Any] = {"facecolors": ground, "edgecolors": GREY, "linewidths": 0.0}
+    panel.add_collection(PolyCollection(boxes, hatch=hatch or None, **look))
+
+
+def _hatches(whys: Sequence[str], dense: bool) -> Entries:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    doubtful = outcome.MEANINGS[outcome.TOLERANCE_NOT_MET].replace("_", " ")
+    return {
+        sentence(why): Line2D([], [], **doubt_look())
+        if why == doubtful and not dense
+        else Patch(
+            facecolor="white", edgecolor=GREY, hatch=LOST.get(why, LOST_OTHERWISE)[1], linewidth=0.5
+        )
+        for why in whys
+    }
+
+
+def _colour_bar(
+    figure: Figure, panels: Sequence[Axes], norm: Normalize, levels: Floats, label: str,
+    height: float,
+) -> None:  # fmt: skip
+    """Colour bar with the contours on it, ticks at their levels."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.ticker import NullLocator
+
+    mappable = ScalarMappable(norm, _light_map())
+    bar = figure.colorbar(mappable, ax=list(panels), aspect=28, pad=0.02)
+    bar.outline.set_linewidth(0.6)
+    bar.set_label(wrap(label, int(height * 11.5)))
+    if levels.size:
+        digits = digits_of(levels)
+        bar.set_ticks(list(levels), labels=[number_text(level, digits) for level in levels])
+        bar.ax.yaxis.set_minor_locator(NullLocator())
+        for level in levels:
+            bar.ax.axhline(level, color="black", linewidth=0.7)

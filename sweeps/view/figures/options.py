@@ -1,0 +1,373 @@
+"""What a caller decides about figures: kinds, style, size, crank angle, targets, slices."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sweeps.base.errors import SceneError, did_you_mean, one_line, shown, size_text
+from sweeps.base.ratios import number_or_ratio
+
+__all__ = ["ZEROS", "Options", "Target", "options_of"]
+
+MILLIMETRES = 25.4
+"""In an inch, the unit of matplotlib."""
+
+SMALLEST, LARGEST = 60.0, 1200.0
+"""Millimetres of a side of a figure; smaller ones have no room for their labels."""
+
+ZEROS: Mapping[str, tuple[float, str]] = {
+    "firing-tdc": (0.0, "firing top dead centre"),
+    "gas-exchange-tdc": (-360.0, "gas-exchange top dead centre"),
+    "bdc": (-180.0, "bottom dead centre before compression"),
+    "expansion-bdc": (180.0, "bottom dead centre after expansion"),
+}
+"""Where the crank angle is counted from: degrees after firing dead centre, and its name."""
+
+MOST_STYLE = 1 << 20
+"""Bytes of a style file."""
+
+MOST_DPI = 1200
+"""Dots per inch of a style; with more, a figure takes gigabytes."""
+
+MOST_POINTS = 500
+"""Points (1/72 inch) of letters, lines, marks and gaps of a style; larger ones fill any figure."""
+
+_IN_POINTS = re.compile(r"(\.|font|label|title|marker|cap)size$|width$|(\.|label|title)pad$")
+
+Target = tuple[str, float]
+"""A value that is aimed at, as it was written (1/200) and as a number."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a caller decides about figures; all of it may be left out.
+
+    `options_of` makes one of what people write, and says what each keyword is. Here kinds have the
+    names of `sweeps.view.figures.kinds.KINDS`, and empty tuples stand for all. A figure without a
+    size is 7 inches (178 mm) wide and as tall as what it shows needs.
+    """
+
+    only: tuple[str, ...] = ()
+    quantities: tuple[str, ...] = ()
+    select: Mapping[str, float | str] = field(default_factory=dict)
+    style: Mapping[str, Any] = field(default_factory=dict)
+    size: tuple[float, float] | None = None
+    angle: tuple[float, float] | None = None
+    zero: str = "firing-tdc"
+    targets: Mapping[str, tuple[Target, ...]] = field(default_factory=dict)
+    at: float | None = None
+
+    @property
+    def inches(self) -> tuple[float, float] | None:
+        """The size as matplotlib takes it."""
+        if self.size is None:
+            return None
+        return self.size[0] / MILLIMETRES, self.size[1] / MILLIMETRES
+
+
+def options_of(
+    *,
+    only: str | Iterable[str] = (),
+    quantities: str | Iterable[str] = (),
+    select: Mapping[str, float | str] | None = None,
+    style: str | Path | Mapping[str, Any] | None = None,
+    size: str | tuple[float, float] | None = None,
+    angle: str | tuple[float, float] | None = None,
+    zero: str = "firing-tdc",
+    target: str | Iterable[str] | Mapping[str, Any] = (),
+    at: str | float | None = None,
+) -> Options:
+    """Options from what people write; every keyword may be a text as on the command line.
+
+    Parameters
+    ----------
+    only : str or iterable of str
+        Kinds, several with commas: ``"torque_and_speed,bearing_polar"``.
+    quantities : str or iterable of str
+        What the general kinds draw (``numbers``, ``curves``, ``orders``), several with commas:
+        ``"delta,omega_max"``.
+    select : mapping, optional
+        Values of axes that are not drawn along.
+    style : str, Path or mapping, optional
+        Settings in place of those of `sweeps.view.figures.sheet.STYLE`: a matplotlib style file,
+        the name of one of matplotlib's own styles (``"dark_background"``), or the settings
+        themselves (``{"font.size": 10}``).
+    size : str or tuple of float, optional
+        ``"160x100"`` or ``(160, 100)``: width and height in millimetres.
+    angle : str or tuple of float, optional
+        ``"0..720"`` or ``(0, 720)``: first and last crank angle in degrees, one cycle apart.
+    zero : str
+        Where the crank angle is counted from: ``firing-tdc``, ``gas-exchange-tdc``, ``bdc``
+        (before compression) or ``expansion-bdc``.
+    target : str, iterable of str or mapping
+        ``"delta=1/200"``, several with commas, or ``{"delta": 0.005}``: values of quantities that
+        are drawn as lines wherever the quantity is.
+    at : str or float, optional
+        Crank angle in degrees, as it is counted here, at which the crank train is drawn; without
+        it that of the largest tangential force.
+
+    Returns
+    -------
+    Options
+
+    Raises
+    ------
+    SceneError
+        For anything that cannot be read; one line names the option and what is allowed.
+
+    Examples
+    --------
+    >>> options_of(size="160x100", target="delta=1/200").targets
+    {'delta': (('1/200', 0.005),)}
+    """
+    if zero not in ZEROS:
+        raise SceneError(f"zero {shown(zero)}: must be one of {', '.join(ZEROS)}")
+    if select is not None and not isinstance(select, Mapping):
+        raise SceneError(f"select {shown(select)}: must be values of axes, such as {{'load': 50}}")
+    return Options(
+        only=tuple(name.replace("-", "_") for name in _names(only)),
+        quantities=_names(quantities),
+        select=dict(select or {}),
+        style=_style(style),
+        size=None if size is None else _size(size),
+        angle=None if angle is None else _angle(angle),
+        zero=zero,
+        targets=_targets(target),
+        at=None if at is None else _degrees(at),
+    )
+
+
+def _degrees(given: str | float) -> float:
+    try:
+        found = float(given)
+    except ValueError:
+        found = np.nan
+    if not np.isfinite(found):
+        raise SceneError(f"at {shown(given)}: must be a crank angle in degrees, such as 20")
+    return found
+
+
+def _names(given: str | Iterable[str]) -> tuple[str, ...]:
+    several = isinstance(given, Iterable) and not isinstance(given, str)
+    texts = [str(one) for one in (given if several else [given])]
+    names = [name.strip() for text in texts for name in text.split(",")]
+    return tuple(dict.fromkeys(name for name in names if name))
+
+
+def _pair(given: str | tuple[float, float], sign: str) -> tuple[float, float] | None:
+    """Two finite numbers, of a text with a sign between them."""
+    if isinstance(given, str):
+        number = r"\s*+([-+]?(?:\d++(?:\.(?!\.)\d*+)?+|\.\d++))\s*+"
+        found = re.fullmatch(number + sign + number, given, re.ASCII)
+        parts: tuple[Any, ...] = found.groups() if found else ()
+    else:
+        parts = tuple(given) if isinstance(given, Iterable) else ()
+    try:
+        first, second = (float(part) for part in parts)
+    except (TypeError, ValueError):
+        return None
+    return (first, second) if np.isfinite([first, second]).all() else None
+
+
+def _size(given: str | tuple[float, float]) -> tuple[float, float]:
+    found = _pair(given, "[xX\N{MULTIPLICATION SIGN}]")
+    if found is None or not all(SMALLEST <= side <= LARGEST for side in found):
+        raise SceneError(
+            f"size {shown(given)}: must be width and height in millimetres, such as 160x100, "
+            f"each from {SMALLEST:g} to {LARGEST:g}"
+        )
+    return found
+
+
+def _angle(given: str | tuple[float, float]) -> tuple[float, float]:
+    found = _pair(given, r"\.\.")
+    if found is None or found[1] - found[0] not in (360.0, 720.0) or abs(found[0]) > 720.0:
+        raise SceneError(
+            f"angle {shown(given)}: must be the first and the last crank angle of one cycle, "
+            "such as 0..720 or -360..360"
+        )
+    return found
+
+
+def _targets(given: str | Iterable[str] | Mapping[str, Any]) -> dict[str, tuple[Target, ...]]:
+    found: dict[str, tuple[Target, ...]] = {}
+    if isinstance(given, Mapping):
+        pairs = [
+            (str(name), str(value))
+            for name, values in given.items()
+            for value in (values if isinstance(values, list | tuple) else [values])
+        ]
+    else:
+        pairs = []
+        for text in _names(given):
+            name, sign, value = (part.strip() for part in text.partition("="))
+            if not (name and sign and value):
+                raise SceneError(
+                    f"target {shown(text)}: must be QUANTITY=VALUE, such as delta=1/200"
+                )
+            pairs.append((name, value))
+    for name, value in pairs:
+        found[name] = (*found.get(name, ()), (value, _ratio(name, value)))
+    return found
+
+
+def _ratio(name: str, text: str) -> float:
+    """A plain number or a fraction such as 1/200."""
+    try:
+        return number_or_ratio(text[:40])
+    except ValueError:
+        raise SceneError(
+            f"target {name}={shown(text)}: must be a number or a fraction such as 1/200"
+        ) from None
+
+
+class _Complaints(logging.Handler):
+    """What matplotlib logs of a style file in place of raising an error."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.texts.append(" ".join(record.getMessage().split()))
+
+
+def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
+    """Settings of matplotlib from a file, one of its own styles, or as they are."""
+    import matplotlib
+
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        settings: Any = matplotlib.RcParams
+        for key, value in given.items():
+            try:
+                settings({key: value})
+            except (KeyError, ValueError) as error:
+                raise SceneError(f"style {shown(key)}: {_first_line(error)}") from None
+        _check_sizes(given, "")
+        return dict(given)
+    path, name = Path(given), one_line(given, 200)
+    if not os.path.exists(path):  # that of Path fails for names that are too long
+        from matplotlib import style
+
+        if str(given) in style.library:
+            settings = style.library[str(given)]
+            return {str(key): value for key, value in settings.items()}
+        raise SceneError(
+            f"style {shown(str(given))}: no such file, and no style of matplotlib"
+            f"{did_you_mean(str(given), [str(one) for one in style.library])}"
+        )
+    if not path.is_file():
+        raise SceneError(f"style {name}: not a regular file; expected a matplotlib style file")
+    if path.stat().st_size > MOST_STYLE:
+        raise SceneError(f"style {name}: larger than {size_text(MOST_STYLE)}")
+    log, complaints = logging.getLogger("matplotlib"), _Complaints()
+    silent, log.propagate = log.propagate, False
+    log.addHandler(complaints)
+    try:
+        found = matplotlib.rc_params_from_file(path, use_default_template=False)
+    except Exception as error:  # whatever matplotlib makes of the text of others
+        raise SceneError(f"style {name}: {_first_line(error)}") from None
+    finally:
+        log.removeHandler(complaints)
+        log.propagate = silent
+    if complaints.texts:
+        said = complaints.texts[0].split(" You probably")[0]
+        raise SceneError(f"style {name}: {said[:200]}")
+    # TeX is a program of its own, whose commands read and write files.
+    left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex"}
+    left_out.add("savefig.bbox")  # a figure has the size that is asked for, whatever its margins
+    kept = {str(key): value for key, value in found.items() if key not in left_out}
+    _check_sizes(kept, f" {name}")
+    _check_drawn(kept, name)
+    return kept
+
+
+def _check_sizes(style: Mapping[str, Any], name: str) -> None:
+    """Check what makes a figure huge, or its drawing end in the library."""
+    for key, value in style.items():
+        dots = key in ("figure.dpi", "savefig.dpi") and value != "figure"
+        points = _IN_POINTS.search(key) and isinstance(value, int | float)
+        low, high, unit = (1, MOST_DPI, "") if dots else (0, MOST_POINTS, " points")
+        if key == "font.size":
+            low = 1
+        elif key.endswith("pad"):
+            low = -MOST_POINTS
+        if (dots or points) and not low <= float(value) <= high:
+            raise SceneError(f"style{name}: {key} = {value}; must be from {low} to {high}{unit}")
+
+
+def _check_drawn(style: Any, name: str) -> None:
+    """Check that a figure can be drawn: matplotlib reads markers and colours that it lacks."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    try:
+        with matplotlib.rc_context(style):
+            figure = Figure((2.0, 2.0))
+            panel = figure.add_subplot()
+            panel.plot([1.0, 2.0], label="a")
+            panel.pcolormesh([[1.0, 2.0], [3.0, 4.0]])
+            panel.legend()
+            figure.savefig(io.BytesIO(), format="png", dpi=30)
+    except Exception as error:
+        raise SceneError(f"style {name}: nothing can be drawn ({_first_line(error)})") from None
+
+
+def _first_line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200].strip("'\"")
+
+
+def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:
+    """The same archive with the crank angle as the options count it.
+
+    Raises
+    ------
+    SceneError
+        Where a cycle of the archive has another length than the range.
+    """
+    before, name = ZEROS[options.zero]
+    if "crank_angle" not in data.coords or (options.angle is None and options.zero == "firing-tdc"):
+        return data
+    angle = np.asarray(data["crank_angle"].values, dtype=float)
+    step = angle[1] - angle[0] if angle.size > 1 else 0.0
+    period = round(float(angle[-1] - angle[0] + step), 6)
+    if period not in (360.0, 720.0):
+        return data
+    low, high = options.angle or (0.0, period)
+    if high - low != period:
+        raise SceneError(
+            f"angle {low:g}..{high:g}: a cycle of this archive has {period:g} degrees, such as "
+            f"{-period / 2:g}..{period / 2:g} or 0..{period:g}"
+        )
+    counted = np.round((angle - before - low) % period, 9) % period + low
+    order = np.argsort(counted, kind="stable")
+    attributes = data["crank_angle"].attrs | {
+        "long_name": f"crank angle, 0 at {name}",
+        "zero_at": before,
+    }
+    moved = data.isel(crank_angle=order)
+    return moved.assign_coords(crank_angle=("crank_angle", counted[order], attributes))
+
+
+def check_targets(options: Options, data: xr.Dataset) -> None:
+    """Raise `SceneError` for targets and choices of quantities that an archive has not."""
+    asked = [("target", one) for one in options.targets]
+    asked += [("quantities", one) for one in options.quantities]
+    for what, name in asked:
+        if name not in data.variables:
+            names = [str(one) for one in data.variables]
+            raise SceneError(
+                f"{what} {shown(name)}: the archive has no such quantity{did_you_mean(name, names)}"
+            )

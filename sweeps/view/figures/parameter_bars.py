@@ -1,0 +1,198 @@
+"""Bars of parameters: elasticities, Sobol' indices, and what an uncertainty comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.types import Floats, Integers
+from sweeps.base.dimensions import ELASTICITY, EXPLAINED, HIGH, LOW, PARAMETER, SHARE, UNCERTAIN
+from sweeps.base.errors import counted
+from sweeps.view.figures.marks import shade
+from sweeps.view.figures.scales import x_label
+from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet
+from sweeps.view.figures.study import Study
+from sweeps.view.figures.views import View
+from sweeps.view.figures.wording import (
+    middle_of_sentence,
+    name_of,
+    number_text,
+    sentence,
+    symbol_of,
+    value_text,
+    with_unit,
+    wrap,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["index_names", "name_rows", "sensitivities", "share_names", "tornado_names", "tornados",
+           "uncertain_values"]  # fmt: skip
+
+MOST_BARS = 14
+"""Parameters of one chart; those that matter least are left out, and counted."""
+
+ENDINGS = (ELASTICITY, *(f"{ELASTICITY}_{end}" for end in ("error", "below", "above", "kind")))
+"""Endings of the variables that one tornado diagram shows, or that belong to it."""
+
+DERIVATIVE = "_derivative"
+
+LEAST = 1e-3
+"""Share of the largest elasticity below which a bar could not be seen."""
+
+SIDES_DIFFER = 1
+"""What `<quantity>_elasticity_kind` says where both sides differ."""
+
+FIRST, TOTAL, CONFIDENCE, CONDITIONAL = "_first", "_total", "_confidence", "_conditional"
+
+TEXTS = {FIRST: "First-order index: by itself", TOTAL: "Total index: with all interactions"}
+
+LEAST_SHARE = 0.005
+"""Share of the variance below which a bar could not be seen."""
+
+STRAIGHT = 0.9
+"""Share that straight lines explain, below which the figure says so: the bars tell little then."""
+
+
+def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:
+    """Name the rows of a chart of bars, the first at the top, and its abscissa."""
+    panel.set_yticks(range(len(texts)), texts)
+    panel.invert_yaxis()
+    panel.tick_params(axis="y", length=0.0)
+    panel.grid(visible=False, axis="y")
+    x_label(panel, label, 5.0)
+
+
+def _parameters(view: View, places: Integers, along: str = PARAMETER) -> list[str]:
+    """What parameters are, without what explains them."""
+    texts = view.data[f"{along}_long_name"].values[places]
+    return [wrap(sentence(str(text).split(",")[0]), 34) for text in texts]
+
+
+def _largest_first(values: Floats, least: float) -> Integers:
+    """Places of the values that are at least so large, the largest first."""
+    order = np.argsort(-values, kind="stable")
+    return order[values[order] >= least][:MOST_BARS]
+
+
+def tornado_names(view: View) -> list[str]:
+    """Elasticities and what belongs to them."""
+    named = [str(name) for name in view.data.data_vars if PARAMETER in view.array(str(name)).dims]
+    return [name for name in named if name.endswith((*ENDINGS, DERIVATIVE))]
+
+
+def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the elasticities of each result at the nominal design."""
+    for name in names:
+        if not name.endswith(ELASTICITY):
+            continue
+        view = study.view.only([one for one in names if one.startswith(name)], [PARAMETER])
+        values = view.array(name).values
+        sizes = np.nan_to_num(np.abs(values))
+        if not sizes.any():
+            continue
+        shown = _largest_first(sizes, LEAST * sizes.max())
+        quantity = name.removesuffix(ELASTICITY)
+        figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * shown.size)
+        rows = np.arange(shown.size)
+        panel.barh(rows, values[shown], height=0.62, color=shade(0.35))
+        entries: Entries = {}
+        bent = view.array(f"{name}_kind").values[shown] == SIDES_DIFFER
+        for side, change, marker in (("below", "falls", "<"), ("above", "rises", ">")):
+            if bent.any():
+                x, y = view.array(f"{name}_{side}").values[shown][bent], rows[bent]
+                (marks,) = panel.plot(x, y, f"k{marker}", markersize=5.0)
+                entries[f"Where the parameter {change}, if different"] = marks
+        panel.axvline(0.0, color="black", linewidth=0.8)
+        panel.margins(x=0.08)
+        of = study.view.array(quantity)
+        label = f"Change of {symbol_of(of) or quantity} in % for 1 % of the parameter"
+        name_rows(panel, _parameters(view, shown), label)
+        notes = view.notes([name])
+        left_out = int(np.isfinite(values).sum()) - shown.size
+        if left_out:
+            notes.append(f"{left_out} more parameters have almost no effect")
+        title = f"Elasticities of the {name_of(of, quantity)}"
+        finished = finish(figure, title, notes, entries, "", view.caption, below=True)
+        yield f"tornado_{quantity}{view.suffix}", finished
+
+
+def index_names(view: View) -> list[str]:
+    """Indices and what belongs to them: `engine-dyn sensitivities` writes them."""
+    if "sensitivity_method" not in view.data.attrs:
+        return []
+    return [str(name) for name in view.data.data_vars]
+
+
+def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw first-order and total indices of each quantity, with their confidence intervals."""
+    for name in names:
+        quantity, found, ending = name.partition(FIRST)
+        if not found or ending not in ("", CONDITIONAL):
+            continue
+        kinds = [k for k in (FIRST, TOTAL) if f"{quantity}{k}{ending}" in names]
+        view = study.view.only([n for n in names if n.startswith(quantity)], [PARAMETER])
+        values = {k: view.array(f"{quantity}{k}{ending}").values for k in kinds}
+        shown = np.argsort(-values[kinds[-1]], kind="stable")[:MOST_BARS]
+        figure, (panel,) = new_sheet(1, 1, 1.1 + 0.36 * shown.size)
+        rows, height = np.arange(shown.size), 0.8 / len(kinds)
+        entries: Entries = {}
+        for number, kind in enumerate(kinds):
+            half = f"{quantity}{kind}{CONFIDENCE}{ending}"
+            bars = panel.barh(
+                rows + (number - 0.5 * (len(kinds) - 1)) * height, values[kind][shown],
+                height=0.9 * height, color=shade((0.65, 0.25)[number]),
+                xerr=view.array(half).values[shown] if half in names else None,
+                error_kw={"linewidth": 0.9, "capsize": 2.0},
+            )  # fmt: skip
+            entries[TEXTS[kind]] = bars.patches[0]
+        panel.axvline(0.0, color="black", linewidth=0.8)
+        name_rows(panel, _parameters(view, shown), "Share of the variance")
+        notes = view.notes([name])
+        if ending:
+            notes.append("only designs with results: more than 1 % failed")
+        left_out = values[kinds[0]].size - shown.size
+        if left_out:
+            notes.append(f"{left_out} more parameters have smaller indices")
+        what = name_of(view.array(name), name).partition(" of the ")[2] or quantity
+        title = f"Sobol' indices of the {what}"
+        drawn = finish(figure, title, notes, entries, "", view.caption, below=True)
+        yield f"sensitivities_{quantity}{view.suffix}", drawn
+
+
+def share_names(view: View) -> list[str]:
+    """Shares of the uncertain values in the variance of results."""
+    named = [str(name) for name in view.data.data_vars if UNCERTAIN in view.array(str(name)).dims]
+    return [name for name in named if name.endswith(SHARE)]
+
+
+def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw for each result, at the nominal design, which uncertain values its band is due to."""
+    for name in names:
+        quantity = name.removesuffix(SHARE)
+        beside = [quantity + end for end in ("", LOW, HIGH, EXPLAINED)]
+        view = study.view.only([name, *beside], [UNCERTAIN])
+        shares = np.nan_to_num(view.numbers(name))
+        shown = _largest_first(shares, LEAST_SHARE)
+        if shown.size == 0:
+            continue
+        figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * shown.size)
+        panel.barh(range(shown.size), 100.0 * shares[shown], height=0.62, color=shade(0.35))
+        panel.set_xlim(left=0.0)
+        name_rows(panel, _parameters(view, shown, UNCERTAIN), "Share of the variance (%)")
+        value, low, high, explained = (float(view.array(one).values) for one in beside)
+        of = view.array(quantity)
+        ends = f"95 % range {number_text(low)} to {with_unit(of, high)}"
+        notes = [*view.notes([name]), value_text(of, quantity, value), ends]
+        if explained < STRAIGHT:
+            notes.append(f"straight lines explain only {100.0 * explained:.0f} % of the variance")
+        left_out = shares.size - shown.size
+        if left_out:
+            notes.append(f"{counted(left_out, 'more value')} with a smaller share")
+        what = middle_of_sentence(name_of(of, quantity))
+        title = f"Uncertainty of the {what}: what it comes from"
+        finished = finish(figure, title, notes, {}, "", view.caption)
+        yield f"uncertainty_{quantity}{view.suffix}", finished

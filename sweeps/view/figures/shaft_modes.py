@@ -1,0 +1,256 @@
+"""Modes of a shaft that twists: their shapes along the shaft, and where orders meet them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from sweeps.view.figures.marks import DASHES, line_style, shade
+from sweeps.view.figures.scales import parameter_ticks, x_label, y_label
+from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
+from sweeps.view.figures.study import Study
+from sweeps.view.figures.views import View, stem_of
+from sweeps.view.figures.wording import number_text, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MODE, DISC, ORDER, SPEED = "mode", "disc", "order", "speed"
+SHAPE, FREQUENCY, CRITICAL, VECTORS = (
+    "mode_shape", "natural_frequency", "critical_speed", "mode_vector_sum"
+)  # fmt: skip
+
+DAMPED, DAMPED_CRITICAL = "damped_natural_frequency", "damped_critical_speed"
+
+PALE = "#bbbbbb"
+"""Lines of orders that are not strong."""
+
+MOST_SHAPES = 3
+"""Modes whose shapes are drawn: those above are seldom reached by a strong order."""
+
+HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi, "rad/s": 0.5 / np.pi}
+"""Frequency of order 1 over the speed, by the unit of the speed."""
+
+LARGEST = 130.0
+"""Area in square points of the mark of the largest vector sum."""
+
+LABELLED = 0.1
+"""Share of the largest vector sum from which a crossing gets its speed."""
+
+WIDE, TALL = 4.7, 3.4
+"""Inches of a panel of the Campbell diagram, of which labels take their room."""
+
+
+def mode_shape_names(view: View) -> list[str]:
+    """Mode shapes and nodes."""
+    if not (view.has(SHAPE) and {MODE, DISC} <= set(view.array(SHAPE).dims)):
+        return []
+    return [name for name in (SHAPE, "mode_node") if view.has(name)]
+
+
+def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the shapes of the first modes along the shaft.
+
+    A line joins only neighbours on the abscissa that a shaft joins. Rings of dampers and branches
+    stand by themselves at their own place in the list of discs: beside the disc that they belong to
+    there is no room for a second name.
+    """
+    view = study.view.only([SHAPE, *_known(study.view, FREQUENCY)], [MODE, DISC])
+    figure, (panel,) = new_sheet(1, 1, 3.3)
+    entries: Entries = {}
+    shapes = view.array(SHAPE).transpose(MODE, DISC).values.astype(float)
+    finite = [number for number, shape in enumerate(shapes) if np.isfinite(shape).all()]
+    shown = finite[:MOST_SHAPES]
+    joined = joined_neighbours(view, shapes.shape[1])
+    for rank, number in enumerate(shown):
+        shape = shapes[number] / np.abs(shapes[number]).max()
+        style = line_style(rank, len(shown))
+        broken = np.flatnonzero(~joined) + 1
+        drawn = (np.insert(one, broken, np.nan) for one in (np.arange(1.0 * shape.size), shape))
+        (line,) = panel.plot(*drawn, **style)
+        entries[mode_text(view, number)] = line
+        nodes = zero_crossings(shape, joined)
+        (marks,) = panel.plot(
+            nodes, np.zeros(nodes.size), color=style["color"], linestyle="none", marker="o",
+            markersize=8.0, markerfacecolor="none",
+        )  # fmt: skip
+        if nodes.size:
+            entries["node"] = entries.pop("node", marks)  # last of the legend
+    panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
+    parameter_ticks(panel, view.axis(DISC), "x", 5.0)
+    y_label(panel, f"Amplitude over the largest of the mode{view.unit(SHAPE)}", 2.8)
+    few = f"{len(shown)} of {len(finite)} modes shown" if len(shown) < len(finite) else ""
+    title, notes = "Mode shapes of the shaft", [*view.notes([SHAPE]), few]
+    done = finish(figure, title, notes, entries, caption=view.caption)
+    yield stem_of("mode_shapes", view, None), done
+
+
+def _known(view: View, *names: str) -> list[str]:
+    return [name for name in names if view.has(name)]
+
+
+def joined_neighbours(view: View, discs: int) -> np.ndarray:
+    """For each disc but the last: whether a shaft joins it with the next one of the list."""
+    told = json.loads(view.data.attrs.get("shaft") or "{}")
+    pairs = {tuple(sorted(pair)) for pair in told.get("shafts", ())}
+    return np.array([not told or (one, one + 1) in pairs for one in range(1, discs)], dtype=bool)
+
+
+def zero_crossings(shape: Floats, joined: np.ndarray) -> Floats:
+    """Where a shape does not move: places between joined neighbours of different signs."""
+    first, second = shape[:-1], shape[1:]
+    at = np.flatnonzero(joined & (first * second < 0.0))
+    return np.asarray(at + first[at] / (first[at] - second[at]))
+
+
+def mode_text(view: View, number: int, name: str = FREQUENCY) -> str:
+    """A mode with its frequency, where the archive has it."""
+    text = f"mode {number_text(view.numbers(MODE)[number])}"
+    if not view.has(name) or view.array(name).dims != (MODE,):
+        return text
+    array = view.array(name)
+    return f"{text}: {with_unit(array, float(array.values[number]))}"
+
+
+def drawn_frequency(view: View) -> str:
+    """Frequencies over which the Campbell diagram is: damped ones where the archive has them."""
+    return DAMPED if view.has(DAMPED) else FREQUENCY
+
+
+def campbell_names(view: View) -> list[str]:
+    """Natural frequencies, critical speeds and vector sums, where speed is an axis.
+
+    Frequencies that follow an axis of the study are left to other figures too.
+    """
+    data, name = view.data, drawn_frequency(view)
+    if not (view.has(name) and ORDER in data.coords and data.sizes.get(SPEED, 1) > 1):
+        return []
+    known = data.variables[SPEED].attrs.get("units") in HERTZ if SPEED in data.coords else False
+    if not known or view.array(name).attrs.get("units") != "Hz":
+        return []
+    alone = set(view.array(name).dims) <= {MODE, SPEED}
+    return _known(view, *([name] if alone else []), CRITICAL, DAMPED_CRITICAL, VECTORS)
+
+
+def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw natural frequencies and orders over the speed, with their crossings.
+
+    Vector sums are those of undamped shapes, and are left out beside damped modes.
+    """
+    drawn_name = drawn_frequency(study.view)
+    damped = drawn_name == DAMPED
+    used = _known(study.view, drawn_name, *([] if damped else [VECTORS]))
+    view = study.view.only(used, [MODE, SPEED])
+    speed, orders = view.axis(SPEED), view.numbers(ORDER)
+    slopes = orders * HERTZ[str(speed.variable.attrs["units"])]
+    modes = view.array(drawn_name).transpose(..., MODE).values.astype(float)
+    levels = np.broadcast_to(np.atleast_2d(modes), (speed.size, modes.shape[-1])).T
+    if not np.isfinite(levels).any():
+        return
+    sums = view.array(VECTORS).transpose(MODE, ORDER).values if VECTORS in used else None
+    found = crossings(speed.values, levels, slopes)
+    low, high = float(speed.values.min()), float(speed.values.max())
+    met = [levels[mode].max() for mode, _, _ in found]
+    top = 1.15 * max(met) if met else 1.15 * min(np.nanmin(levels), slopes.max() * high)
+    sizes = [1.0 if sums is None else float(sums[mode, order]) for mode, order, _ in found]
+    largest = max(sizes, default=1.0) or 1.0
+    strength = np.zeros(orders.size)
+    for (_, order, _), size in zip(found, sizes, strict=True):
+        strength[order] = max(strength[order], size / largest)
+
+    figure, (panel,) = new_sheet(1, 1, 4.0)
+    entries: Entries = {}
+    for order, slope in enumerate(slopes):
+        strong = bool(strength[order] >= LABELLED)
+        look: dict[str, Any] = {"color": rc("text.color"), "linewidth": 0.9, "alpha": 0.75}
+        look |= {} if strong else {"linewidth": 0.5, "alpha": 0.3}
+        panel.plot([low, high], [slope * low, slope * high], zorder=1.5, **look)
+    for mode, level in enumerate(levels):
+        if np.nanmin(level, initial=np.inf) < top:
+            style = {"color": shade(0.3 * mode), "linestyle": DASHES[mode % len(DASHES)]}
+            (line,) = panel.plot(speed.values, level, linewidth=1.6, **style)
+            entries[mode_text(view, mode, drawn_name)] = line
+    panel.set_xlim(low, high)
+    panel.set_ylim(0.0, top)
+    _label_rays(panel, orders, slopes, strength)
+    _mark_crossings(panel, found, levels, speed.values, np.asarray(sizes) / largest)
+    x_label(panel, speed.label, 5.0)
+    y_label(panel, f"Frequency{view.unit(drawn_name)}", 3.4)
+    which = "of damped modes" if damped else "without damping"
+    notes = [*view.notes(used), f"natural frequencies {which}", "rays are orders"]
+    if found:
+        area = f", area by the vector sum: here {number_text(largest, 3)}"
+        entries["crossing" + area * (VECTORS in used)] = panel.scatter([], [], s=LARGEST, **_mark())
+    drawn = finish(figure, "Campbell diagram of the shaft", notes, entries, caption=view.caption)
+    yield stem_of("campbell", view, None), drawn
+
+
+def crossings(speeds: Floats, levels: Floats, slopes: Floats) -> list[tuple[int, int, float]]:
+    """Where orders meet modes: mode, order and speed, straight between the speeds of the axis."""
+    found = []
+    for mode, level in enumerate(levels):
+        for order, slope in enumerate(slopes):
+            gap = slope * speeds - level
+            rises = (gap[:-1] <= 0.0) & (gap[1:] >= 0.0) & (np.diff(gap) > 0.0)
+            for one in np.flatnonzero(rises)[:1]:
+                ends = slice(one, one + 2)
+                found.append((mode, order, float(np.interp(0.0, gap[ends], speeds[ends]))))
+    return found
+
+
+def free_places(places: Floats, by: Floats, gap: float) -> list[int]:
+    """Which of some places on a line get a label: the largest first, each `gap` from all others."""
+    kept: list[int] = []
+    for one in np.argsort(-by, kind="stable"):
+        if all(abs(places[one] - places[other]) >= gap for other in kept):
+            kept.append(int(one))
+    return sorted(kept)
+
+
+def _label_rays(panel: Axes, orders: Floats, slopes: Floats, strength: Floats) -> None:
+    """Write the number of each order where its ray leaves the panel, if there is room."""
+    (low, high), (_, top) = panel.get_xlim(), panel.get_ylim()
+    right = np.flatnonzero(slopes * high <= top)
+    above = np.flatnonzero((slopes * high > top) & (slopes * low < top))
+    for rays, places, room, beside in (
+        (right, slopes[right] * high / top, 0.13 / TALL, True),
+        (above, (top / slopes[above] - low) / (high - low), 0.26 / WIDE, False),
+    ):
+        for one in free_places(places, strength[rays] + 1e-6 * (orders[rays] % 1 == 0), room):
+            at = (1.008, float(places[one])) if beside else (float(places[one]), 1.01)
+            panel.text(
+                *at, number_text(orders[rays[one]]), fontsize=6.5, alpha=0.75,
+                transform=panel.transAxes, va="center" if beside else "bottom",
+                ha="left" if beside else "center",
+            )  # fmt: skip
+
+
+def _mark() -> dict[str, Any]:
+    colours = {"facecolor": rc("axes.facecolor"), "edgecolor": rc("text.color")}
+    return {**colours, "linewidth": 0.9, "zorder": 3}
+
+
+def _mark_crossings(
+    panel: Axes, found: Sequence[tuple[int, int, float]], levels: Floats, speeds: Floats,
+    shares: Floats,
+) -> None:  # fmt: skip
+    """Marks as large as the vector sums, and the speeds of the strong ones that have room."""
+    low, high = panel.get_xlim()
+    for mode in sorted({mode for mode, _, _ in found}):
+        own = [number for number, one in enumerate(found) if one[0] == mode]
+        met = np.array([found[number][2] for number in own])
+        y = np.interp(met, speeds, levels[mode])
+        panel.scatter(met, y, s=np.maximum(LARGEST * shares[own], 4.0), clip_on=False, **_mark())
+        places = (met - low) / (high - low)
+        for one in free_places(places, shares[own], 0.36 / WIDE):
+            side = "left" if places[one] < 0.04 else "right" if places[one] > 0.96 else "center"
+            if shares[own][one] >= LABELLED:
+                panel.annotate(
+                    number_text(round(met[one])), (met[one], y[one]), (0, 8), fontsize=7.0,
+                    textcoords="offset points", ha=side, va="bottom", zorder=4,
+                    bbox={**_mark(), "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
+                )  # fmt: skip

@@ -1,0 +1,332 @@
+"""The style of all figures, and the sheet of one: panels, title, notes, legend, caption."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from sweeps.base.errors import SceneError
+from sweeps.view.figures.views import LEAST_SPAN
+from sweeps.view.figures.wording import wrap
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+
+
+STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "mathtext.fontset": "dejavusans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "legend.title_fontsize": 7.5,
+    "figure.titlesize": 9.5,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.titlelocation": "left",
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-4, 6),
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#dcdcdc",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.0,
+    "lines.markeredgewidth": 0.8,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "legend.frameon": False,
+    "legend.handlelength": 3.0,
+    "hatch.linewidth": 0.5,
+    "savefig.dpi": 300,
+    "svg.hashsalt": "engine-dyn",  # the same archive gives the same file
+}
+"""One style for all figures, for the 7 inch width of two journal columns; sizes in points."""
+
+WIDTH = 7.0
+LEGEND_BESIDE = 5.0
+"""Inches of a figure below which a legend beside the panels would leave them no room."""
+
+GREY = "#555555"
+OWN_ORDINATES = "each panel has its own scale"
+Entries = dict[str, "Artist"]
+"""Of a legend: each text, and the line or mark that it explains."""
+
+NamedFigures = Iterator[tuple[str, "Figure"]]
+"""Each figure with the name of its file, without the extension."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What holds for all figures that are drawn at one time.
+
+    Parameters
+    ----------
+    subject : str
+        Engine and speed: the first thing that the second line of each figure says.
+    inches : tuple of float, optional
+        Width and height of each figure; without it they follow from the panels.
+    ax : Axes, optional
+        A panel of somebody else's figure, which is drawn into in place of a new sheet.
+    """
+
+    subject: str = ""
+    inches: tuple[float, float] | None = None
+    ax: Axes | None = None
+
+
+_SETTING: ContextVar[Setting] = ContextVar("setting")
+_PLAIN = Setting()
+
+
+@contextmanager
+def drawn_with(setting: Setting, style: Mapping[str, Any]) -> Iterator[None]:
+    """Draw with this setting and style; a person's own settings of matplotlib do not matter."""
+    import matplotlib
+
+    token = _SETTING.set(setting)
+    try:
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()  # a person's own settings would break the layout
+            settings: Any = matplotlib.rcParams
+            settings.update({**STYLE, **style})
+            yield
+    finally:
+        _SETTING.reset(token)
+
+
+def room_scale() -> float:
+    """Width of the figures over the customary one, for texts that are broken to fit."""
+    inches = _SETTING.get(_PLAIN).inches
+    return inches[0] / WIDTH if inches else 1.0
+
+
+def new_sheet(
+    rows: int, columns: int, height: float, *, width: float = WIDTH, **share: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure on the Agg canvas with its panels, as a flat list by rows."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    setting = _SETTING.get(_PLAIN)
+    if setting.ax is not None:
+        if rows * columns > 1:
+            raise SceneError(
+                f"ax: this figure has {rows * columns} panels and needs a figure of its own; call "
+                "without ax"
+            )
+        return _figure_around(setting.ax), [setting.ax]
+    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
+    figure = Figure(figsize=setting.inches or (width, height), layout=layout)
+    FigureCanvasAgg(figure)
+    return figure, list(figure.subplots(rows, columns, squeeze=False, **share).ravel())
+
+
+def finish(
+    figure: Figure,
+    title: str,
+    notes: Iterable[str] = (),
+    entries: Mapping[str, Artist] | None = None,
+    legend_title: str = "",
+    caption: str = "",
+    below: bool = False,
+    spare: Sequence[Axes] = (),
+) -> Figure:
+    """Write what stands around the panels, outside the data.
+
+    The figure grows by the room that this takes, so that the panels keep their size. This is the
+    one place where figures are finished: each keyword is a part of the sheet.
+
+    Parameters
+    ----------
+    figure : Figure
+        Its panels are drawn.
+    title : str
+        First line.
+    notes : iterable of str
+        Second line: slices and the like; empty ones are left out.
+    entries : mapping
+        Of the legend; none without entries.
+    legend_title : str
+        Name of the axis that the entries are values of.
+    caption : str
+        Below the panels: parameters that the figure does not show.
+    below : bool
+        The legend goes below the panels, not to their right.
+    spare : sequence of Axes
+        Panels that are not used; the legend goes there if it fits.
+    """
+    setting = _SETTING.get(_PLAIN)
+    said = "; ".join(note for note in (setting.subject, *notes) if note)
+    if setting.ax is not None:
+        return _finish_panel(setting.ax, title, entries or {}, legend_title)
+    for panel in figure.axes:
+        _widen(panel)
+    width, height = figure.get_size_inches()
+    heads, notes_size, small = _points("figure.titlesize"), _points("axes.labelsize"), 7.0
+    ink = rc("text.color")
+    head = [(line, heads, ink) for line in wrap(title, int(width * 128 / heads)).split("\n")]
+    lines = wrap(said, int(width * 128 / notes_size)).split("\n")
+    pale = GREY if ink in ("black", "k", "#000000") else ink  # grey is not seen on dark paper
+    head += [(line, notes_size, pale) for line in lines if line]
+    foot = [(line, small, pale) for line in wrap(caption, int(width * 18)).split("\n") if line]
+    top = 0.06 + sum(_line_height(text, size) for text, size, _ in head)
+    bottom = 0.04 + sum(_line_height(text, size) for text, size, _ in foot)
+
+    if setting.inches and not spare:
+        below = below or width < LEGEND_BESIDE
+    legend, wide, tall = _placed_legend(figure, entries or {}, legend_title, below, spare)
+    aside, under = (0.0, tall) if below else (wide, 0.0)
+    if setting.inches is None:
+        height = (height + tall if below else max(height, tall)) + top + bottom
+        figure.set_figheight(height)
+    bounds = (
+        0.0,
+        (bottom + under) / height,
+        1 - aside / width,
+        max(1 - (top + bottom + under) / height, 0.2),
+    )
+    figure.get_layout_engine().set(rect=bounds)  # type: ignore[call-arg, union-attr]
+    if setting.inches is not None:
+        _wrap_ordinates(figure, height - top - bottom - under)
+    if legend is not None and (aside or under):
+        legend.set_loc("upper right" if aside else "lower left")
+        legend.set_bbox_to_anchor((0, bottom / height, 1, 1 - (top + bottom) / height))
+    for texts, start in ((head, 1 - 0.05 / height), (foot, bottom / height)):
+        place = start
+        for text, size, colour in texts:
+            figure.text(0.07 / width, place, text, size=size, color=colour, va="top")
+            place -= _line_height(text, size) / height
+    return figure
+
+
+def _line_height(text: str, points: float) -> float:
+    """Inches of a line around the panels; it hangs from its top, which a hat lifts."""
+    return (1.65 if r"\hat" in text else 1.4) * points / 72
+
+
+def _wrap_ordinates(figure: Figure, height: float) -> None:
+    """Break the labels of the ordinates for the height that the panels have in the end."""
+    for panel in figure.axes:
+        place = panel.get_subplotspec()
+        rows = place.get_gridspec().nrows if place else 1
+        text = panel.get_ylabel().replace("\n", " ")
+        panel.set_ylabel(wrap(text, max(14, int((0.8 * height / rows - 0.3) * 16))))
+
+
+def _finish_panel(
+    panel: Axes, title: str, entries: Mapping[str, Artist], legend_title: str
+) -> Figure:
+    """Title and legend of a panel in somebody else's figure, whose layout is theirs."""
+    figure = _figure_around(panel)
+    width = panel.get_window_extent().width / figure.dpi
+    panel.set_title(wrap(title, max(20, int(width * 15))), loc="left")
+    if entries:
+        texts = [wrap(text, 27) for text in entries]
+        panel.legend(list(entries.values()), texts, title=wrap(legend_title, 27) or None)
+    return figure
+
+
+def _figure_around(panel: Axes) -> Figure:
+    figure = panel.get_figure(root=True)
+    if figure is None:
+        raise SceneError("ax: must be a panel of a figure")
+    return figure
+
+
+def rc(name: str) -> Any:
+    """A setting of matplotlib as it holds now."""
+    import matplotlib
+
+    settings: Any = matplotlib.rcParams
+    return settings[name]
+
+
+def _points(name: str) -> float:
+    """A size of letters, which may be a word, in points."""
+    from matplotlib.font_manager import FontProperties
+
+    return float(FontProperties(size=rc(name)).get_size_in_points())
+
+
+def _widen(panel: Axes) -> None:
+    """Widen the ordinate of values that are equal but for rounding, so that they look equal."""
+    low, high = panel.get_ylim()
+    size = max(abs(low), abs(high))
+    if panel.get_yscale() == "linear" and 0.0 <= high - low < LEAST_SPAN * size:
+        middle = 0.5 * (low + high)
+        panel.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
+
+
+def _placed_legend(
+    figure: Figure, entries: Mapping[str, Artist], title: str, below: bool, spare: Sequence[Axes]
+) -> tuple[Legend | None, float, float]:
+    """The legend, and the inches that it needs outside the panels: 0 in the place of a panel."""
+    if not entries:
+        return None, 0.0, 0.0
+    legend = _legend(figure, entries, title, below)
+    if spare:
+        # In one column it may fit where a panel is missing.
+        narrow = _legend(figure, entries, title, False, 22)
+        cell = _cell(spare[0], *figure.get_size_inches())
+        if all(size < room for size, room in zip(_inches(figure, narrow), cell, strict=True)):
+            legend.remove()
+            spare[0].set_visible(True)
+            spare[0].axis("off")
+            narrow.set_loc("upper left")
+            narrow.set_bbox_to_anchor((0, 0, 1, 1), transform=spare[0].transAxes)
+            return narrow, 0.0, 0.0
+        narrow.remove()
+    return legend, *_inches(figure, legend)
+
+
+def _legend(
+    figure: Figure, entries: Mapping[str, Artist], title: str, below: bool, most: int = 27
+) -> Legend:
+    """A legend that the layout engine leaves alone; below the panels, of up to three columns."""
+    texts = [wrap(text, most) for text in entries]
+    columns = min(len(texts), 3) if below else 1
+    while True:
+        legend = figure.legend(
+            list(entries.values()),
+            texts,
+            title=wrap(title, most) or None,
+            ncols=columns,
+            alignment="left",
+            borderaxespad=0.3,
+        )
+        legend.get_title().set_multialignment("left")
+        legend.set_in_layout(False)
+        if columns == 1 or _inches(figure, legend)[0] < figure.get_figwidth():
+            return legend
+        legend.remove()
+        columns -= 1
+
+
+def _inches(figure: Figure, legend: Legend) -> tuple[float, float]:
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    box = legend.get_window_extent(renderer)
+    return box.width / figure.dpi + 0.1, box.height / figure.dpi + 0.1
+
+
+def _cell(panel: Axes, width: float, height: float) -> tuple[float, float]:
+    """Inches that a panel of small multiples has, less some margin."""
+    place = panel.get_subplotspec()
+    if place is None:
+        return 0.0, 0.0
+    grid = place.get_gridspec()
+    return width / grid.ncols - 0.4, height / grid.nrows - 0.3

@@ -1,0 +1,176 @@
+"""Curves over one cycle: closed lines over the crank angle, and the axis below them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn import status as outcome
+from engine_dyn.types import Floats
+from sweeps.view.figures.marks import line_style, lost_handle, mark_lost
+from sweeps.view.figures.scales import crank_axis, no_ordinate
+from sweeps.view.figures.sheet import WIDTH, Entries
+from sweeps.view.figures.targets import target_lines
+from sweeps.view.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View
+from sweeps.view.figures.wording import with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+FRICTION = "friction_torque"
+
+RMS = "_rms"
+"""Ending of the root mean square of a curve."""
+
+PADDED = {"throw", "bay", "piston", "main_bearing", "cylinder"}
+"""Dimensions as long as the largest engine needs; others have no values at their end."""
+
+
+def over_angle(view: View, name: str) -> bool:
+    """Whether there is a variable of this name over the crank angle."""
+    return view.has(name) and "crank_angle" in view.array(name).dims
+
+
+def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floats, str]:
+    """One curve over the crank angle: abscissa, ordinate, and the outcome if there is no curve.
+
+    It is closed by its first point. A design that is computed for a number of passes from a
+    starting angle is not periodic: there the gap between end and start stays open.
+    """
+    array = view.at(name, index)
+    if "crank_angle" not in array.dims:  # the same at every angle
+        x, y = view.numbers("crank_angle")[[0, -1]], np.full(2, float(array.values))
+        return x, y, "" if np.isfinite(y[0]) else str(view.outcomes(name, array, index))
+    x = np.asarray(view.data.variables.get("crank_angle", np.arange(array.size)), dtype=float)
+    y = np.asarray(array.values, dtype=float)
+    if not np.isfinite(y).any():
+        said = view.outcomes(name, array, index)
+        return x, y, str(said[0]) if y.size else NO_VALUE
+    if x.size < 3:
+        return x, y, ""
+    zero = float(view.array("crank_angle").attrs.get("zero_at", 0.0)) if x.size else 0.0
+    period = round((x[-1] - x[0]) + (x[1] - x[0]), 6)
+    if period % 360 == 0:
+        x, y = np.append(x, x[0] + period), np.append(y, y[0])
+        start = _start_angle(view, index) if name.startswith(FROM_SPEED) else None
+        if start is not None:
+            place = int(np.searchsorted(x, (start - zero - x[0]) % period + x[0]))
+            if 0 < place < x.size - 1:
+                x, y = np.insert(x, place, x[place]), np.insert(y, place, np.nan)
+    return x, y, ""
+
+
+def _start_angle(view: View, index: Mapping[str, int]) -> float | None:
+    """Where a curve that was not run to a closed cycle begins."""
+    found = []
+    for name in ("status", "start_angle"):
+        if name not in view.data.variables:
+            return None
+        array = view.at(name, index)
+        if array.ndim or not np.isfinite(float(array.values)):
+            return None
+        found.append(float(array.values))
+    return found[1] if found[0] == outcome.PASSES_DONE else None
+
+
+def draw_curves(
+    axes: Axes,
+    view: View,
+    name: str,
+    axis: StudyAxis,
+    fixed: Mapping[str, int],
+    entries: Entries,
+    change: Callable[[Floats], Floats] | None = None,
+) -> list[Floats]:
+    """Lines of one variable, one per (picked) value of an axis; the ordinates are returned."""
+    places = axis.picked()
+    drawn = []
+    cell = axes.get_subplotspec()
+    width = WIDTH / (cell.get_gridspec().ncols if cell else 1)
+    for rank, index in enumerate(places):
+        place = {**fixed, **axis.place(index)}
+        x, y, lost = trace(view, name, place)
+        nominal = axis.mark(index)
+        text = (axis.text(index) if axis else view.title(name)) + nominal
+        style = line_style(rank, len(places), bool(nominal))
+        if not (lost or fixed):
+            text += _rms_text(view, name, place)
+        if lost == NO_VALUE and PADDED & set(view.array(name).dims):
+            continue  # padded to the longest engine
+        if len(places) == 1:
+            style["marker"] = ""
+        if x.size > 40:
+            step = max(x.size // (8 if width > 3 else 4), 1)
+            style["markevery"] = (rank * step // len(places) + step // 16, step)
+        shown = change(y) if change and not lost else y
+        line_or_mark(axes, (x, shown, lost), style, text, rank, entries)
+        if not lost:
+            drawn.append(y)
+    if not drawn:
+        no_ordinate(axes)
+    elif change is None:
+        target_lines(axes, view, [name], entries)
+    axes.set_xlim(*_cycle(view))
+    return drawn
+
+
+def draw_lines(
+    panel: Axes, view: View, names: Sequence[str], index: Mapping[str, int], entries: Entries,
+    look: Callable[[str], dict[str, Any]] | None = None,
+) -> None:  # fmt: skip
+    """Lines of several variables, in their own looks or told apart by their rank.
+
+    Friction, which is positive, is drawn as it acts: against the rotation.
+    """
+    for rank, name in enumerate(names):
+        x, y, lost = trace(view, name, index)
+        style = look(name) if look else line_style(rank, len(names)) | {"marker": ""}
+        label = view.title(name)
+        if name == FRICTION:
+            label, y = f"\N{MINUS SIGN}{label}", -y
+        line_or_mark(panel, (x, y, lost), style, label, rank, entries)
+
+
+def line_or_mark(
+    panel: Axes, curve: tuple[Floats, Floats, str], style: dict[str, Any], text: str, rank: int,
+    entries: Entries,
+) -> None:  # fmt: skip
+    """Draw a curve of `trace`, or a mark in the corner that says why there is none."""
+    x, y, lost = curve
+    if lost:
+        mark_lost(panel, lost, style["color"], rank)
+        entries.setdefault(f"{text}: {lost}", lost_handle(lost, style["color"]))
+    else:
+        (line,) = panel.plot(x, y, **style)
+        entries.setdefault(text, line)
+
+
+def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
+    """The root mean square of a curve, where the archive has it."""
+    if not view.has(name + RMS):
+        return ""
+    array = view.at(name + RMS, place)
+    if array.ndim or not np.isfinite(float(array.values)):
+        return ""
+    return f", rms {with_unit(array, float(array.values))}"
+
+
+def _cycle(view: View) -> tuple[float, float]:
+    """First and last angle of the cycle; the last is the first again."""
+    degrees = view.numbers("crank_angle")
+    step = degrees[1] - degrees[0] if degrees.size > 1 else 0.0
+    return float(degrees[0]), float(degrees[-1] + step)
+
+
+def set_cycle(
+    panels: Iterable[Axes], view: View, room: float, lowest: Sequence[Axes], one_turn: bool = False
+) -> None:
+    """The whole cycle on each panel, or one turn where the second is the same, named below."""
+    low, high = _cycle(view)
+    limits = (0.0, 360.0) if one_turn and high - low > 360.0 else (low, high)
+    for panel in panels:
+        panel.set_xlim(*limits)
+        crank_axis(panel, view.array("crank_angle"), room, named=panel in lowest)

@@ -1,0 +1,217 @@
+"""Words, numbers and units as figures print them."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import PureWindowsPath
+
+import numpy as np
+import xarray as xr
+
+from engine_dyn.types import Floats
+from sweeps.base.errors import printable
+
+HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
+EN_DASH = "\N{EN DASH}"
+LONGEST_SYMBOL = 200
+MOST_TOLD_APART = 200
+"""Numbers that get as many digits as tell them apart."""
+
+
+def unit_text(units: str) -> str:
+    """Units as they are printed: ``rad s-1`` becomes rad/s, ``kg m2`` gets its superscript.
+
+    Parameters
+    ----------
+    units : str
+        A unit as UDUNITS reads it, with powers as ``m2``, ``m^2`` or ``m**2``.
+
+    Returns
+    -------
+    str
+        Text for matplotlib; empty for a dimensionless quantity (``1``), and the text as it
+        came where it is not a product of powers.
+    """
+    units = units.strip()
+    if units in ("", "1"):
+        return ""
+    special = {"percent": "%", "degree": "\N{DEGREE SIGN}", "degrees": "\N{DEGREE SIGN}"}
+    over: list[str] = []
+    under: list[str] = []
+    sign = 1
+    for part in re.findall(r"/|(?:\*\*|[^\s/*.]|\.(?=\d))+", units):
+        if part == "/":
+            sign = -1
+            continue
+        match = re.fullmatch(r"([^\d\s^*+-]+)(?:\^|\*\*)?([-+]?\d{1,9}(?:\.\d+)?)?", part)
+        if match is None or not match[1].strip("()"):
+            return plain_text(units)
+        power = sign * float(match[2] or 1)
+        sign = 1
+        name = special.get(match[1], plain_text(match[1]))
+        (over if power > 0 else under).append(name + _power(abs(power)))
+    if not under:
+        return " ".join(over)
+    below = " ".join(under)
+    return (" ".join(over) or "1") + "/" + (below if len(under) == 1 else f"({below})")
+
+
+def axis_label(variable: xr.Variable, key: str) -> str:
+    """What stands beside an axis: long name (up to its first comma), symbol, unit.
+
+    Parameters
+    ----------
+    variable : xarray.Variable
+        With the attributes ``long_name``, ``symbol`` and ``units``, all optional.
+    key : str
+        Its name in the archive, used where there is no ``long_name``.
+
+    Returns
+    -------
+    str
+        For instance ``Engine speed n (rpm)``; a dash stands for dimensionless.
+    """
+    return title_of(variable, key) + unit_in_brackets(variable)
+
+
+def title_of(variable: xr.Variable, key: str) -> str:
+    """Long name and symbol, without the unit."""
+    return f"{sentence(name_of(variable, key))} {symbol_of(variable)}".rstrip()
+
+
+def _power(power: float) -> str:
+    if power == 1:
+        return ""
+    if power == int(power):
+        return "".join("\N{SUPERSCRIPT ZERO}¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(int(power)))
+    return f"$^{{{power:g}}}$"
+
+
+def plain_text(text: str) -> str:
+    """Text that is not mathematics: a dollar sign must not start a formula.
+
+    What steers a terminal is escaped: matplotlib prints the letters that a font lacks.
+    """
+    parts = [printable(part) for part in text.split(HARD_SPACE)]
+    return HARD_SPACE.join(parts).replace("$", r"\$")
+
+
+def number_text(value: float, digits: int = 4) -> str:
+    """Some significant digits, without an exponent where it can be read without."""
+    value = float(value)
+    size = abs(value)
+    if not np.isfinite(value):
+        return EN_DASH
+    if value == round(value) and size < 1e7:
+        text = f"{value:.0f}"
+    elif 1e-4 <= size < 1e6:
+        text = f"{value:.{digits}g}" if size < 10.0**digits else f"{value:.0f}"
+    else:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{float(mantissa):.{digits}g}".replace("-", "\N{MINUS SIGN}")
+        return text + rf"$\times 10^{{{int(exponent)}}}$"
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+def digits_of(values: Floats) -> int:
+    """Significant digits, 4 or more, at which different numbers have different texts."""
+    distinct = np.unique(values[np.isfinite(values)])
+    if distinct.size > MOST_TOLD_APART:
+        return 4
+    for digits in range(4, 12):
+        if len({number_text(value, digits) for value in distinct}) == distinct.size:
+            return digits
+    return 4
+
+
+def shorten(text: str, most: int = 40) -> str:
+    """A label of at most `most` characters; its end is kept, since cases often differ there."""
+    text = " ".join(text.split())
+    if len(text) > most:
+        tail = most // 3
+        text = text[: most - tail - 1].rstrip() + "\N{HORIZONTAL ELLIPSIS}" + text[-tail:].lstrip()
+    # matplotlib leaves labels that begin with an underscore out of legends
+    return plain_text(f" {text}" if text.startswith("_") else text) or "(no name)"
+
+
+def file_label(path: str) -> str:
+    """What a figure calls a recording: its file, without the folder and the ending."""
+    return shorten(PureWindowsPath(path).stem)  # which knows the separators of all systems
+
+
+def wrap(text: str, most: int) -> str:
+    """Break lines at spaces, never inside a formula or a bracket."""
+    lines: list[str] = []
+    room = 0
+    for word in re.findall(r"(?:(?<!\\)\$[^$]*\$|\([^()]*\)|[^ ])+", text):
+        size = len(re.sub(r"\\[a-zA-Z]+", "x", re.sub(r"[${}^_]", "", word)))
+        if lines and size + 1 <= room:
+            lines[-1] += " " + word
+            room -= size + 1
+        else:
+            lines.append(word)
+            room = most - size
+    return "\n".join(lines)
+
+
+def sentence(text: str) -> str:
+    """First letter as a capital, unless the first word is a symbol such as mN or pH."""
+    return text[:1].upper() + text[1:] if text[:2].islower() else text
+
+
+def name_of(variable: xr.Variable, key: str) -> str:
+    """The long name up to its first comma, without brackets: the file keeps what they explain."""
+    name = re.sub(r" \([^()]*\)", "", str(variable.attrs.get("long_name") or ""))
+    name = name.split(",")[0].strip()
+    return plain_text(name or key.replace("_", " "))
+
+
+def symbol_of(variable: xr.Variable) -> str:
+    """The symbol if matplotlib can set it, else nothing."""
+    symbol = str(variable.attrs.get("symbol", "")).strip()
+    if len(symbol) > LONGEST_SYMBOL or not symbol.isprintable():
+        return ""
+    return symbol if "$" not in symbol or _can_be_set(symbol) else ""
+
+
+@cache
+def _can_be_set(formula: str) -> bool:
+    from matplotlib.mathtext import MathTextParser
+
+    try:
+        MathTextParser("path").parse(formula)
+    except (ValueError, RuntimeError):
+        return False
+    return True
+
+
+def unit_in_brackets(variable: xr.Variable) -> str:
+    """Unit in brackets, a dash for dimensionless, nothing where the file gives no units."""
+    if "units" not in variable.attrs:
+        return ""
+    return f"{HARD_SPACE}({unit_text(str(variable.attrs['units'])) or EN_DASH})"
+
+
+def middle_of_sentence(text: str) -> str:
+    """A name as it stands within a sentence."""
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text
+
+
+def value_text(variable: xr.Variable, key: str, value: float, digits: int = 4) -> str:
+    """One value of a parameter: symbol = number unit."""
+    said = with_unit(variable, value, digits)
+    # no line ends between a symbol, its number and the unit
+    return f"{symbol_of(variable) or name_of(variable, key)}{HARD_SPACE}={HARD_SPACE}{said}"
+
+
+def with_unit(variable: xr.Variable, value: float, digits: int = 4) -> str:
+    """A number and its unit."""
+    unit = unit_text(str(variable.attrs.get("units", "")))
+    space = "" if unit in ("", "\N{DEGREE SIGN}") else HARD_SPACE
+    return f"{number_text(value, digits)}{space}{unit.replace(' ', HARD_SPACE)}"
+
+
+def slug(text: str) -> str:
+    """A part of a file name."""
+    return re.sub(r"[^A-Za-z0-9_.+-]+", "_", text).strip("_.") or "x"

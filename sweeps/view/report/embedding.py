@@ -1,0 +1,439 @@
+"""Numbers of an archive as they lie in a report: float32 in base64, fewer of them where needed.
+
+Single numbers of designs and curves are thinned apart, because a curve has hundreds of numbers for
+each design. An axis keeps every n-th value; of a list of designs a sample is kept, because a list
+may be a grid written out, and every n-th row of it may be the same speed.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.quantities.graph import DIMENSIONS
+from engine_dyn.status import MEANINGS
+from sweeps.base.axis_places import words_of
+from sweeps.base.errors import SceneError, one_line
+from sweeps.running.reduce.ranges import ranges
+from sweeps.view.texts.readable_units import converted, unit_choices
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Embedded", "choices_of", "columns_along", "embedded", "is_list", "is_words", "text_of"]
+
+Places = npt.NDArray[np.int64]
+
+BYTES = 4.0 * 4.0 / 3.0
+"""Of a float32 in base64."""
+
+OF_NUMBERS = 0.6
+"""Share of the room that single numbers of designs may take where there are curves too."""
+
+FINE_ANGLES = 361
+"""Points over the crank angle that are enough for a curve on a screen."""
+
+COARSE_ANGLES = 121
+"""Points that a curve keeps at least."""
+
+ANGLE_WEIGHT = 12.0
+"""An axis of designs is thinned before the crank angle while it has this share of its points."""
+
+KEPT = frozenset({"throw", "bay", "cylinder", "main_bearing", "mount", "direction", "order"})
+"""Dimensions that are never thinned."""
+
+MOST_WORDS = 50
+"""Words of an axis that are all kept."""
+
+WORD = 6
+"""Numbers that take as much room as a name of a design, about."""
+
+WHOLE = 64e6
+"""Bytes of a variable that is read in one piece."""
+
+READS = 3000
+"""Designs of a list that are read one by one; of more, the list is read a range at a time."""
+
+ROUNDING = 1e-8
+"""What varies by this share of the largest number is taken for constant."""
+
+LONGEST_WORD = 120
+"""Characters of a name."""
+
+
+@dataclass
+class Embedded:
+    """What a page draws from.
+
+    Attributes
+    ----------
+    axes, columns, quantities : dict
+        As `drawing.js` reads them.
+    left_out : list of str
+        What is not in the page, a sentence each.
+    flat : set of str
+        Quantities that do not vary, but for rounding.
+    planes : set of str
+        Quantities with components in two directions, of which neither is nothing.
+    """
+
+    axes: dict[str, dict[str, Any]] = field(default_factory=dict)
+    columns: dict[str, dict[str, Any]] = field(default_factory=dict)
+    quantities: dict[str, dict[str, Any]] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    flat: set[str] = field(default_factory=set)
+    planes: set[str] = field(default_factory=set)
+
+    def json(self) -> dict[str, Any]:
+        """All of it, and the words of outcomes."""
+        return {
+            "axes": self.axes,
+            "columns": self.columns,
+            "quantities": self.quantities,
+            "outcomes": [word.replace("_", " ") for word in MEANINGS],
+        }
+
+
+def choices_of(archive: xr.Dataset, units: str | None) -> dict[str, str]:
+    """Return the units that axes, columns and quantities are shown in.
+
+    Raises
+    ------
+    SceneError
+        For units that do not fit; it is said so that it holds for the command and for Python.
+    """
+    known = {
+        str(name): str(variable.attrs.get("units", "1"))
+        for name, variable in archive.variables.items()
+        if variable.dtype.kind in "fiu" and "flag_meanings" not in variable.attrs
+    }
+    try:
+        return unit_choices(units, known)
+    except SceneError as error:
+        raise SceneError(str(error).removeprefix("--")) from None
+
+
+def text_of(variable: xr.Variable | xr.DataArray, name: str) -> str:
+    """Long name of a variable, or its name."""
+    return one_line(variable.attrs.get("long_name") or name, LONGEST_WORD)
+
+
+def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Embedded:
+    """Read what a page of a given size can hold of an archive.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
+    choices : mapping of str
+        Units of columns, as `unit_choices` returns them.
+    room : float
+        Bytes.
+    """
+    found = Embedded()
+    names = [str(n) for n, v in archive.data_vars.items() if v.dtype.kind in "fiub" and v.size > 0]
+    for name in [str(n) for n in archive.data_vars if str(n) not in names]:
+        found.left_out.append(f"{one_line(name, 60)} is left out, because it has no numbers.")
+    numbers = [n for n in names if not set(archive[n].dims) & {"crank_angle", "order"}]
+    curves = [n for n in names if n not in numbers]
+    columns = columns_along(archive, names)
+    budget = room / BYTES
+    share = OF_NUMBERS if curves else 1.0
+    numbers, counts = _thinned(archive, numbers, columns, budget * share, found)
+    places = {dim: _places(archive, dim, count) for dim, count in counts.items()}
+    used = _cost(archive, numbers, columns, counts)
+    of_curves = _places_of_curves(archive, curves, places, budget - used, found)
+    for dim, picked in of_curves.items():
+        places.setdefault(dim, picked)
+    for dim, picked in places.items():
+        found.axes[dim] = _axis(archive, dim, picked, columns)
+        if len(picked) < archive.sizes[dim]:
+            found.left_out.append(_thinned_text(archive, dim, picked))
+    for key, (dim, variable) in columns.items():
+        if dim in places:
+            found.columns[key] = _column(variable, key, places[dim], choices.get(key))
+    spans: dict[str, tuple[float, float]] = {}
+    for name in (n for n in names if n in numbers or n in curves):
+        variable = archive[name].variable
+        own = of_curves if name in curves else places
+        picked_by = {str(d): own[str(d)] for d in variable.dims}
+        values = _read(variable, picked_by)
+        spans[name] = _span(values)
+        if "direction" in variable.dims and _in_plane(values, variable.dims.index("direction")):
+            found.planes.add(name)
+        found.quantities[name] = _quantity(
+            variable, values, name, picked_by, places, choices.get(name)
+        )
+    found.flat = _flat(found, spans)
+    found.left_out += _coarser_text(archive, of_curves, places)
+    return found
+
+
+def columns_along(archive: xr.Dataset, names: Sequence[str]) -> dict[str, tuple[str, xr.Variable]]:
+    """Return what tells the values along each dimension: its own values, columns of designs."""
+    words = words_of(archive)
+    found: dict[str, tuple[str, xr.Variable]] = {}
+    for dim in dict.fromkeys(str(d) for n in names for d in archive[n].dims):
+        home = words.get(dim, dim)
+        if home in archive.coords:
+            found[dim] = (dim, archive[home].variable)
+        else:
+            import xarray as xr
+
+            found[dim] = (dim, xr.Variable((dim,), np.arange(archive.sizes[dim])))
+        for name, coordinate in archive.coords.items():
+            if coordinate.dims == (dim,) and str(name) not in (dim, home):
+                found[str(name)] = (dim, coordinate.variable)
+    return found
+
+
+def is_list(archive: xr.Dataset, dim: str) -> bool:
+    """Return whether a dimension is a list of designs, whose numbers mean nothing."""
+    return dim == "design" or dim not in archive.coords
+
+
+def is_words(variable: xr.Variable) -> bool:
+    """Return whether a variable holds texts."""
+    return bool(variable.dtype.kind in "UOST")
+
+
+def _cost(
+    archive: xr.Dataset, names: Sequence[str], columns: Mapping[str, tuple[str, xr.Variable]],
+    counts: Mapping[str, int],
+) -> float:  # fmt: skip
+    """Numbers to be stored, counted as float32."""
+    cost = 0.0
+    for name in names:
+        share = 0.25 if name == "status" else 1.0
+        cost += share * math.prod(counts[str(d)] for d in archive[name].dims)
+    for dim, variable in columns.values():
+        cost += counts.get(dim, 0) * (WORD if is_words(variable) else 2)
+    return cost
+
+
+def _thinned(
+    archive: xr.Dataset, names: Sequence[str], columns: Mapping[str, tuple[str, xr.Variable]],
+    budget: float, found: Embedded, counts: Mapping[str, int] | None = None,
+) -> tuple[list[str], dict[str, int]]:  # fmt: skip
+    """How many values of each dimension have room, and of which quantities."""
+    kept = list(names)
+    while True:
+        used = dict.fromkeys(str(d) for n in kept for d in archive[n].dims)
+        start = {d: (counts or {}).get(d, archive.sizes[d]) for d in used}
+        lows = {d: _low(archive, d, start[d], columns) for d in used}
+        now = dict(start)
+        if "crank_angle" in now and _cost(archive, kept, columns, now) > budget:
+            now["crank_angle"] = min(now["crank_angle"], FINE_ANGLES)
+        while _cost(archive, kept, columns, now) > budget:
+            free = [d for d in now if now[d] > lows[d]]
+            if not free:
+                break
+            widest = max(free, key=lambda d: now[d] / (ANGLE_WEIGHT if d == "crank_angle" else 1))
+            now[widest] = max(lows[widest], _fewer(start[widest], now[widest], archive, widest))
+        if _cost(archive, kept, columns, now) <= budget or not kept:
+            return kept, now
+        # The first of an archive are those that were asked for first; outcomes stay.
+        last = next((n for n in reversed(kept) if n not in ("status", "delta")), kept[-1])
+        kept.remove(last)
+        found.left_out.append(
+            f"{last} is left out, because it does not fit; a larger --limit makes room."
+        )
+
+
+def _fewer(size: int, count: int, archive: xr.Dataset, dim: str) -> int:
+    """The next smaller number of values that can be kept."""
+    if is_list(archive, dim):
+        return int(0.9 * count)
+    step = math.ceil(size / count) + 1
+    return math.ceil(size / step)
+
+
+def _low(
+    archive: xr.Dataset, dim: str, count: int, columns: Mapping[str, tuple[str, xr.Variable]]
+) -> int:
+    """Values of a dimension that are kept at least."""
+    words = dim in columns and is_words(columns[dim][1])
+    if dim in KEPT or (words and archive.sizes[dim] <= MOST_WORDS):
+        return count
+    return min(count, COARSE_ANGLES if dim == "crank_angle" else 2)
+
+
+def _places(archive: xr.Dataset, dim: str, count: int) -> Places:
+    return _chosen(archive.sizes[dim], count, sample=is_list(archive, dim))
+
+
+def _chosen(size: int, count: int, *, sample: bool) -> Places:
+    """Places of some values out of a number of them: evenly, or a sample with both ends."""
+    if count >= size:
+        return np.arange(size)
+    if sample and count > 2:
+        inner = np.random.default_rng(0).choice(size - 2, count - 2, replace=False, shuffle=False)
+        return np.concatenate([[0], 1 + np.sort(inner), [size - 1]])
+    return np.arange(0, size, math.ceil(size / max(count, 1)))
+
+
+def _places_of_curves(
+    archive: xr.Dataset, curves: list[str], places: Mapping[str, Places], room: float,
+    found: Embedded,
+) -> dict[str, Places]:  # fmt: skip
+    """Which values curves have, out of those that single numbers have."""
+    if not curves:
+        return {}
+    counts = {dim: len(picked) for dim, picked in places.items()}
+    columns = {  # those of dimensions that single numbers do not have, such as the crank angle
+        key: value
+        for key, value in columns_along(archive, curves).items()
+        if value[0] not in places
+    }
+    kept, now = _thinned(archive, curves, columns, room, found, counts)
+    curves[:] = kept
+    of_curves = {}
+    for dim, count in now.items():
+        if dim in places:
+            own = _chosen(len(places[dim]), count, sample=is_list(archive, dim))
+            of_curves[dim] = places[dim][own]
+        else:
+            of_curves[dim] = _places(archive, dim, count)
+    return of_curves
+
+
+def _axis(
+    archive: xr.Dataset, dim: str, places: Places,
+    columns: Mapping[str, tuple[str, xr.Variable]],
+) -> dict[str, Any]:  # fmt: skip
+    own = [key for key, (of, _) in columns.items() if of == dim and key != dim]
+    names = [key for key in (dim, *own) if key in columns and is_words(columns[key][1])]
+    return {
+        "size": archive.sizes[dim],
+        "count": len(places),
+        "list": is_list(archive, dim),
+        "columns": own,
+        "named_by": names[0] if names else None,
+        "of_curves": dim in ("crank_angle", "order"),
+        "of_designs": dim not in DIMENSIONS,
+    }
+
+
+def _column(variable: xr.Variable, key: str, places: Places, choice: str | None) -> dict[str, Any]:
+    about = {"dim": str(variable.dims[0]), "title": text_of(variable, key), "unit": ""}
+    read = variable[_index(places)].values
+    if is_words(variable):
+        return {**about, "words": [one_line(text, LONGEST_WORD) for text in read]}
+    factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
+    return {**about, "unit": one_line(unit, 40), "values": _base64(read * factor, "<f8")}
+
+
+def _span(values: npt.NDArray[Any]) -> tuple[float, float]:
+    """Smallest and largest number; (0, 0) where there is none."""
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+
+
+def _in_plane(values: npt.NDArray[Any], axis: int) -> bool:
+    """Whether components in the first two directions both vary."""
+    if values.shape[axis] < 2:
+        return False
+    widths = [high - low for low, high in (_span(values.take(i, axis)) for i in (0, 1))]
+    return min(widths) > ROUNDING * max(widths)
+
+
+def _flat(found: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
+    """Quantities that vary by rounding alone, beside what else has their unit."""
+    largest: dict[str, float] = {}
+    for name, (low, high) in spans.items():
+        unit = found.quantities[name]["unit"]
+        size = max(abs(low), abs(high))
+        # Numbers without a unit have nothing to do with each other.
+        key = unit or name
+        largest[key] = max(largest.get(key, 0.0), size)
+    return {
+        name for name, (low, high) in spans.items()
+        if high - low <= ROUNDING * largest[found.quantities[name]["unit"] or name]
+    }  # fmt: skip
+
+
+def _quantity(
+    variable: xr.Variable, read: npt.NDArray[Any], name: str, places: Mapping[str, Places],
+    of_axes: Mapping[str, Places], choice: str | None,
+) -> dict[str, Any]:  # fmt: skip
+    about: dict[str, Any] = {
+        "title": text_of(variable, name),
+        "dims": [str(d) for d in variable.dims],
+        "shape": list(read.shape),
+        "at": {
+            d: _base64(np.searchsorted(of_axes[d], picked), "<i4")
+            for d, picked in places.items()
+            if len(picked) < len(of_axes[d])
+        },
+        "unit": "",
+    }
+    if name == "status":
+        return {**about, "type": "u1", "data": _base64(read, "u1")}
+    factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
+    about["unit"] = one_line(unit, 40)
+    return {**about, "type": "f4", "data": _base64(read * factor, "<f4")}
+
+
+def _base64(values: npt.NDArray[Any], kind: str) -> str:
+    with np.errstate(over="ignore", invalid="ignore"):  # of other people's archives
+        stored = np.ascontiguousarray(values).astype(kind)
+    return base64.b64encode(stored.tobytes()).decode("ascii")
+
+
+def _index(places: Places) -> slice | Places:
+    """As a slice where that is possible: a file is read faster so."""
+    if len(places) < 2:
+        return slice(int(places[0]), int(places[0]) + 1) if len(places) else slice(0, 0)
+    steps = np.diff(places)
+    if (steps == steps[0]).all():
+        return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]))
+    return places
+
+
+def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[Any]:
+    """Read the values at some places; in memory are those, and a range of the others."""
+    dims = [str(d) for d in variable.dims]
+    index = [_index(places[d]) for d in dims]
+    if variable.nbytes <= WHOLE:
+        values = variable.values
+        for axis, own in enumerate(index):
+            values = values[(slice(None),) * axis + (own,)]
+        return values
+    if math.prod(len(own) for own in index if not isinstance(own, slice)) <= READS:
+        return variable.isel(dict(zip(dims, index, strict=True))).values
+    shape = tuple(variable.sizes[d] for d in dims)
+    found = np.empty(tuple(len(places[d]) for d in dims), variable.dtype)
+    for begin, extent, arrays in ranges({"one": variable}, dims, shape):
+        inside, into = [], []
+        for dim, first, length in zip(dims, begin, extent, strict=True):
+            low, high = np.searchsorted(places[dim], [first, first + length])
+            inside.append(places[dim][low:high] - first)
+            into.append(slice(low, high))
+        found[tuple(into)] = arrays["one"][np.ix_(*inside)]
+    return found
+
+
+def _thinned_text(archive: xr.Dataset, dim: str, places: Places) -> str:
+    few, all_of_them = f"{len(places):,}", f"{archive.sizes[dim]:,}"
+    if is_list(archive, dim):
+        return f"{few} of {all_of_them} designs are in this page: a random sample."
+    return f"{few} of {all_of_them} values of {one_line(dim, 60)} are in this page."
+
+
+def _coarser_text(
+    archive: xr.Dataset, of_curves: Mapping[str, Places], places: Mapping[str, Places]
+) -> list[str]:
+    """Sentences about axes of which curves have fewer values than single numbers."""
+    return [
+        f"Curves are in this page at {len(picked):,} of {archive.sizes[dim]:,} "
+        f"{'designs' if is_list(archive, dim) else f'values of {one_line(dim, 60)}'}; the nearest "
+        "one is drawn and named."
+        for dim, picked in of_curves.items()
+        if len(picked) < len(places[dim])
+    ]

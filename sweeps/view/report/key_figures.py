@@ -1,0 +1,213 @@
+"""Which figures a report shows above its explorer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sweeps.view.figures.polar import POLAR
+from sweeps.view.report.embedding import Embedded
+
+__all__ = ["key_figures", "paths", "starting_places"]
+
+Specification = dict[str, Any]
+
+FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "torque_irregularity",
+                    "torque_max", "torque_range", "shaking_force_max", "shaking_moment_max",
+                    "crank_pin_load_max", "main_journal_load_max", "omega_max")  # fmt: skip
+"""Single numbers that are drawn first; those of the archive follow."""
+
+MOST_NUMBERS = 3
+"""Figures of single numbers."""
+
+MOST_CURVES = 8
+"""Curves of one figure."""
+
+MOST_GROUPS = 3
+"""Figures of curves, and of orders."""
+
+FEW_NAMES = 3
+"""Curves whose names are the title of their figure."""
+
+MOST_STEMS = 4
+"""Designs whose orders stand beside each other."""
+
+MOST_PATHS = 2
+"""Figures of one component of a force against the other."""
+
+NAMED = 60
+"""Designs of a list whose names stand beside a figure."""
+
+
+def starting_places(found: Embedded) -> dict[str, int]:
+    """Where the figures cut and the explorer begins: in the middle, of lists at the first."""
+    return {
+        dim: 0 if axis["list"] or axis["named_by"] or not axis["of_designs"] else axis["count"] // 2
+        for dim, axis in found.axes.items()
+    }
+
+
+def key_figures(found: Embedded) -> list[Specification]:
+    """Return what `drawing.js` draws: a kind, quantities, axes and places for each figure."""
+    at = starting_places(found)
+    figures = [*_numbers(found), *_maps(found), *_curves(found, "crank_angle"),
+               *_polar(found), *_curves(found, "order")]  # fmt: skip
+    for figure in figures:
+        figure["at"] = at
+        names = figure.get("quantities") or [figure["quantity"]]
+        used = {figure.get("lines"), figure.get("over"), "direction"}
+        used |= {found.columns[k]["dim"] for k in (figure.get("x"), figure.get("y")) if k}
+        fixed = [d for n in names for d in found.quantities[n]["dims"]
+                 if d not in used and found.axes[d]["count"] > 1
+                 and not found.axes[d]["of_curves"]]  # fmt: skip
+        figure["cut"] = list(dict.fromkeys(fixed))
+    return figures
+
+
+def _varying(found: Embedded, name: str) -> list[str]:
+    """Dimensions of designs along which a quantity goes, numbers and long ones first."""
+    axes = found.axes
+    dims = [
+        d for d in found.quantities[name]["dims"]
+        if not axes[d]["of_curves"] and axes[d]["count"] > 1
+    ]  # fmt: skip
+    return sorted(
+        dims, key=lambda d: (not axes[d]["of_designs"], axes[d]["named_by"] == d, -axes[d]["count"])
+    )
+
+
+def _single(found: Embedded) -> list[str]:
+    """Quantities without curves, the most wanted first."""
+    names = [
+        n for n, q in found.quantities.items()
+        if n not in found.flat | {"status"} and not n.endswith("_published") and _varying(found, n)
+        and not any(found.axes[d]["of_curves"] for d in q["dims"])
+    ]  # fmt: skip
+    return sorted(names, key=lambda n: FIRST_QUANTITIES.index(n) if n in FIRST_QUANTITIES else 99)
+
+
+def _has_lines(found: Embedded, dim: str) -> bool:
+    """Whether lines for the values of a dimension can be told apart."""
+    axis = found.axes[dim]
+    return not axis["list"] or (axis["named_by"] is not None and axis["count"] <= MOST_CURVES)
+
+
+def _across(found: Embedded, dim: str) -> str:
+    """What stands along an axis: of a list of designs their names, or a column of numbers."""
+    axis = found.axes[dim]
+    if not axis["list"]:
+        return dim
+    if axis["named_by"] and axis["count"] <= NAMED:
+        return str(axis["named_by"])
+    numbers = [c for c in axis["columns"] if "values" in found.columns[c]]
+    return str(numbers[0]) if numbers else dim
+
+
+def _numbers(found: Embedded) -> list[Specification]:
+    figures = []
+    for name in _single(found)[:MOST_NUMBERS]:
+        dims = _varying(found, name)
+        others = [d for d in dims[1:] if _has_lines(found, d)]
+        published = f"{name}_published"
+        beside = [published] if _same_dims(found, name, published) else []
+        figures.append({
+            "kind": "numbers", "quantities": [name, *beside], "x": _across(found, dims[0]),
+            "lines": others[0] if others and not beside else None,
+            "title": _sentence(found.quantities[name]["title"]),
+        })  # fmt: skip
+    return figures
+
+
+def _same_dims(found: Embedded, name: str, other: str) -> bool:
+    if other not in found.quantities:
+        return False
+    return set(found.quantities[name]["dims"]) == set(found.quantities[other]["dims"])
+
+
+def _maps(found: Embedded) -> list[Specification]:
+    for name in _single(found)[:1]:
+        dims = _varying(found, name)
+        pairs = [d for d in dims if not found.axes[d]["list"]][:2]
+        lists = [d for d in dims if found.axes[d]["list"] and found.axes[d]["count"] > NAMED]
+        if len(pairs) < 2 and lists:
+            pairs = [c for c in found.axes[lists[0]]["columns"] if "values" in found.columns[c]][:2]
+        if len(pairs) == 2:
+            title = f"{_sentence(found.quantities[name]['title'])}, map"
+            return [{"kind": "map", "quantity": name, "x": pairs[0], "y": pairs[1], "title": title}]
+    return []
+
+
+def _curves(found: Embedded, over: str) -> list[Specification]:
+    """Speed at several designs, and quantities with the same unit in one figure."""
+    if over not in found.axes or found.axes[over]["count"] < 2:
+        return []
+    names = [
+        n for n, q in found.quantities.items()
+        if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
+        and n not in found.flat
+    ]  # fmt: skip
+    figures: list[Specification] = []
+    if "omega" in names and _varying(found, "omega"):
+        names.remove("omega")
+        figures.append({"kind": "curves", "quantities": ["omega"], "over": over,
+                        "lines": _compared(found, "omega")[0],
+                        "title": _sentence(found.quantities["omega"]["title"])})  # fmt: skip
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(found.quantities[name]["unit"], []).append(name)
+    for unit, group in sorted(groups.items(), key=lambda item: (item[0] != "N m", -len(item[1]))):
+        if len(figures) >= MOST_GROUPS:
+            break
+        title = _sentence(found.quantities[group[0]]["title"])
+        if len(group) > 1:
+            kind = {"N m": "Torques", "kN": "Forces", "rpm": "Speeds", "bar": "Pressures"}
+            few = ", ".join(name.replace("_", " ") for name in group)
+            other = "Curves" if over == "crank_angle" else "Orders"
+            title = kind.get(unit, _sentence(few) if len(group) <= FEW_NAMES else other)
+        if over == "order":
+            title += " over the order" if title != "Orders" else ""
+        alone = _compared(found, group[0])[:1] if len(group) == 1 else []
+        if over == "order" and alone and found.axes[alone[0]]["count"] > MOST_STEMS:
+            alone = []
+        figures.append({"kind": "curves", "quantities": group[:MOST_CURVES], "over": over,
+                        "lines": alone[0] if alone else None, "title": title})  # fmt: skip
+    return figures
+
+
+def _compared(found: Embedded, name: str) -> list[str]:
+    """Dimensions for whose values curves are drawn beside each other: first a few with names."""
+    axes = found.axes
+    return sorted(
+        _varying(found, name),
+        key=lambda d: not (axes[d]["named_by"] and axes[d]["count"] <= MOST_CURVES),
+    )
+
+
+def paths(found: Embedded) -> list[Specification]:
+    """Forces whose two components can be drawn against each other: to the right, and up."""
+    result: list[Specification] = []
+    for name, quantity in found.quantities.items():
+        if "crank_angle" not in quantity["dims"]:
+            continue
+        if name in found.planes:
+            title = f"{_sentence(quantity['title'])}, locus over the cycle"
+            result.append({"title": title, "right": [name, 0], "up": [name, 1]})
+        for (right, up), said in POLAR.items():
+            load = name.removesuffix(f"_{right}")
+            other = f"{load}_{up}"
+            if load != name and _same_dims(found, name, other):
+                title = f"Locus of the load: {load.replace('_', ' ')}, {said}"
+                result.append({"title": title, "right": [name, None], "up": [other, None]})
+    return result
+
+
+def _polar(found: Embedded) -> list[Specification]:
+    figures = []
+    for path in paths(found)[:MOST_PATHS]:
+        name = path["right"][0]
+        lines = next(iter(_compared(found, name)), None)
+        figures.append({"kind": "polar", "quantities": [name], "lines": lines, **path})
+    return figures
+
+
+def _sentence(title: str) -> str:
+    return title[:1].upper() + title[1:]

@@ -1,0 +1,178 @@
+"""The report as one HTML file."""
+
+from __future__ import annotations
+
+import importlib.resources
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from sweeps.base.errors import SceneError, one_line, size_text
+from sweeps.base.files.libraries import library
+from sweeps.decide.explore.attributes import of_designs
+from sweeps.running.archive.netcdf import replaced
+from sweeps.view.report.embedding import Embedded, choices_of, embedded
+from sweeps.view.report.html import listed, paragraph, text
+from sweeps.view.report.key_figures import key_figures, paths, starting_places
+from sweeps.view.report.sections import SECTIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["LIMIT", "page", "report"]
+
+LIMIT = 20e6
+"""Bytes of a report, if nothing else is asked for."""
+
+SPARE = 50e3
+"""Bytes for names and shapes of what is embedded."""
+
+
+def report(
+    archive: str | Path | xr.Dataset, path: str | Path, *, limit: float = LIMIT,
+    units: str | None = None, overwrite: bool = False,
+) -> Path:  # fmt: skip
+    """Write a report on an archive: one HTML file that needs no network.
+
+    It tells what was computed, shows tables, figures that can be zoomed and an explorer with a
+    slider for every axis, and lists outcomes, warnings, assumptions and limits of the model.
+
+    Parameters
+    ----------
+    archive : str, Path or Dataset
+        An archive that `run` wrote, or what `sweeps.run` or `sweeps.open` returned. It may be
+        larger than memory.
+    path : str or Path
+        The file to write.
+    limit : float
+        Bytes of the file. Numbers are embedded as float32, and fewer of them where there is no room
+        for all; the report says which.
+    units : str, optional
+        ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
+    overwrite : bool
+        Replace the file if it exists.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    SceneError
+        For units that do not fit, a limit that is too small, a file that exists, and where Bokeh is
+        not installed.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> archive = sweeps.run(
+    ...     engine="ntua",
+    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
+    ...     output={"quantities": ["delta", "torque_mean"]},
+    ... )
+    >>> sweeps.report(archive, "report.html").name
+    'report.html'
+    """
+    path = Path(path)
+    if path.exists() and not overwrite:
+        raise SceneError(f"{path}: exists and is not overwritten")
+    if isinstance(archive, str | Path):
+        from sweeps.decide.explore.opening import open as open_any
+
+        with open_any(archive) as dataset:
+            written = page(dataset, limit=limit, units=units)
+    else:
+        written = page(archive, limit=limit, units=units)
+    with replaced(path) as partial:
+        partial.write_text(written, encoding="utf-8", errors="replace")
+    return path
+
+
+def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None) -> str:
+    """Return the report as a text of HTML.
+
+    Raises
+    ------
+    SceneError
+        As `report`.
+    """
+    choices = choices_of(archive, units)
+    parts = {
+        place: "".join(_section(key, title, make(archive, choices)) for key, title, make in found)
+        for place, found in SECTIONS.items()
+    }
+    title = one_line(archive.attrs.get("title") or "Report", 300)
+    code = _code()
+    used = sum(len(part.encode(errors="replace")) for part in (*parts.values(), code))
+    room = limit - used - SPARE
+    if room < SPARE:
+        raise SceneError(
+            f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
+            "tables and program of this report need this much"
+        )
+    archive = archive[of_designs(archive)]  # of a reduced archive, those that it kept
+    template = Template(_resource("page.html"))
+    while True:
+        found = embedded(archive, choices, room)
+        data = {**found.json(), "figures": key_figures(found), "paths": paths(found),
+                "start": starting_places(found)}  # fmt: skip
+        written = template.substitute(
+            title=text(title), style=_resource("page.css"), code=code, data=_json(data),
+            before=parts["before"], after=parts["after"], figures=_figures(data),
+            left=_left(found), contents=_contents(),
+        )  # fmt: skip
+        over = len(written.encode(errors="replace")) - limit
+        if over <= 0 or room < 1.0:
+            return written
+        room *= 0.97 * room / (room + over)  # names of designs may be long
+
+
+def _section(key: str, title: str, body: str) -> str:
+    return f'<section id="{key}"><h2>{title}</h2>{body}</section>'
+
+
+def _contents() -> str:
+    entries = [
+        *SECTIONS["before"], ("pictures", "Figures", None), ("explore", "Explorer", None),
+        *SECTIONS["after"],
+    ]  # fmt: skip
+    return "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in entries)
+
+
+def _figures(data: Mapping[str, Any]) -> str:
+    if data["figures"]:
+        return ""
+    return paragraph("No quantity varies, so there is nothing to draw.")
+
+
+def _left(found: Embedded) -> str:
+    """What is not in the page."""
+    if not found.quantities:
+        return paragraph("The archive has no numbers to explore.")
+    said = "Numbers have seven digits."
+    if not found.left_out:
+        return paragraph(f"All values of the archive are in this page. {said}", "note")
+    return paragraph(f"{said} Some values of the archive were left out:", "note") + listed(
+        found.left_out
+    )
+
+
+def _json(data: Mapping[str, Any]) -> str:
+    """JSON that cannot end the element it stands in."""
+    written = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return written.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _code() -> str:
+    """BokehJS, and our own program."""
+    resources = library("bokeh.resources", "bokeh", "report", extra="report")
+    inline = resources.Resources(mode="inline", components=["bokeh", "bokeh-api"])
+    scripts = [*inline.js_raw, _resource("drawing.js"), _resource("explorer.js")]
+    return "".join(f"<script>\n{script}\n</script>\n" for script in scripts)
+
+
+def _resource(name: str) -> str:
+    return importlib.resources.files(__package__).joinpath(name).read_text(encoding="utf-8")

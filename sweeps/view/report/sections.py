@@ -1,0 +1,333 @@
+"""Sections of a report: words and tables about what an archive holds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.base.dimensions import REDUCTION
+from sweeps.base.errors import one_line
+from sweeps.decide.explore.attributes import (
+    axes_of,
+    count_of_designs,
+    dims_of_designs,
+    members_of,
+    of_designs,
+)
+from sweeps.view.report.failures import failures
+from sweeps.view.report.html import details, listed, paragraph, preformatted, table
+from sweeps.view.report.key_results import results
+from sweeps.view.report.model_limits import model_limits
+from sweeps.view.report.wording import FIRST_ROWS, value_text
+from sweeps.view.texts.archives import PASSES, outcome_counts
+from sweeps.view.texts.key_texts import with_word
+from sweeps.view.texts.readable_units import converted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["SECTIONS"]
+
+Choices = Mapping[str, str]
+
+MOST_LINES = 500
+"""Warnings, assumptions and parameters that are listed."""
+
+FEW = 12
+"""Values of an axis that are all told."""
+
+OUTCOMES: Mapping[str, str] = {
+    "converged": "steady state found with the requested accuracy",
+    "stalled": "the crankshaft would stop within the cycle: too little inertia for this torque "
+    "and load",
+    "no_steady_state": "torque and load do not balance at any speed in the range searched",
+    "not_converged": "no solution was found",
+    "invalid_input": "the input values do not describe a possible engine",
+    "tolerance_not_met": "result found, but less accurate than requested",
+    "passes_done": PASSES,
+}
+"""What an outcome means."""
+
+
+def _flat(found: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
+    """Names and texts of members, those of tables within them by their whole names."""
+    for key, value in found.items():
+        name = f"{head}{key}"
+        if isinstance(value, dict) and not head:
+            yield from _flat(value, f"{name}: ")
+        else:
+            yield name, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _limited(lines: Sequence[Any], what: str) -> tuple[Sequence[Any], str]:
+    """The first of many, and what is said of the others."""
+    if len(lines) <= MOST_LINES:
+        return lines, ""
+    return lines[:MOST_LINES], paragraph(
+        f"{MOST_LINES} of {len(lines):,} {what} are listed.", "note"
+    )
+
+
+# ---- what was computed ---------------------------------------------------------------------------
+
+
+def computed(archive: xr.Dataset, choices: Choices) -> str:
+    """Engine and scene in words, the axes, the quantities."""
+    attrs = archive.attrs
+    facts: list[tuple[str, str]] = []
+    engine = one_line(attrs.get("engine", ""), 200)
+    title = one_line(attrs.get("engine_title", ""), 400)
+    if engine or title:
+        facts.append(
+            ("engine", f"{title} ({engine})" if title and engine not in title else title or engine)
+        )
+    names = [one_line(a["name"], 100) for a in _arrangements(archive) if a.get("name")]
+    if names:
+        facts.append(("arrangement", ", ".join(dict.fromkeys(names))))
+    varying = dims_of_designs(archive)
+    over = f", over {', '.join(varying)}" if varying else ""
+    if REDUCTION in archive.attrs:
+        over = " together, of which some are kept" if of_designs(archive) else " together"
+    facts.append(("designs", f"{count_of_designs(archive):,}{over}"))
+    solver = members_of(archive, "solver")
+    if solver:
+        said = "; ".join(
+            f"{k.replace('_', ' ')} {', '.join(map(str, v)) if isinstance(v, list) else v}"
+            for k, v in solver.items()
+        )
+        facts.append(("solution", said.replace("_", " ")))
+    given = members_of(archive, "scene").get("set")
+    if isinstance(given, dict) and given:
+        facts.append(("set by the scene", ", ".join(_setting(k, v) for k, v in given.items())))
+    for name, coordinate in archive.coords.items():
+        if coordinate.ndim == 0:
+            value = value_text(coordinate, coordinate.values[()], choices.get(str(name)))
+            facts.append((str(name), value))
+    made = str(attrs.get("history", "")).splitlines()
+    if made:
+        facts.append(("computed", made[-1].replace(": ", ", ", 1)))
+    parts = [table(("", ""), facts)]
+    dims = axes_of(archive)
+    axes = [_axis_row(archive, d, choices) for d in dims]
+    if axes:
+        parts += ["<h3>Axes</h3>", table(("axis", "meaning", "number", "values"), axes, (2,))]
+    columns = [_column_row(c, str(n), choices) for n, c in archive.coords.items()
+               if c.ndim == 1 and c.dims[0] in dims
+               and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
+    if columns:
+        head = ("column", "meaning", "along", "values")
+        parts.append(details("Columns of designs", table(head, columns)))
+    quantities = [
+        (name, _unit(v, choices.get(str(name))), _meaning(v),
+         ", ".join(map(str, v.dims)) or "one number", v.attrs.get("references", ""))
+        for name, v in archive[of_designs(archive)].data_vars.items()
+    ]  # fmt: skip
+    shown = table(("quantity", "unit", "meaning", "over", "source"), quantities)
+    count = f"{len(quantities)} quantities" if len(quantities) != 1 else "1 quantity"
+    return "".join([*parts, details(count, shown) if quantities else ""])
+
+
+def _arrangements(archive: xr.Dataset) -> list[dict[str, Any]]:
+    """Arrangements of the cylinders: of one engine, or of several."""
+    try:
+        found = json.loads(str(archive.attrs.get("arrangement", "{}")))
+    except (ValueError, RecursionError):
+        return []
+    return [a for a in (found if isinstance(found, list) else [found]) if isinstance(a, dict)]
+
+
+def _meaning(variable: xr.DataArray) -> str:
+    """What a quantity is, and which engines do not have it."""
+    said = (variable.attrs.get("long_name"), variable.attrs.get("comment"))
+    return "; ".join(str(part) for part in said if part)
+
+
+def _setting(key: str, value: Any) -> str:
+    unit = PARAMETERS[key].unit if key in PARAMETERS else ""
+    number = f"{value:.6g}" if isinstance(value, int | float) else one_line(value, 80)
+    return f"{one_line(key, 60)} {number} {converted(unit, None)[1]}".strip()
+
+
+def _unit(variable: xr.Variable | xr.DataArray, choice: str | None) -> str:
+    if variable.dtype.kind not in "fiu" or "flag_meanings" in variable.attrs:
+        return ""
+    return converted(str(variable.attrs.get("units", "1")), choice)[1]
+
+
+def _values_text(coordinate: xr.DataArray, choice: str | None) -> str:
+    """Values along an axis: all, or the ends."""
+    values = coordinate.values
+    if not len(values):
+        return "none"
+    if coordinate.dtype.kind not in "fiu":
+        found = list(dict.fromkeys(one_line(v, 60) for v in values[:10_000]))
+        return ", ".join(found[:FEW]) + (", ..." if len(found) > FEW else "")
+    factor, unit = converted(str(coordinate.attrs.get("units", "1")), choice)
+    distinct = np.unique(values) * factor
+    if len(distinct) <= FEW:
+        told = ", ".join(f"{v:.6g}" for v in distinct)
+    else:
+        told = f"{distinct[0]:.6g} to {distinct[-1]:.6g}"
+    return f"{told} {unit}".rstrip()
+
+
+def _axis_row(archive: xr.Dataset, dim: str, choices: Choices) -> tuple[Any, ...]:
+    size = f"{archive.sizes[dim]:,}"
+    if dim not in archive.coords:
+        return dim, "", size, ""
+    coordinate = archive[dim]
+    long_name = coordinate.attrs.get("long_name", "")
+    words = f"{dim}_name"
+    if words in archive.coords and archive[words].dims == (dim,):
+        coordinate = archive[words]
+        long_name = archive[words].attrs.get("long_name", "")
+    told = _values_text(coordinate, choices.get(dim)) if dim != "design" else ""
+    return dim, long_name, size, told
+
+
+def _column_row(coordinate: xr.DataArray, name: str, choices: Choices) -> tuple[Any, ...]:
+    return (name, coordinate.attrs.get("long_name", ""), str(coordinate.dims[0]),
+            _values_text(coordinate, choices.get(name)))  # fmt: skip
+
+
+# ---- outcomes, warnings, assumptions -------------------------------------------------------------
+
+
+def outcomes(archive: xr.Dataset, choices: Choices) -> str:
+    """How many designs had which outcome, and where the others failed."""
+    counts = outcome_counts(archive)
+    if not counts:
+        return paragraph(
+            "No design can fail, because these quantities need no solution of the speed."
+        )
+    all_of_them = sum(counts.values())
+    body = [
+        (
+            name.replace("_", " "),
+            f"{n:,}",
+            f"{100.0 * n / all_of_them:.3g} %",
+            OUTCOMES.get(name, ""),
+        )
+        for name, n in counts.items()
+    ]
+    parts = [table(("outcome", "designs", "share", "meaning"), body, (1, 2))]
+    failed = sum(n for name, n in counts.items() if not has_numbers(MEANINGS.index(name)))
+    if not failed:
+        return "".join([*parts, paragraph("Every design has a result.")])
+    if REDUCTION in archive.attrs:
+        return "".join([*parts, paragraph("Which designs failed is not in a reduced archive.")])
+    found = failures(archive, choices)
+    parts += [
+        "<h3>Where designs failed</h3>",
+        table(("axis or column", "designs without a result", "all designs", "failed"), found.where),
+        "<h3>Designs without a result</h3>" if failed <= FIRST_ROWS
+        else f"<h3>{FIRST_ROWS} of {failed:,} designs without a result</h3>",
+        table(found.head, found.first),
+    ]  # fmt: skip
+    return "".join(parts)
+
+
+def warned(archive: xr.Dataset, choices: Choices) -> str:
+    """Warnings that the archive holds."""
+    lines = str(archive.attrs.get("warnings", "")).splitlines()
+    if not lines:
+        return paragraph("All values are within the ranges usual for engines.")
+    shown, more = _limited(lines, "warnings")
+    return listed(shown) + more
+
+
+def assumed(archive: xr.Dataset, choices: Choices) -> str:
+    """What was assumed because the sources of the engine do not give it, and all parameters."""
+    found, more = _limited(list(_flat(members_of(archive, "engine_assumed"))), "assumptions")
+    parts = (
+        [paragraph("These values are assumed, because the sources of the engine do not give them."),
+         table(("assumed", "why"), found), more]
+        if found
+        else [paragraph("No value of the engine is marked as assumed.")]
+    )  # fmt: skip
+    parameters = {k: with_word(k, v) for k, v in members_of(archive, "parameters").items()}
+    given, more = _limited(list(_flat(parameters)), "parameters")
+    if given:
+        body = [(key, value, *_about(key)) for key, value in given]
+        shown = table(("parameter", "value", "unit", "meaning"), body, (1,)) + more
+        parts.append(details("Values of all parameters that do not vary", shown))
+    return "".join(parts)
+
+
+def _about(key: str) -> tuple[str, str]:
+    """Unit and meaning of a parameter."""
+    node = PARAMETERS.get(key)
+    return ("", "") if node is None else ("" if node.unit == "1" else node.unit, node.long_name)
+
+
+def limited(archive: xr.Dataset, choices: Choices) -> str:
+    """Limits of the model that apply to what was computed."""
+    methods = members_of(archive, "solver").get("method")
+    found = model_limits(
+        members_of(archive, REDUCTION).get("quantities", [str(n) for n in archive.data_vars]),
+        two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
+        methods=map(str, methods) if isinstance(methods, list) else (),
+    )
+    return listed(found) if found else paragraph("No model limits are known for these quantities.")
+
+
+# ---- provenance ----------------------------------------------------------------------------------
+
+TOLD_ELSEWHERE = frozenset(
+    {"title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
+     "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "shaft",
+     "solver", REDUCTION}
+)  # fmt: skip
+
+
+def provenance(archive: xr.Dataset, choices: Choices) -> str:
+    """Versions, the command, hashes of files, the scene."""
+    body = [(key, value) for key, value in archive.attrs.items() if key not in TOLD_ELSEWHERE]
+    parts = [table(("", ""), body[:MOST_LINES])]
+    files = members_of(archive, "input_files").get("files")
+    if isinstance(files, dict) and files:
+        hashes = [(n, f.get("sha256", "") if isinstance(f, dict) else "") for n, f in files.items()]
+        shown, more = _limited(hashes, "files")
+        told = table(("file", "sha256"), shown) + more
+        parts.append(details("Files that were read, and their hashes", told))
+    scene = members_of(archive, "scene")
+    if scene:
+        written = json.dumps(scene, indent=2, ensure_ascii=False)
+        parts.append(details("The scene", preformatted(written)))
+    return "".join(parts)
+
+
+def cited(archive: xr.Dataset, choices: Choices) -> str:
+    """How to cite the program, and the sources of the engine."""
+    source = one_line(archive.attrs.get("source", "engine-dyn").partition(":")[0], 60)
+    commit = one_line(archive.attrs.get("git_commit", ""), 60)
+    cite = (
+        f"engine-dyn contributors: {source}. Dynamics of reciprocating engines, swept over many "
+        "designs into labelled archives"
+    )
+    parts = [paragraph(f"{cite}{f' (commit {commit})' if commit else ''}.")]
+    lines = [line for line in str(archive.attrs.get("references", "")).splitlines() if line.strip()]
+    if lines:
+        shown, more = _limited(lines, "sources")
+        parts += [paragraph("Sources of the engine data:"), listed(shown), more]
+    return "".join(parts)
+
+
+BEFORE = (("computed", "What was computed", computed), ("results", "Key results", results))
+AFTER = (
+    ("outcomes", "Outcomes, and where designs failed", outcomes),
+    ("warnings", "Warnings", warned),
+    ("assumptions", "Assumptions", assumed),
+    ("limits", "Limits of the model", limited),
+    ("provenance", "Provenance", provenance),
+    ("cite", "How to cite", cited),
+)
+
+SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]]
+SECTIONS = {"before": BEFORE, "after": AFTER}
+"""Sections before and after the figures: their places in the page, titles and makers."""

@@ -1,0 +1,98 @@
+"""A comparison of two archives as text for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sweeps.base.errors import counted, one_line
+from sweeps.decide.explore.beside import beside
+from sweeps.decide.explore.compare import Comparison, Difference
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["comparison_text", "draw_comparison"]
+
+
+def draw_comparison(
+    first: xr.Dataset, second: xr.Dataset, folder: Path, file_format: str, files: Sequence[Path]
+) -> list[Path]:
+    """Draw what two archives have in common, in one chart with the difference in percent.
+
+    Parameters
+    ----------
+    first, second : Dataset
+        The archives.
+    folder : Path
+        Where the figures go.
+    file_format : str
+        png, svg or pdf.
+    files : sequence of Path
+        Files of both, which legends name them by.
+
+    Returns
+    -------
+    list of Path
+        The figures; none where all is the same.
+    """
+    from sweeps.view.figures import draw
+    from sweeps.view.figures.options import options_of
+    from sweeps.view.texts.readable_dataset import readable_dataset
+
+    names = [path.stem for path in files]
+    if names[0] == names[1]:
+        names = [str(path.with_suffix("")) for path in files]
+    if names[0] == names[1]:
+        names = ["first", "second"]
+    both = readable_dataset(beside(first, second, names))
+    return draw(both, folder, file_format, options=options_of(only="compared"))
+
+
+def comparison_text(found: Comparison) -> str:
+    """Lines on a comparison: axes, then each quantity with its largest differences."""
+    lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
+    if found.made:
+        lines.append(f"made in different ways: {'; '.join(found.made)}")
+    for quantities, which in zip((found.only_first, found.only_second), found.names, strict=True):
+        if quantities:
+            lines.append(f"only in {which}: {', '.join(quantities)}")
+    lines += [f"not compared: {why}" for why in found.not_compared]
+    width = max((len(d.name) for d in found.quantities), default=0)
+    for difference in found.quantities:
+        lines += [
+            f"{difference.name if i == 0 else '':<{width}}  {row}"
+            for i, row in enumerate(_rows(difference))
+        ]
+    return "\n".join(lines)
+
+
+def _rows(found: Difference) -> list[str]:
+    """Lines on one quantity."""
+    if not found.differing:
+        return [f"the same in {counted(found.count, 'value')}"]
+    rows = [f"{found.differing} of {counted(found.count, 'value')} differ"]
+    if found.relative:
+        rows += [
+            f"largest relative difference {found.relative:.3g}: {_pair(found.relative_pair)}"
+            f"{_place(found.relative_at)}",
+            f"largest difference {found.largest:.3g} {found.units}".rstrip()
+            + f": {_pair(found.pair)}{_place(found.largest_at)}",
+        ]
+    if found.only_one:
+        rows.append(
+            f"{found.only_one} with a number in only one archive, first{_place(found.only_at)}"
+        )
+    return rows
+
+
+def _pair(values: tuple[float, float]) -> str:
+    return f"{values[0]:.12g} and {values[1]:.12g}"
+
+
+def _place(at: dict[str, Any]) -> str:
+    if not at:
+        return ""
+    words = (f"{k}={v:.9g}" if isinstance(v, float) else f"{k}={v}" for k, v in at.items())
+    return " at " + one_line(", ".join(words), 300)

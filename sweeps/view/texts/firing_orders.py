@@ -1,0 +1,96 @@
+"""Ranked firing orders as a table for people."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.geometry.possible_orders import CRANKS
+from sweeps.base.dimensions import ARRANGEMENT, OF_ORDERS
+from sweeps.base.errors import one_line
+from sweeps.decide.explore.firing_orders import CRITERIA, worst_of_orders
+from sweeps.decide.explore.rows import Rows
+from sweeps.view.texts.tables import rows_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["orders_text"]
+
+KNOWN, OWN = "*", "<"
+"""Marks of orders that engines are built with, and of the engine's own."""
+
+ALSO = ("delta", "torque_range")
+"""Numbers that show whether the orders are alike in the whole engine's torque."""
+
+
+def orders_text(
+    found: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
+) -> str:
+    """Describe what `sweeps.firing_orders` returned: a row for each order, the best first.
+
+    Parameters
+    ----------
+    found : Dataset
+        The orders.
+    limit : int
+        Most rows.
+    units, width
+        As of `rows_text`.
+
+    Raises
+    ------
+    SceneError
+        For units that do not fit.
+    """
+    about = json.loads(found.attrs[OF_ORDERS])
+    best = found.isel({ARRANGEMENT: np.argsort(found["rank"].values, kind="stable")[:limit]})
+    orders = [str(text) for text in best["firing_order"].values]
+    known = [str(text) for text in best["known_order"].values]
+    named = [
+        f"{order}{' ' + KNOWN if text else ''}{' ' + OWN if order == about['own_order'] else ''}"
+        for order, text in zip(orders, known, strict=True)
+    ]
+    table = {"rank": best["rank"].values.astype(float), "firing_order": np.array(named, object)}
+    shown_names = dict.fromkeys([*about["by"], *CRITERIA, *ALSO])
+    others = {dim for name in shown_names if name in found for dim in found[name].dims}
+    others.discard(ARRANGEMENT)
+    for name in shown_names:
+        if name in best:
+            table[name] = np.broadcast_to(worst_of_orders(best, name), len(orders))
+    if len(about["by"]) > 1:
+        table["rank_sum"] = best["rank_sum"].values.astype(float)
+    numbers = {name: str(found[name].attrs.get("units", "1")) for name in [*table][2:]}
+    numbers["rank"] = "1"
+    rows = Rows(
+        table=table, units=numbers,
+        texts={name: str(found[name].attrs.get("long_name", "")) for name in table},
+        given=("rank", "firing_order"), fixed={}, designs=found.sizes[ARRANGEMENT], curves=(),
+    )  # fmt: skip
+    lines = [_head(found, about), rows_text(rows, units, width)]
+    if others:
+        lines.append(f"the worst value over {', '.join(sorted(map(str, others)))} counts")
+    if OWN in "".join(named):
+        lines.append(f"{OWN} the engine's own order")
+    for order, text in zip(orders, known, strict=True):
+        if text:
+            lines.append(f"{KNOWN} {order}: {one_line(text, 200)}")
+    return "\n".join(lines)
+
+
+def _head(found: xr.Dataset, about: dict[str, object]) -> str:
+    """How many orders there are, and how many of them are other engines."""
+    total, computed = int(str(about["orders"])), int(str(about["computed"]))
+    engine = one_line(str(found.attrs.get("engine_title", "")), 80)
+    text = f"{engine}: {total:,} firing orders, {CRANKS[str(about['crank'])]}"
+    if computed < total:
+        text += f"; {computed:,} of them, drawn at random"
+    if "but_for_the_end" in about:
+        text += (
+            ". If it does not matter from which end they are counted, there are "
+            f"{about['but_for_the_end']}, if the sense of rotation does not matter either "
+            f"{about['but_for_end_and_way']}"
+        )
+    return text

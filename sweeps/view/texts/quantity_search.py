@@ -1,0 +1,205 @@
+"""Quantities by subject, found by the words that people have for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from engine_dyn.quantities import (
+    balance,
+    bearing_loads,
+    characteristics,
+    each_cylinder,
+    flywheels,
+    friction,
+    friction_components,
+    generator,
+    loads,
+    mechanism_forces,
+    mounts,
+    orders,
+    pressure,
+    rod_loads,
+    running_gear,
+    series,
+    shaft_limits,
+    speed,
+    torque,
+    torsion,
+    web_weights,
+)
+from engine_dyn.quantities.graph import (
+    ALL_QUANTITIES,
+    CURVE_MEANS,
+    DIMENSIONS,
+    NODES,
+    QUANTITIES,
+)
+from engine_dyn.quantities.node import Node
+from sweeps.view.texts.word_search import found_lines, named_by, same_words
+
+__all__ = ["OTHER_WORDS", "SUBJECTS", "found_quantities"]
+
+SUBJECTS: Mapping[str, Iterable[Node]] = {
+    "crank speed": speed.NODES,
+    "torque": torque.NODES,
+    "load and driver": loads.NODES,
+    "pressure, work and power": pressure.NODES,
+    "friction": (*friction.NODES, *friction_components.NODES),
+    "flywheel": flywheels.NODES,
+    "orders": orders.NODES,
+    "torsional vibration of the shaft": (*torsion.NODES, *shaft_limits.NODES),
+    "generator: angle, grid and times in the cycle": generator.NODES,
+    "balance": (*balance.NODES, *web_weights.NODES, *mounts.NODES),
+    "motion and masses of the running gear": (*running_gear.NODES, *each_cylinder.MOTION),
+    "forces in one cylinder": (*mechanism_forces.NODES, *rod_loads.NODES),
+    "bearing loads": bearing_loads.NODES,
+    "speed characteristic": characteristics.NODES,
+    "truncated series": series.NODES,
+}
+"""Files of quantities, and what they are about."""
+
+MEANS = "root mean squares and means of curves over the cycle"
+"""Subject of those, which are listed only where words lead to them alone."""
+
+OF_CURVES = "axes of curves, which come with them and cannot be asked for"
+"""Subject of those, which are listed only where words lead to them."""
+
+AXES: Mapping[str, Node] = {
+    name: NODES[name][0] for name, dimension in DIMENSIONS.items() if dimension.public
+}
+"""Axes that quantities have beside those of a scene."""
+
+ALL_NODES: Mapping[str, Node] = {**ALL_QUANTITIES, **AXES}
+
+_GROUPS: Mapping[str, Iterable[Node]] = {
+    **SUBJECTS, OF_CURVES: AXES.values(), MEANS: CURVE_MEANS.values()
+}  # fmt: skip
+
+OTHER_WORDS: Mapping[str, str] = {
+    "delta": "cyclic irregularity, degree of irregularity, speed irregularity, non-uniformity, "
+    "coefficient of fluctuation of speed, cyclic speed variation, uniformity, evenness of running",
+    "delta_midrange": "cyclic irregularity, degree of irregularity, mid-range",
+    "omega": "angular velocity, instantaneous speed, crankshaft speed, rpm over angle",
+    "omega_mean": "mean angular velocity, mean rpm",
+    "angular_acceleration": "crankshaft acceleration",
+    "torque": "turning moment, crank effort, turning effort, instantaneous torque",
+    "torque_mean": "mean turning moment, brake torque, shaft torque, engine torque",
+    "torque_irregularity": "torque fluctuation, torque ripple, unevenness of the torque",
+    "torque_irregularity_brake": "torque fluctuation, torque ripple",
+    "energy_swing": "fluctuation of energy, excess energy, excess work, coefficient of fluctuation "
+    "of energy",
+    "brake_power": "output, shaft power, effective power, kW, horsepower",
+    "bmep": "brake mean effective pressure, BMEP",
+    "imep": "indicated mean effective pressure, IMEP",
+    "fmep": "friction mean effective pressure, FMEP",
+    "fmep_components": "friction breakdown, loss categories, rubbing friction",
+    "fmep_rings": "piston assembly friction",
+    "fmep_skirt": "piston assembly friction",
+    "fmep_valve_train": "camshaft, cam follower, valve gear",
+    "fmep_auxiliaries": "accessories, oil pump, water pump, alternator",
+    "fmep_crank_pin_bearings": "big end bearing, conrod bearing",
+    "peak_pressure": "firing pressure, maximum cylinder pressure, p max",
+    "pressure": "cylinder pressure, indicator diagram, indicated pressure",
+    "mechanical_efficiency": "friction losses",
+    "displacement": "swept volume, cubic capacity",
+    "inertia_required": "flywheel sizing, moment of inertia wanted, flywheel size, GD2",
+    "flywheel_inertia_required": "flywheel sizing, flywheel size, GD2",
+    "flywheel_mass": "weight of the flywheel",
+    "flywheel_shaft_torque": "torque on the flywheel, twisting torque, torsion of the crankshaft",
+    "load_shaft_torque": "twisting torque, torsion, coupling torque, torque on the generator",
+    "load_torque": "resisting torque, driven machine, brake",
+    "load_coefficient": "propeller law, load constant",
+    "wall_thrust": "side thrust, side force, lateral force, piston side force, normal force",
+    "rod_force": "connecting rod force, conrod force",
+    "piston_force": "gudgeon force",
+    "gas_force": "gas load, rod load",
+    "combined_rod_load": "rod load, API 618",
+    "rod_load_reversal": "rod reversal, API 618",
+    "piston_pin_load": "gudgeon pin, wrist pin, small end bearing",
+    "piston_pin_load_max": "gudgeon pin, wrist pin, small end bearing",
+    "crank_pin_load": "big end bearing, conrod bearing, polar bearing load",
+    "crank_pin_load_max": "big end bearing, conrod bearing",
+    "main_journal_load": "main bearing, crankshaft bearing, polar bearing load",
+    "main_journal_load_max": "main bearing, crankshaft bearing",
+    "crank_pin_pressure_max": "specific bearing load, unit load, big end bearing",
+    "main_journal_pressure_max": "specific bearing load, unit load, main bearing",
+    "piston_pin_pressure_max": "specific bearing load, unit load, small end bearing, wrist pin",
+    "shaking_force": "free force, unbalanced force, inertia force on the mounts",
+    "shaking_moment": "free moment, unbalanced moment, rocking couple, pitching moment",
+    "roll_moment": "torque reaction, rolling moment, mount reaction",
+    "mount_force": "engine mount, support, foundation, reaction",
+    "bay_bending_moment": "internal bending moment, internal moment, crankshaft bending",
+    "overturning_moment": "torque reaction, rolling moment, guide force moment, roll",
+    "counterweight_required": "balance weight, crank balancing",
+    "balance_shaft_required": "Lanchester balancer, counter-rotating shaft",
+    "torque_order": "harmonics, Fourier coefficients, harmonic analysis, excitation, half orders",
+    "natural_frequency": "eigenfrequency, resonance, torsional frequency, Holzer",
+    "damped_natural_frequency": "complex eigenvalue, complex mode, resonance with a damper",
+    "damping_ratio": "complex eigenvalue, damper, decay, Lehr",
+    "critical_speed": "resonance, Campbell diagram, barred speed",
+    "shaft_torque_half_range": "vibratory torque, alternating torque, coupling torque",
+    "shaft_stress_half_range": "vibratory stress, torsional stress, class rules",
+    "disc_angle_half_range": "torsional amplitude, free-end amplitude, pulley amplitude",
+    "shaft_twist_half_range": "coupling twist, damper twist, wind-up",
+    "shaft_torque_min": "torque reversal, gear hammer, coupling separation",
+    "shaft_loss": "damper heat, coupling heat, dissipated power",
+    "angle_deviation": "angular deviation, cyclic deviation, electrical degrees, flicker",
+    "angle_deviation_electrical_largest": "angular deviation, electrical degrees, parallel running",
+    "grid_natural_frequency": "hunting, swing frequency, generator in parallel, synchronizing",
+    "grid_amplification": "resonance module, magnification, hunting",
+    "grid_angle_electrical_half_range": "hunting, load angle, rotor angle, electrical degrees",
+    "grid_power_half_range": "hunting, power oscillation, power pulsation, swing",
+    "interval_duration": "phase duration, time between angles",
+    "phase_vector_sum": "vector sum, phase diagram, star diagram",
+    "position": "piston displacement, piston travel, stroke over angle",
+    "velocity": "piston speed over angle",
+    "mean_piston_speed": "piston speed",
+    "rod_angle": "obliquity, connecting rod angle",
+    "status": "convergence, failure",
+}
+"""What people also call a quantity; its own name and description are searched too."""
+
+
+def found_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
+    """Return the quantities that words lead to, by subject, and a note on near spellings.
+
+    Parameters
+    ----------
+    words : str
+        All of them must stand in a quantity's name, description, source or other names; nothing
+        finds all quantities. Where none has them all, or `rms` is one of them, the root mean
+        squares and means of curves are searched too; then near spellings count. A quantity or axis
+        of exactly this name comes first.
+
+    Raises
+    ------
+    SceneError
+        Where nothing is found.
+    """
+    listed = QUANTITIES if not words else {**QUANTITIES, **AXES}
+    texts, note = _texts(listed), ""
+    parts = words.lower().replace("_", " ").split()
+    names = named_by(words, texts)
+    if not names or ("rms" in parts and len(parts) > 1):
+        names += named_by(words, _texts(CURVE_MEANS))
+    if not names:
+        found = found_lines(words, texts, "quantities")
+        names, note = found.names, found.note
+    groups = {
+        subject: sorted(
+            {n.name: ALL_NODES[n.name] for n in nodes if n.name in names}.values(),
+            key=lambda node: (not same_words(node.name, words), node.name),
+        )
+        for subject, nodes in _GROUPS.items()
+    }
+    filled = [(subject, nodes) for subject, nodes in groups.items() if nodes]
+    return dict(sorted(filled, key=lambda one: not same_words(one[1][0].name, words))), note
+
+
+def _texts(quantities: Mapping[str, Node]) -> dict[str, str]:
+    """All that quantities are found by, beside their names."""
+    return {
+        name: f"{node.long_name} {node.source} "
+        + (OF_CURVES if name in AXES else OTHER_WORDS.get(name, ""))
+        for name, node in quantities.items()
+    }

@@ -1,0 +1,137 @@
+"""Units that people read: of tables, heads and reports. Archives keep theirs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+from engine_dyn.units import RPM
+from sweeps.base.dimensions import PUBLISHED
+from sweeps.base.errors import SceneError, not_known, shown
+from sweeps.base.files.unit_registry import unit_registry
+
+__all__ = ["READABLE", "asked_of_archive", "asked_units", "converted", "factor", "unit_choices"]
+
+READABLE: Mapping[str, str] = {
+    "rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm", "cm3": "l",
+}  # fmt: skip
+"""What takes the place of a unit in tables for people."""
+
+SHOWN = {
+    "1": "", "percent": "%", "degree": "°", "kg m2": "kg m²", "kg m-3": "kg/m³", "m s-1": "m/s",
+    "rad s-1": "rad/s", "rad s-2": "rad/s²", "m3": "m³",
+}  # fmt: skip
+"""How a unit is written."""
+
+
+_WORD = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
+_UNIT = re.compile(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}")
+"""Words with small exponents: pint computes what it is given, and 9**9**9 would take for ever."""
+
+_POWERS = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent", "°": "degree", "^": "**"})
+
+
+def _parsed(text: str) -> Any:
+    """A unit of an archive, `kg m2` or `rad s-1`, or one that a person writes, `kg*m**2`."""
+    plain = " ".join(text.translate(_POWERS).split())
+    if _UNIT.fullmatch(plain):
+        words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
+        try:
+            return unit_registry().Unit(words)
+        except Exception:  # pint raises several kinds, and lets Python's own through
+            pass
+    raise SceneError(f"unit {shown(text)}: must be a unit such as kW, rpm, MPa or N*m")
+
+
+@lru_cache(maxsize=200)
+def factor(unit: str, wanted: str) -> float:
+    """Return what a number in one unit is multiplied with to be in another one.
+
+    Raises
+    ------
+    SceneError
+        Where the other is no unit, or one of something else.
+    """
+    if unit == wanted:
+        return 1.0
+    if wanted == READABLE.get(unit):  # without the registry, which takes a third of a second
+        quick = {"rpm": 1.0 / RPM, "mm": 1e3}
+        return quick.get(wanted, 1e-3)
+    one, other = _parsed(unit if unit != "1" else "dimensionless"), _parsed(wanted)
+    if not one.is_compatible_with(other):
+        raise SceneError(
+            f"unit {shown(wanted)}: cannot be used for a quantity in {SHOWN.get(unit, unit) or '1'}"
+        )
+    return float(unit_registry().Quantity(1.0, one).to(other).magnitude)
+
+
+def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
+    """Units that a person wants, from ``power=kW,speed=rpm``.
+
+    Parameters
+    ----------
+    text : str, optional
+        Names or units of the archive, and what takes their place; `archive` for those of the
+        archive throughout.
+    known : mapping of str
+        Units of the columns.
+
+    Raises
+    ------
+    SceneError
+        For names that are no columns, and texts of another form.
+    """
+    if text == "archive":
+        return {}
+    found = {name: READABLE[unit] for name, unit in known.items() if unit in READABLE}
+    return found | asked_units(text, known)
+
+
+def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
+    """Return the units that a text names, without those that are taken by themselves.
+
+    Raises
+    ------
+    SceneError
+        As `unit_choices`.
+    """
+    found: dict[str, str] = {}
+    for item in [] if text in (None, "archive") else str(text).split(","):
+        name, sign, wanted = (part.strip() for part in item.partition("="))
+        if not sign or not wanted:
+            raise SceneError(
+                f"--units {shown(text)}: must be NAME=UNIT, several with commas, or archive"
+            )
+        # A name also stands for what ends with it: power for brake_power.
+        meant = [n for n in known if n == name or n.endswith(f"_{name}")]
+        if name not in known and not meant:
+            raise SceneError(f"--units {name}: no column{not_known(name, known)}")
+        for one in meant:
+            factor(known[one], wanted)  # refused here, before anything is printed
+            found[one] = wanted
+    return found
+
+
+def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the units that a text names, also of the published values beside a quantity.
+
+    Raises
+    ------
+    SceneError
+        As `unit_choices`.
+    """
+    known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
+    computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
+    found: dict[str, str] = {}
+    for name, wanted in asked_units(text, computed).items():
+        alike = [one for one in (name, name + PUBLISHED) if known.get(one) == known[name]]
+        found |= dict.fromkeys(alike, wanted)
+    return found
+
+
+def converted(unit: str, choice: str | None) -> tuple[float, str]:
+    """Factor on a number, and how its unit is written."""
+    wanted = choice or unit
+    return factor(unit, wanted), SHOWN.get(wanted, wanted)

@@ -1,0 +1,295 @@
+"""Designs as a table on the terminal."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.base.errors import counted, one_line
+from sweeps.decide.explore.rows import Rows
+from sweeps.view.texts.readable_units import converted, unit_choices
+
+__all__ = [
+    "OF_BANDS",
+    "aligned",
+    "meaning",
+    "number_cells",
+    "number_text",
+    "rows_text",
+    "without_rounding",
+]
+
+ROUNDING = 1e-12
+"""Size of results, over the largest of them, up to which they are rounding of sums that are 0."""
+
+DIGITS = 4
+"""Significant digits: a table is for reading; `export` writes all of them."""
+
+GAP = 3
+"""Characters between columns."""
+
+FEW = 3
+"""So many designs stand beside each other, with a line for each quantity."""
+
+CHANGED = 3
+"""Significant digits of changes in percent."""
+
+OF_BANDS = "in brackets: 95 % range due to the uncertain values"
+
+WIDTH = 100
+"""Characters of a line where the output is no terminal."""
+
+
+def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
+    """Write a number with some significant digits; of large ones all before the point.
+
+    `sign` is "+" where positive numbers have a sign too.
+    """
+    if math.isnan(value):
+        return "-"
+    if value == 0.0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e7:
+        return f"{value:{sign}.{digits}g}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:{sign}.{places}f}"
+    return text.rstrip("0").rstrip(".") if value == round(value) and places else text
+
+
+def without_rounding(values: npt.NDArray[Any], unit: str) -> npt.NDArray[Any]:
+    """Results with 0 for what is rounding beside the largest of them, or beside 1 of their unit.
+
+    Numbers without a unit, such as relative errors, may all be small.
+    """
+    sizes = np.abs(values.astype(float))
+    largest = sizes.max(initial=0.0 if unit in ("", "1") else 1.0, where=np.isfinite(sizes))
+    return np.where(sizes < ROUNDING * largest, 0.0, values)
+
+
+def aligned(rows: Sequence[Sequence[str]], left: Sequence[int] = ()) -> list[str]:
+    """Lines of texts in columns to the right, or to the left where their numbers are given."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        cells = [
+            text.ljust(width) if number in left else text.rjust(width)
+            for number, (text, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return lines
+
+
+NONE_IF = ", none if "
+"""What begins the reason for a missing value, at the end of a quantity's meaning."""
+
+
+class _Options(NamedTuple):
+    """How what a table shows is chosen; the values go between the brackets."""
+
+    limit: str
+    select: str
+    quantities: str
+
+
+_OF_COMMAND = _Options("--limit", "--select {}", "--quantities {}")
+_OF_PYTHON = _Options("limit=...", "select=dict({})", 'quantities="{}"')
+
+
+def rows_text(
+    rows: Rows, units: str | None = None, width: int | None = None, *, python: bool = False
+) -> str:
+    """Write designs as a table.
+
+    Parameters
+    ----------
+    rows : Rows
+        What is shown.
+    units : str, optional
+        ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
+    width : int, optional
+        Of the terminal.
+    python : bool
+        Name keywords of Python, and not options of the command, where more could be shown.
+
+    Raises
+    ------
+    SceneError
+        For units that do not fit.
+    """
+    options = _OF_PYTHON if python else _OF_COMMAND
+    known = {name: unit for name, unit in rows.units.items() if name not in rows.changes}
+    choices = unit_choices(units, known)
+    columns = {name: _column(rows, name, choices.get(name)) for name in rows.table}
+    lines = []
+    if rows.fixed:
+        lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
+    if rows.number <= FEW:
+        lines.append(_upright(columns, rows, width or WIDTH))
+    else:
+        same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
+        columns = {n: c for n, c in columns.items() if n not in same}
+        lines.append(_wide(columns, rows, width or WIDTH))
+        if same:
+            told = (f"{n} {c.cells[0]} {c.unit}".rstrip() for n, c in same.items())
+            lines.append(f"the same in all of these rows: {', '.join(told)}")
+        computed = _computed(rows)
+        for name, column in {**columns, **same}.items():
+            reason = rows.texts.get(name, "").partition(NONE_IF)[2]
+            if reason and "-" in itertools.compress(column.cells, computed):
+                lines.append(f"{name} -: none if {reason}")
+    shown = rows.number
+    if shown < rows.designs:
+        what = "row" if rows.listed else "design"
+        lines.append(f"{shown:,} of {counted(rows.designs, what)}; {options.limit} shows more")
+    if rows.curves:
+        lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
+    for one, names in rows.several.items():
+        over = ", ".join(part.partition("=")[0] for part in one.split(","))
+        lines.append(
+            f"not shown, because they have several numbers for each design (over {over}): "
+            f"{', '.join(names)}; {options.select.format(one)} shows one of them, "
+            f"{options.quantities.format(names[0])} all"
+        )
+    if rows.bands:
+        lines.append(OF_BANDS)
+    if rows.elasticities:
+        lines.append(
+            f"a row for each parameter: engine-dyn show --quantities {','.join(rows.elasticities)}"
+        )
+    return "\n".join(lines)
+
+
+def _computed(rows: Rows) -> npt.NDArray[np.bool_]:
+    """Which rows have results: by their status, and by numbers that are there for all engines."""
+    failed = [word for code, word in enumerate(MEANINGS) if not has_numbers(code)]
+    statuses = rows.table.get("status", np.full(rows.number, ""))
+    good = np.array([status not in failed for status in statuses])
+    others = [n for n in rows.units if n not in rows.given and NONE_IF not in rows.texts.get(n, "")]
+    return good & np.any([~np.isnan(rows.table[n]) for n in others], axis=0) if others else good
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Cells as texts; `number` says whether they are numbers."""
+
+    name: str
+    unit: str
+    cells: tuple[str, ...]
+    number: bool
+
+    @property
+    def head(self) -> str:
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def width(self) -> int:
+        return max(len(self.head), *(len(cell) for cell in self.cells), 0)
+
+
+def _column(rows: Rows, name: str, wanted: str | None) -> _Column:
+    values = rows.table[name]
+    if name not in rows.units:
+        return _Column(name, "", tuple(one_line(value, 40) for value in values), number=False)
+    cells, unit = number_cells(rows, name, wanted)
+    return _Column(name, unit, cells, number=True)
+
+
+def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, ...], str]:
+    """Numbers of a column as texts, uncertain ones with their band, and the unit they are in."""
+    factor, unit = converted(rows.units[name], wanted)
+    digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
+    values = rows.table[name]
+    if name not in rows.given and name not in rows.changes:
+        values = without_rounding(values, rows.units[name])
+    cells = [number_text(float(value) * factor, digits, sign) for value in values]
+    if name in rows.bands:
+        cells = [
+            f"{cell} ({number_text(low * factor, digits)} to {number_text(high * factor, digits)})"
+            for cell, low, high in zip(cells, *rows.bands[name], strict=True)
+        ]
+    return tuple(cells), unit
+
+
+def meaning(rows: Rows, name: str) -> str:
+    """What a column is, and what its uncertainty is mostly due to."""
+    text = one_line(rows.texts.get(name, ""))
+    return f"{text}; uncertainty mostly from {rows.mainly[name]}" if name in rows.mainly else text
+
+
+def _fixed(value: Any) -> str:
+    return number_text(float(value)) if isinstance(value, int | float) else one_line(value, 40)
+
+
+def _table(*, show_header: bool = True) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    return Table(box=box.SIMPLE_HEAD if show_header else None, pad_edge=False,
+                 show_header=show_header)  # fmt: skip
+
+
+def _printed(table: Any, width: int) -> str:
+    from rich.console import Console
+
+    console = Console(width=width, color_system=None, highlight=False, markup=False)
+    with console.capture() as captured:
+        console.print(table)
+    return "\n".join(line.rstrip() for line in captured.get().splitlines() if line.strip())
+
+
+def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
+    """A line for each column: few designs have room beside each other."""
+    table = _table(show_header=rows.number > 1)
+    table.add_column("")
+    for number in range(rows.number):
+        table.add_column(str(number + 1), justify="right", no_wrap=True)
+    table.add_column("")
+    table.add_column("", overflow="fold")
+    for name, column in columns.items():
+        table.add_row(name, *column.cells, column.unit, meaning(rows, name))
+    return _printed(table, width)
+
+
+def _wide(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
+    """A column for each; where they do not fit, several tables below each other.
+
+    Where what says which design it is takes more than half of a line, it stands in a table of its
+    own, and the others repeat one column that tells the rows apart.
+    """
+    given = [c for n, c in columns.items() if n in rows.given]
+    others = [c for n, c in columns.items() if n not in rows.given]
+    texts = []
+    if _needed([*given, *others]) > width and 2 * _needed(given) > width:
+        telling = [c for c in given if len(set(c.cells)) == len(c.cells)]
+        words = [c for c in telling if not c.number]
+        if telling and len(given) > 1:
+            texts.append(_columns_text(given, rows, width))
+            given = (words or telling)[:1]
+    parts: list[list[_Column]] = [[]]
+    for column in others:
+        if parts[-1] and _needed([*given, *parts[-1], column]) > width:
+            parts.append([])
+        parts[-1].append(column)
+    texts += [_columns_text([*given, *part], rows, width) for part in parts]
+    return "\n\n".join(texts)
+
+
+def _needed(columns: Sequence[_Column]) -> int:
+    return sum(c.width + GAP for c in columns)
+
+
+def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
+    table = _table()
+    for column in columns:
+        justify = "right" if column.number else "left"
+        table.add_column(column.head, justify=justify, no_wrap=True)
+    for place in range(rows.number):
+        table.add_row(*(column.cells[place] for column in columns))
+    return _printed(table, max(width, _needed(columns)))
