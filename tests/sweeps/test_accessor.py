@@ -132,7 +132,7 @@ def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: s
 
 @pytest.mark.parametrize(
     "statement",
-    ["sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.view.accessor"],
+    ["sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.accessor"],
 )
 def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
     code = f"import sweeps; {statement}; import xarray; print(xarray.Dataset().dyn)"

@@ -690,7 +690,7 @@ import xarray as xr
 import sweeps.view.figures.files
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 data = xr.Dataset({{"delta": ("inertia", [1.0, 2.0])}}, coords={{"inertia": [1.0, 3.0]}})
-assert sweeps.view.figures.draw(data, {str(tmp_path)!r})
+assert sweeps.figures.draw(data, {str(tmp_path)!r})
 assert "matplotlib.figure" in sys.modules
 assert "matplotlib.pyplot" not in sys.modules
 """

@@ -535,7 +535,7 @@ def test_texts_of_an_archive_stay_on_their_lines(
     archive.dyn.show()
     assert all(line.isprintable() for line in capsys.readouterr().out.splitlines())
     # matplotlib warns of letters that its font lacks, and would print them
-    sweeps.view.figures.figures(archive)
+    sweeps.figures.figures(archive)
 
 
 @pytest.mark.parametrize("style", ["/dev/zero", ".", "a" * 300, "big", "drawn"])
@@ -552,7 +552,7 @@ def test_styles_that_are_none(style: str, tmp_path: Path, monkeypatch: pytest.Mo
 def test_styles_run_no_tex(tmp_path: Path) -> None:
     path = tmp_path / "tex.mplstyle"
     path.write_text("text.usetex: True\nfont.size: 9\n")
-    assert sweeps.view.figures.options_of(style=path).style == {"font.size": 9.0}
+    assert sweeps.figures.options_of(style=path).style == {"font.size": 9.0}
 
 
 def test_styles_of_a_workbook_do_not_fill_the_memory(tmp_path: Path) -> None:

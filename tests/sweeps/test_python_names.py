@@ -1,5 +1,6 @@
 """What a person finds in `sweeps`, scenes by keywords, and objects of notebooks in them."""
 
+import importlib
 import inspect
 import pydoc
 import re
@@ -44,7 +45,7 @@ def test_import_loads_nothing_heavy() -> None:
     heavy = {"numpy", "xarray", "pandas", "numba", "pydantic", "matplotlib", "netCDF4"}
     code = (
         "import sweeps, sys; dir(sweeps); print(*sys.modules)\n"
-        "print(sweeps.view.figures.figure.__name__)"
+        "print(sweeps.figures.figure.__name__)"
     )
     done = python(code, check=True)
     modules, figure = done.stdout.splitlines()  # figures are there without another import
@@ -333,3 +334,20 @@ def test_wrong_objects_name_the_key(tables: dict[str, object], said: str) -> Non
         .removeprefix("scene: ")
         .startswith(said)
     )
+
+
+def test_paths_of_pages_stay() -> None:
+    """Modules that pages named before they moved: the same objects, whichever name is first."""
+    names = {
+        "sweeps.accessor": "sweeps.view.accessor",
+        "sweeps.exploring.shaft_extremes": "sweeps.decide.explore.shaft_extremes",
+        "sweeps.exploring.torsion": "sweeps.decide.explore.torsion",
+        "sweeps.figures": "sweeps.view.figures",
+        "sweeps.reading.laboratory.evaluation": "sweeps.lab.pressure.evaluation",
+    }
+    for name, where in names.items():
+        module = importlib.import_module(name)
+        assert module is importlib.import_module(where), name
+        assert module.__spec__ is not None and module.__spec__.name == where
+    with pytest.raises(ModuleNotFoundError, match="nothing"):
+        importlib.import_module("sweeps.exploring.nothing")
