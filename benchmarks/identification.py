@@ -24,9 +24,9 @@ from scipy.interpolate import CubicSpline
 import sweeps
 from benchmarks.command import settings
 from engine_dyn import ImplausibleWarning
+from engine_dyn.geometry.toothed_wheel import TURN, wheel_from_text
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
-from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from oracle.teeth import SampledEngine, tooth_times, write_times

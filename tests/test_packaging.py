@@ -10,6 +10,7 @@ import tomllib
 import zipfile
 from collections.abc import Iterator
 from configparser import ConfigParser
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
@@ -80,11 +81,19 @@ def test_wheel_holds_every_file_of_both_packages_and_nothing_else(wheel: zipfile
     assert packed == package_files()
 
 
-def test_wheel_installs_one_command_and_the_licences(wheel: zipfile.ZipFile) -> None:
+def test_wheel_installs_one_command_one_entry_point_and_the_licences(
+    wheel: zipfile.ZipFile,
+) -> None:
     info = f"engine_dyn-{PROJECT['version']}.dist-info"
     entry_points = ConfigParser()
     entry_points.read_string(wheel.read(f"{info}/entry_points.txt").decode())
     assert dict(entry_points["console_scripts"]) == {"engine-dyn": "sweeps.cli.main:main"}
+    assert dict(entry_points["sweeps.recordings"]) == {
+        "pressure": "sweeps.lab.pressure.pressure:imported"
+    }
+    for value in (value for section in entry_points.values() for value in section.values()):
+        module, name = value.split(":")
+        assert callable(getattr(import_module(module), name))
     for name in PROJECT["license-files"]:
         assert wheel.read(f"{info}/licenses/{name}") == (ROOT / name).read_bytes()
 

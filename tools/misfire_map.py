@@ -26,6 +26,7 @@ from scipy.interpolate import CubicHermiteSpline
 import sweeps
 from engine_dyn.engine import Engine
 from engine_dyn.forces.torque import pressure
+from engine_dyn.geometry.toothed_wheel import TURN, wheel_from_text
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.cylinder_work import (
     MeanCycle,
@@ -37,7 +38,6 @@ from engine_dyn.recordings.cylinder_work import (
     work_estimator,
 )
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
-from engine_dyn.recordings.wheel import TURN, wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from oracle.teeth import write_times

@@ -26,6 +26,7 @@ __all__ = [
     "DIAGRAM_CHECKS",
     "MOST_DELTA",
     "NAMES",
+    "RECORDING_CHECKS",
     "RESULT_CHECKS",
     "SUSPICIONS",
     "Check",
@@ -500,4 +501,10 @@ RESULT_CHECKS: tuple[Check, ...] = (
 """Ranges of results, where they are asked for."""
 
 NAMES = tuple(check.name for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS))
-"""Under which checks are silenced."""
+"""Names by which checks of given values and results are silenced."""
+
+RECORDING_CHECKS = (
+    "missing", "constant", "gap", "clipped", "noise", "samples", "drift", "gas_exchange",
+    "level", "compression_exponent", "expansion_exponent", "dead_centre",
+)  # fmt: skip
+"""Names by which checks of recorded pressure (`engine_dyn.recordings`) are silenced."""

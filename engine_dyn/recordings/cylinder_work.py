@@ -14,8 +14,8 @@ from statistics import NormalDist
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Floats, Integers
 
 __all__ = [

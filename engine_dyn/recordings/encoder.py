@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import Wheel
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
-from engine_dyn.recordings.wheel import Wheel
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["Crossings", "EncoderSignal", "crossings", "risen", "teeth_of_signal"]

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN
 from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.encoder import crossings
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
-from engine_dyn.recordings.wheel import TURN
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.periodic_spline import periodic_spline_slopes, wrapped
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.tooth_errors import ToothErrors
-from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = [

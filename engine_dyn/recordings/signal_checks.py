@@ -28,7 +28,7 @@ from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["RECORDING_CHECKS", "examine"]
+__all__ = ["examine"]
 
 LONGEST_GAP = 3.0
 """Steps of the grid over the usual step from which on samples are missing."""
@@ -87,7 +87,7 @@ def examine(
     priors : Priors
         How well pegging and compression ratio are known.
     silenced : collection of str
-        Names in `RECORDING_CHECKS` that are left out.
+        Names in `engine_dyn.plausibility.usual_ranges.RECORDING_CHECKS` that are left out.
     level : Level, optional
         Of a recording that was not pegged (`engine_dyn.recordings.level.recorded_level`): the level
         is judged too, and the checks of exponents and dead centre are made at the right one.
@@ -327,10 +327,3 @@ def _dead_centre(
     )
     if found.suspected:
         yield Finding("dead_centre", text_of(found, imep), found.shift / DEGREE, "degree")
-
-
-RECORDING_CHECKS = (
-    "missing", "constant", "gap", "clipped", "noise", "samples", "drift", "gas_exchange",
-    "level", "compression_exponent", "expansion_exponent", "dead_centre",
-)  # fmt: skip
-"""Under which checks of recordings are silenced."""

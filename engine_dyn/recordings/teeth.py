@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine_dyn.recordings.wheel import TURN, Wheel, wheel_from_text
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel, wheel_from_text
 from engine_dyn.types import Floats, Integers
 
 __all__ = ["PassedTeeth", "find_turns"]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.recordings.teeth import PassedTeeth
-from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.time_over_angle import time_harmonics
 from engine_dyn.types import Booleans, Floats
 

@@ -12,6 +12,7 @@ __all__ = [
     "as_name",
     "counted",
     "did_you_mean",
+    "no_laboratory",
     "not_known",
     "one_line",
     "outside_axis",
@@ -57,6 +58,16 @@ class SceneError(ValueError):
         if len(line) > LONGEST:
             line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
         super().__init__(line)
+
+
+def no_laboratory(error: ModuleNotFoundError) -> str | None:
+    """Say that the evaluation of recordings is not installed; None for any other module."""
+    if not str(error.name).startswith(("sweeps.lab", "engine_dyn.recordings")):
+        return None
+    return (
+        "the evaluation of recordings (sweeps.lab) is not installed; python -m pip install "
+        "--force-reinstall engine-dyn (in a checkout: python -m pip install -e .) installs it"
+    )
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
-from sweeps.base.errors import SceneError, as_name, one_line, printable
+from sweeps.base.errors import SceneError, as_name, no_laboratory, one_line, printable
 
 __all__ = [
     "BAD_INPUT",
@@ -114,6 +114,9 @@ def _message_and_status(error: Exception) -> tuple[str, int]:
         if len(text) > LONGEST_MESSAGE:  # a name of thousands of letters; what is wrong comes last
             text = f"{text[: LONGEST_MESSAGE // 2]}...{text[-LONGEST_MESSAGE // 2 :]}"
         return text, BAD_INPUT
+    missing = no_laboratory(error) if isinstance(error, ModuleNotFoundError) else None
+    if missing is not None:
+        return missing, FAILURE
     if isinstance(error, MemoryError):
         reason = one_line(error, 200)
         return f"out of memory{f' ({reason})' if reason else ''}", FAILURE

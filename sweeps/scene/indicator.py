@@ -7,13 +7,15 @@ header has the hash of the recording, and not the recording, which may be large.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
 from sweeps.base.columns.recording import MOST_BYTES, SUFFIXES, read_recording
-from sweeps.base.errors import SceneError
+from sweeps.base.errors import SceneError, no_laboratory
 from sweeps.base.files.referred_files import (
     add_files_read,
     file_bytes,
@@ -22,11 +24,11 @@ from sweeps.base.files.referred_files import (
     read_text,
     referred,
 )
-from sweeps.lab.pressure.imported_pressure import HEADER
 from sweeps.scene.confidential import without_pressures
 from sweeps.scene.engine.diagram_speeds import SPEEDS, read_speeds
 from sweeps.scene.engine.indicator_files import (
     HEAD,
+    HEADER,
     NAMES,
     WHAT,
     cycles_of_text,
@@ -38,6 +40,11 @@ from sweeps.scene.engine.indicator_files import (
 from sweeps.scene.toml_tables import Indicator
 
 __all__ = ["Indicated", "read_indicator_table"]
+
+_LABORATORY = EntryPoint(
+    "pressure", "sweeps.lab.pressure.pressure:imported", group="sweeps.recordings"
+)
+"""Used as it stands by a checkout that was installed before pyproject.toml had this entry point."""
 
 _OWN = frozenset(("file", "confidential", SPEEDS))
 _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
@@ -107,15 +114,28 @@ def read_indicator_table(
         each = cycles_of_text(text, where, engine.period) if cycles else ()
         notes = notes_of(path)
     else:
-        from sweeps.lab.pressure.pressure import imported
-
         recording = read_recording(path, where, table)
-        found = imported(recording, path.name, table, engine.period, engine)
-        text = found.text(cycles=cycles)
+        pressure = _laboratory(where)(recording, path.name, table, engine.period, engine)
+        text = pressure.text(cycles=cycles)
         add_files_read({kept_name(path): text.encode()})  # of a recording, what a scene needs
         diagram, notes = indicator_of_text(text, where, engine.period), notes_in(text)
         each = cycles_of_text(text, where, engine.period) if cycles else ()
     return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret, speeds)
+
+
+def _laboratory(where: str) -> Callable[..., Any]:
+    """Function of the laboratory that makes a diagram of a recording."""
+    entries = entry_points(group=_LABORATORY.group, name=_LABORATORY.name)
+    try:
+        return next(iter(entries), _LABORATORY).load()
+    except ModuleNotFoundError as error:
+        missing = no_laboratory(error)
+        if missing is None:
+            raise
+        raise SceneError(
+            f"{where}: is a recording, and {missing}; a diagram with the columns "
+            f"{' and '.join(NAMES)} is read without it"
+        ) from None
 
 
 def _is_diagram(table: Indicator, path: Path) -> bool:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from engine_dyn.recordings.wheel import Wheel, wheel_from_angles, wheel_from_text
+from engine_dyn.geometry.toothed_wheel import Wheel, wheel_from_angles, wheel_from_text
 from engine_dyn.types import Floats
 from sweeps.base.checks import Companions, check_companions, number
 from sweeps.base.columns.reading_choices import ReadingChoices

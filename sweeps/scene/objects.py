@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -16,13 +16,23 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.dimensions import DESIGN, LABELS
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.numbers_with_units import magnitude
-from sweeps.lab.pressure.imported_pressure import ImportedPressure
 from sweeps.scene.design_files.design_columns import check_units
 
 __all__ = ["GIVEN", "plain_objects"]
 
 GIVEN = "indicator_given_in_python.csv"
 """File in the archive that holds a diagram given as an object."""
+
+
+@runtime_checkable
+class _RecordedPressure(Protocol):
+    """A pressure that `sweeps.read_pressure` has read."""
+
+    recorded: Mapping[str, Any]
+
+    def text(self, *, cycles: bool = False) -> str:
+        """CSV of the diagram."""
+        ...
 
 
 def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], dict[str, str]]:
@@ -184,7 +194,7 @@ def _text(given: Any, where: str, tables: Mapping[str, Any]) -> str | None:
     """Text of the CSV file of a table, or of a pressure that was read; None for all else."""
     if _is_table(given):
         return _csv(given, where)
-    if isinstance(given, ImportedPressure):
+    if isinstance(given, _RecordedPressure):
         asked = (tables.get(table) for table in ("axes", "designs"))
         cycles = any("recorded_cycle" in one for one in asked if isinstance(one, Mapping))
         return given.text(cycles=cycles)

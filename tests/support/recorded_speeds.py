@@ -8,9 +8,9 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 import sweeps
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
-from engine_dyn.recordings.wheel import wheel_from_text
 from sweeps.scene.reading import read_scene
 
 from .teeth import SampledEngine, noisy, tooth_times, write_times

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from engine_dyn.recordings.encoder import teeth_of_signal
 from engine_dyn.recordings.marks import mark_times, teeth_from_mark
-from engine_dyn.recordings.wheel import wheel_from_text
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned

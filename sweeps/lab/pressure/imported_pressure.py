@@ -16,14 +16,9 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.base.errors import SceneError, printable
+from sweeps.scene.engine.indicator_files import HEADER, NOT_PEGGED
 
-__all__ = ["CYCLE_COLUMN", "HEADER", "MOST_CYCLES", "NOT_PEGGED", "ImportedPressure", "values_on"]
-
-HEADER = "# Cylinder pressure over crank angle: "
-"""How the first line of a file that `ImportedPressure.text` makes begins."""
-
-NOT_PEGGED = "not pegged"
-"""Words in the notes on a pressure whose level is as recorded, not made absolute."""
+__all__ = ["CYCLE_COLUMN", "MOST_CYCLES", "ImportedPressure", "values_on"]
 
 CYCLE_COLUMN = "cycle_{}_bar"
 """Column of one of several recorded cycles."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN
 from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.measured_speed import find_gap_angle
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.tooth_errors import sound_intervals
-from engine_dyn.recordings.wheel import TURN
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 from sweeps.base.errors import SceneError

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.cylinder_work import (
@@ -23,7 +24,6 @@ from engine_dyn.recordings.cylinder_work import (
     work_estimator,
 )
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
-from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.base.checks import mentioned

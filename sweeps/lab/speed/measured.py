@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.recordings.measured_speed import (
     Fluctuation,
     GapAngle,
@@ -23,7 +24,6 @@ from engine_dyn.recordings.tooth_errors import (
     speed_through_wheel,
     tooth_errors,
 )
-from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.status import MEANINGS
 from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import DEGREE

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
-from engine_dyn.recordings.wheel import TURN, Wheel
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE, RPM
 

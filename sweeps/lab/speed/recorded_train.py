@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from engine_dyn import status
-from engine_dyn.recordings.wheel import TURN
-from engine_dyn.speed.transient import (
+from engine_dyn.geometry.toothed_wheel import TURN
+from engine_dyn.recordings.transient import (
     SpeedOfTrain,
     TorqueTrain,
     close_train,

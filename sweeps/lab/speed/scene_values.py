@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
-from engine_dyn.speed.transient import TorqueTrain, train_of_cycles
+from engine_dyn.recordings.transient import TorqueTrain, train_of_cycles
 from engine_dyn.types import Floats
 from sweeps.base.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count

@@ -28,11 +28,11 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.base.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN
 from sweeps.base.errors import printable
 from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT
-from sweeps.lab.pressure.imported_pressure import NOT_PEGGED
 from sweeps.running.archive.provenance import provenance
 from sweeps.running.archive.several_engines import about_several, engine_of
 from sweeps.running.archive.warnings import ATTRIBUTE, Watch
 from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.engine.indicator_files import NOT_PEGGED
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.elasticities import KIND, KINDS
 from sweeps.scene.plan.plan import Plan

@@ -16,11 +16,12 @@ from sweeps.base.errors import SceneError
 from sweeps.base.files.csv_tables import CsvTable, csv_of_text, read_csv, with_line
 from sweeps.base.files.referred_files import file_bytes
 from sweeps.base.ratios import BEYOND, LARGEST
-from sweeps.lab.pressure.imported_pressure import HEADER
 
 __all__ = [
     "HEAD",
+    "HEADER",
     "NAMES",
+    "NOT_PEGGED",
     "WARNING",
     "WHAT",
     "cycles_of_text",
@@ -33,8 +34,14 @@ __all__ = [
 HEAD = 1 << 16
 """Bytes that are looked at for notes and for the names of columns."""
 
+HEADER = "# Cylinder pressure over crank angle: "
+"""Beginning of the first line of a diagram that was made from a recording."""
+
+NOT_PEGGED = "not pegged"
+"""Words in the notes on a pressure whose level is as recorded, not made absolute."""
+
 WARNING = "warning: "
-"""How a note begins that says what the checks of the recording found."""
+"""Beginning of a note that says what the checks of the recording found."""
 
 NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 WHAT = "an indicator diagram (CSV)"

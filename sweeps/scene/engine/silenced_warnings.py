@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engine_dyn.plausibility.usual_ranges import NAMES
-from engine_dyn.recordings.signal_checks import RECORDING_CHECKS
+from engine_dyn.plausibility.usual_ranges import NAMES, RECORDING_CHECKS
 from sweeps.base.errors import SceneError, not_known, shown
 
 __all__ = [

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.stats import norm
 
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.cylinder_work import (
     MeanCycle,
@@ -18,7 +19,6 @@ from engine_dyn.recordings.cylinder_work import (
     work_estimator,
 )
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
-from engine_dyn.recordings.wheel import wheel_from_text
 
 PERIOD = 4.0 * np.pi
 SAMPLES = 1440

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from engine_dyn.recordings.drift import steady_cycles, steady_turns
 from engine_dyn.recordings.measured_speed import cycles_of_turns
 from engine_dyn.recordings.teeth import find_turns
-from engine_dyn.recordings.wheel import wheel_from_text
 from tests.support.teeth import TurningEngine, tooth_times
 
 TURN = 2.0 * np.pi

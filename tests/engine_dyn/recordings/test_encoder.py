@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from engine_dyn.geometry.toothed_wheel import wheel_from_angles, wheel_from_text
 from engine_dyn.recordings.encoder import crossings, teeth_of_signal
 from engine_dyn.recordings.teeth import find_turns
-from engine_dyn.recordings.wheel import wheel_from_angles, wheel_from_text
 from tests.support.teeth import TurningEngine, pulses, random_errors, tooth_times
 
 ENGINE = TurningEngine()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from engine_dyn.recordings.measured_speed import (
     cycles_of_turns,
     find_gap_angle,
@@ -17,7 +18,6 @@ from engine_dyn.recordings.tooth_errors import (
     speed_through_wheel,
     tooth_errors,
 )
-from engine_dyn.recordings.wheel import wheel_from_text
 from tests.support.teeth import TurningEngine, random_errors, tooth_times
 
 ENGINE = TurningEngine()

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import sweeps
-from engine_dyn.recordings.wheel import wheel_from_text
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from sweeps.base.errors import SceneError
 from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
 from sweeps.lab.speed.measured_files import records_of

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import sweeps
-from engine_dyn.recordings.wheel import wheel_from_text
+from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from sweeps.lab.speed.measured_doubts import repeats_every_turn
 from tests.support.commands import ok
 from tests.support.scenes import write_scene

@@ -10,14 +10,14 @@ from scipy.integrate import solve_ivp
 from engine_dyn import status
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
-from engine_dyn.speed.api import periodic_speed
-from engine_dyn.speed.transient import (
+from engine_dyn.recordings.transient import (
     TorqueTrain,
     close_train,
     fit_train,
     follow_train,
     train_of_cycles,
 )
+from engine_dyn.speed.api import periodic_speed
 
 CYCLES = 12
 LENGTH = CYCLES * 4.0 * np.pi

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from engine_dyn.geometry.toothed_wheel import Wheel, wheel_from_angles, wheel_from_text
 from engine_dyn.recordings.measured_speed import find_gap_angle
 from engine_dyn.recordings.teeth import find_turns
-from engine_dyn.recordings.wheel import Wheel, wheel_from_angles, wheel_from_text
 from tests.support.teeth import TurningEngine, tooth_times
 
 DEGREES = np.pi / 180.0

@@ -1,0 +1,85 @@
+"""Everything but the evaluation of recordings runs where the laboratory is not installed."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import sweeps
+from tests.sweeps.processes import python
+
+# An import of these packages fails, as if they were not installed.
+REFUSED = """
+import sys
+from importlib.abc import MetaPathFinder
+
+class Refusing(MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.startswith(("sweeps.lab", "engine_dyn.recordings")):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Refusing())
+from sweeps.cli.main import main
+main(sys.argv[1:])
+"""
+
+
+def command(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    return python(REFUSED, *words, cwd=folder)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("without_laboratory")
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "thesis", "-q", "-o", "thesis.nc"),
+        ("plot", "thesis.nc", "-o", "figures"),
+        ("report", "thesis.nc", "-o", "thesis.html"),
+    ],
+)
+def test_the_demo_a_plot_and_a_report(words: tuple[str, ...], folder: Path) -> None:
+    if words[0] == "report":
+        pytest.importorskip("bokeh")
+    done = command(*words, folder=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert any((folder / words[-1]).iterdir() if words[0] == "plot" else [folder / words[-1]])
+
+
+MISSING = "the evaluation of recordings (sweeps.lab) is not installed; python -m pip install"
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "run.csv"
+    rows = [f"{angle};{2 + (angle == 10)}" for angle in range(-360, 360, 2)]
+    path.write_text("\n".join(["angle [deg];p [bar]", *rows]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "words", [("import", "run.csv", "-o", "out.csv"), ("run", "scene.toml", "-o", "out.nc")]
+)
+def test_a_recording_is_refused_in_one_line(words: tuple[str, ...], recording: Path) -> None:
+    scene = 'engine = "ntua"\n[indicator]\nfile = "run.csv"\n[output]\nquantities = ["imep"]\n'
+    recording.with_name("scene.toml").write_text(scene, encoding="utf-8")
+    done = command(*words, folder=recording.parent)
+    assert done.returncode in (1, 2)
+    assert MISSING in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not recording.with_name(words[-1]).exists()
+
+
+def test_a_checkout_that_was_installed_before_reads_recordings(
+    recording: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sweeps.scene.indicator.entry_points", lambda **_: ())
+    result = sweeps.run(
+        engine="ntua", indicator={"file": recording}, output={"quantities": ["imep"]}
+    )
+    assert "imep" in result
