@@ -1,5 +1,6 @@
 """Everything but the evaluation of recordings runs where the laboratory is not installed."""
 
+import math
 import subprocess
 from pathlib import Path
 
@@ -57,7 +58,10 @@ MISSING = "the evaluation of recordings (sweeps.lab) is not installed; python -m
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
     path = tmp_path / "run.csv"
-    rows = [f"{angle};{2 + (angle == 10)}" for angle in range(-360, 360, 2)]
+    rows = [
+        f"{angle};{1 + 60 * math.exp(-(((angle - 10) / 45) ** 2)):.4f}"
+        for angle in range(-360, 360, 2)
+    ]
     path.write_text("\n".join(["angle [deg];p [bar]", *rows]), encoding="utf-8")
     return path
 
