@@ -142,7 +142,7 @@ def _warm() -> None:
     from sweeps.cli import exits, files, main, running  # noqa: F401
     from sweeps.running.archive.partial import Partial
     from sweeps.running.compute import limits
-    from sweeps.running.join import extend, merge, rerun  # noqa: F401
+    from sweeps.running.join import extend, merge  # noqa: F401
 
     limits.LARGEST_BLOCK = BLOCK
     with tempfile.TemporaryDirectory() as name:

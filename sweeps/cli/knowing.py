@@ -24,7 +24,7 @@ def plan(scene: str) -> None:
 
     No design is solved; whatever `run` would refuse is refused.
     """
-    from sweeps.running.compute.planned import plan as planned_scene
+    from sweeps.running.compute.computation import plan as planned_scene
     from sweeps.scene.plan.forecast import text
     from sweeps.scene.plan.plausibility import plausibility_warnings
 

@@ -10,12 +10,13 @@ from typing import Any
 import click
 
 from sweeps.base.dimensions import REDUCTION
-from sweeps.base.errors import as_name, counted, size_text
+from sweeps.base.errors import SceneError, as_name, counted, size_text
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
     axis_slices,
     difference,
+    file_size,
     format_option,
     names_of,
     output_option,
@@ -37,7 +38,7 @@ from sweeps.cli.files import (
     writing,
 )
 
-__all__ = ["compare", "export", "info", "plot", "show"]
+__all__ = ["compare", "export", "info", "plot", "report", "show"]
 
 
 @click.command()
@@ -138,8 +139,8 @@ def show(
     check_file(archive)
     start()
     from sweeps.decide.explore.attributes import of_designs
+    from sweeps.decide.explore.opening import nearest
     from sweeps.decide.explore.rows import rows
-    from sweeps.decide.explore.slices import nearest
     from sweeps.view.texts.readable_units import unit_choices
     from sweeps.view.texts.reductions import reduction_lines
     from sweeps.view.texts.sensitivities import has_indices, sensitivities_text
@@ -260,7 +261,7 @@ def export(
     select = axis_slices(slices)
     names = names_of(quantities)
     with opened(archive) as dataset, writing(output):
-        from sweeps.decide.explore.slices import nearest
+        from sweeps.decide.explore.opening import nearest
         from sweeps.view.texts.readable_dataset import in_units
 
         check_slices(dataset, select)
@@ -373,3 +374,45 @@ def plot(
         tell(path)
     if not paths:
         tell("nothing to draw: no quantity varies", err=True)
+
+
+@click.command()
+@archive_argument
+@output_option("The report to write, FILE.html.")
+@click.option(
+    "--limit",
+    default="20MB",
+    show_default=True,
+    metavar="SIZE",
+    help="Largest size of the file. Numbers that do not fit are thinned out; the report says "
+    "which.",
+)
+@units_option(
+    "Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ, mm and l."
+)
+@overwrite_option("Replace the report if it exists.")
+@quiet_option
+@untrusted_option
+@guarded
+def report(
+    archive: Path, output: Path, limit: str, units: str | None, overwrite: bool, quiet: bool
+) -> None:
+    """Write a report on ARCHIVE as one self-contained HTML file.
+
+    It has tables, figures that can be zoomed, and an explorer with a slider for every axis. It
+    opens in any browser without a network connection.
+    """
+    from sweeps.base.netcdf.netcdf_files import check_file
+
+    size = file_size(limit)
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise SceneError(f"{output}: unknown extension; must be .html")
+    check_file(archive)
+    check_output(output, overwrite, archive)
+    from sweeps.view.report.page import report as write
+
+    with opened(archive) as dataset, writing(output):
+        write(dataset, output, limit=size, units=units, overwrite=overwrite)
+    if not quiet:
+        tell(f"{output}: {size_text(output.stat().st_size)}")

@@ -14,16 +14,13 @@ from typing import Any
 import click
 
 from sweeps.base.errors import one_line
-from sweeps.cli.calibrating import calibrate
-from sweeps.cli.exits import BAD_INPUT, FAILURE, end, open_closed_streams, warn
-from sweeps.cli.identifying import identify
+from sweeps.cli.exits import BAD_INPUT, FAILURE, end, open_closed_streams, replaced, replacing, warn
+from sweeps.cli.identifying import calibrate, identify
 from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import import_
-from sweeps.cli.looking import compare, export, info, plot, show
+from sweeps.cli.looking import compare, export, info, plot, report, show
 from sweeps.cli.measuring import cylinders, measured, train
-from sweeps.cli.namesake import replaced, replacing
 from sweeps.cli.ordering import firing_orders, firing_patterns
-from sweeps.cli.reporting import report
 from sweeps.cli.running import extend, merge, rerun, run
 from sweeps.cli.searching import best, optimise, sensitivities
 

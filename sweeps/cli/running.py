@@ -286,7 +286,7 @@ def rerun(
     _check_archive(archive)
     check_output(output, overwrite or resume, archive)
     from sweeps.running.compute.options import Options
-    from sweeps.running.join.rerun import rerun as run_again
+    from sweeps.running.join.extend import rerun as run_again
 
     announce_compiling(quiet)
     again = ["engine-dyn", "rerun", str(archive), "-o", str(output), "--resume"]

@@ -33,7 +33,7 @@ from sweeps.cli.exits import (
     warn,
 )
 from sweeps.cli.files import check_output, check_slices, opened, write_archive
-from sweeps.decide.optimise.limits import DESIGNS, GENERATIONS, RESTARTS
+from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
 
 __all__ = ["best", "optimise", "sensitivities"]
 
@@ -91,8 +91,8 @@ def best(
     select = axis_slices(slices)
     check_file(archive)
     with opened(archive) as dataset:
+        from sweeps.decide.explore.opening import nearest
         from sweeps.decide.explore.search import best as best_of
-        from sweeps.decide.explore.slices import nearest
         from sweeps.view.texts.found import found_text
 
         check_slices(dataset, select)

@@ -14,8 +14,8 @@ from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.base.errors import SceneError
+from sweeps.decide.explore.opening import nearest
 from sweeps.decide.explore.rows import rows
-from sweeps.decide.explore.slices import nearest
 from sweeps.running.archive import netcdf
 from sweeps.running.archive.stored_dataset import stored_dataset
 from sweeps.view.texts.archives import archive_text

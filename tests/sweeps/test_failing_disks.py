@@ -12,7 +12,7 @@ import pytest
 import sweeps
 from sweeps.base.netcdf import netcdf_files
 from sweeps.base.netcdf.netcdf_lock import netcdf_library
-from sweeps.running.archive import durable, partial
+from sweeps.running.archive import partial
 from sweeps.running.archive.partial import Partial
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
@@ -39,23 +39,23 @@ def test_the_names_of_new_folders_are_synced(
 ) -> None:
     """Else a failure of the power would lose the folder with all the synced blocks in it."""
     synced: list[Path] = []
-    monkeypatch.setattr(durable, "sync_folder", synced.append)
-    durable.made_folder(tmp_path / "of" / "today")
+    monkeypatch.setattr(partial, "sync_folder", synced.append)
+    partial.made_folder(tmp_path / "of" / "today")
     assert synced == [tmp_path, tmp_path / "of"]
     with Partial.of(tmp_path / "of" / "today" / "out.nc").locked(tmp_path / "out.nc"):
         assert synced[2:] == [tmp_path / "of" / "today"]
-    durable.made_folder(tmp_path / "of" / "today")
+    partial.made_folder(tmp_path / "of" / "today")
     assert len(synced) == 3
 
 
 @pytest.mark.skipif(not hasattr(os, "O_DIRECTORY"), reason="needs folders that can be opened")
 def test_a_folder_that_cannot_be_synced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Some file systems know no such thing; an error of the disk is another matter."""
-    monkeypatch.setattr(durable.os, "fsync", failing(OSError(errno.EINVAL, "Invalid argument")))
-    durable.sync_folder(tmp_path)
-    monkeypatch.setattr(durable.os, "fsync", failing(FAILS))
+    monkeypatch.setattr(partial.os, "fsync", failing(OSError(errno.EINVAL, "Invalid argument")))
+    partial.sync_folder(tmp_path)
+    monkeypatch.setattr(partial.os, "fsync", failing(FAILS))
     with pytest.raises(OSError, match="Input/output"):
-        durable.sync_folder(tmp_path)
+        partial.sync_folder(tmp_path)
 
 
 @pytest.mark.parametrize("number", [errno.EIO, errno.EDQUOT, errno.EINTR, errno.ESTALE])

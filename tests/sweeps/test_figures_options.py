@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn import status
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.beside import beside
+from sweeps.decide.explore.compare import beside
 from sweeps.view.figures import pareto
 from sweeps.view.figures.drawing import figure, figures, kinds_of
 from sweeps.view.figures.kinds import KINDS

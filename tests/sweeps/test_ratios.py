@@ -12,7 +12,7 @@ from sweeps.base.errors import SceneError
 from sweeps.base.files.numbers_with_units import number_with_unit
 from sweeps.base.ratios import number_or_ratio, ratio_text
 from sweeps.cli.arguments import axis_slice, new_points
-from sweeps.decide.explore.slices import nearest
+from sweeps.decide.explore.opening import nearest
 from sweeps.scene.conditions import constraint
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal

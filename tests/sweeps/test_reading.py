@@ -18,7 +18,7 @@ from sweeps.base.fronts import front_of
 from sweeps.decide.explore import opening
 from sweeps.running.archive.netcdf import open_archive
 from sweeps.running.reduce import ranges
-from sweeps.running.reduce.kept_front import Front
+from sweeps.running.reduce.searches import Front
 from sweeps.scene.conditions import constraint
 from tests.support.archives import run, shards
 from tests.support.commands import ok

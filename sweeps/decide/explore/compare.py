@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.base.dimensions import STATE
-from sweeps.base.errors import counted
+from sweeps.base.dimensions import COMPARED, STATE
+from sweeps.base.errors import SceneError, counted
+from sweeps.decide.explore.attributes import members_of
 from sweeps.running.archive.provenance import differences
 from sweeps.running.reduce.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Comparison", "Difference", "compare"]
+__all__ = ["beside", "compare", "Comparison", "Difference"]
 
 NAMES = ("the first", "the second")
 """What two archives are called where their files are not known."""
@@ -266,3 +268,63 @@ def _made(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str]) -> list
         return differences(one, two, words=(f"in {names[0]}", f"in {names[1]}"))
     except (KeyError, ValueError, TypeError, AttributeError):
         return []
+
+
+def beside(
+    first: xr.Dataset, second: xr.Dataset, labels: Sequence[str] = ("first", "second")
+) -> xr.Dataset:
+    """Put the quantities that two archives have in common beside each other.
+
+    Parameters
+    ----------
+    first, second : Dataset
+        Archives as `sweeps.open` or `sweeps.run` returns them. Nothing is read yet.
+    labels : sequence of str
+        What the two are called in legends.
+
+    Returns
+    -------
+    Dataset
+        The first archive's quantities by their names, the second's with `_compared` at the end of
+        the name; attribute `compared` holds the labels as JSON. Attributes of the first that the
+        second does not share are left out. Quantities over other axes or in another unit are too.
+        An axis that only one of them has is cut at the value that the other has, if it is there.
+
+    Raises
+    ------
+    SceneError
+        Where no quantity is in both at some value of all its axes.
+
+    Examples
+    --------
+    >>> both = beside(sweeps.open("a.nc"), sweeps.open("b.nc"), ("a", "b"))  # doctest: +SKIP
+    >>> both.delta, both.delta_compared  # doctest: +SKIP
+    """
+    _, one, two = common_part(_at_the_value_of(first, second), _at_the_value_of(second, first))
+    names = [
+        str(name)
+        for name in one.data_vars
+        if name in two.data_vars and name != "status" and not unlike(one[name], two[name])
+    ]
+    if not names:
+        raise SceneError(
+            "nothing to draw: the archives have no common quantity at the same axis values"
+        )
+    kept = one[names]
+    kept.attrs = {k: v for k, v in first.attrs.items() if second.attrs.get(k) == v}
+    kept.attrs["compared"] = json.dumps(list(labels))
+    dims = {name: kept[name].dims for name in names}
+    return kept.assign({n + COMPARED: two[n].variable.transpose(*dims[n]) for n in names})
+
+
+def _at_the_value_of(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
+    """Cut axes that the other archive does not have where they have its value."""
+    given = members_of(other, "parameters")
+    places = {}
+    for dim in map(str, one.dims):
+        if dim in other.dims or dim not in given or dim not in one.coords:
+            continue
+        near = np.flatnonzero(np.isclose(one[dim].values, given[dim], rtol=1e-9, atol=0.0))
+        if near.size:
+            places[dim] = int(near[0])
+    return one.isel(places)

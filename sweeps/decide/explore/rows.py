@@ -14,10 +14,12 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.base.axis_places import words_of
 from sweeps.base.checks import check_dataset
 from sweeps.base.dimensions import (
+    DESIGN,
     ELASTICITY,
     EXPLAINED,
     FAILED_DRAWS,
     HIGH,
+    LABELS,
     LOW,
     PARAMETER,
     REDUCTION,
@@ -25,7 +27,7 @@ from sweeps.base.dimensions import (
     UNCERTAIN,
 )
 from sweeps.base.errors import SceneError, not_known, one_line, shown
-from sweeps.decide.explore.attributes import axes_of, of_designs
+from sweeps.decide.explore.attributes import axes_of, members_of, of_designs
 from sweeps.decide.explore.columns import (
     check_one_table,
     chosen_quantities,
@@ -35,14 +37,13 @@ from sweeps.decide.explore.columns import (
     ranks_of,
     words_for_numbers,
 )
-from sweeps.decide.explore.nominal import NOMINAL, nominal_places
-from sweeps.decide.explore.slices import nearest
+from sweeps.decide.explore.opening import nearest
 from sweeps.running.reduce.ranges import ranges
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Rows", "fixed_of", "rows"]
+__all__ = ["fixed_of", "NOMINAL", "nominal_places", "Rows", "rows"]
 
 CRANK_ANGLE = "crank_angle"
 
@@ -348,3 +349,61 @@ def _one_design(
             f"design; also give a value of {' and '.join(left)}"
         )
     return one.isel({d: 0 for d in one.dims if one.sizes[d] == 1})
+
+
+NOMINAL = "nominal"
+
+
+def nominal_places(archive: xr.Dataset, dims: list[str]) -> dict[str, int]:
+    """Find the nominal design: the one that is named so, and the engine's own values of axes.
+
+    Parameters
+    ----------
+    archive : Dataset
+        An archive, or a part of it.
+    dims : list of str
+        Its axes of designs.
+
+    Returns
+    -------
+    dict of int
+        The place along each of the axes.
+
+    Raises
+    ------
+    SceneError
+        Where no design is named so, and where an axis does not have the engine's own value.
+    """
+    own = members_of(archive, "engine_values")
+    places = {}
+    for dim in dims:
+        if archive.sizes[dim] == 1:
+            places[dim] = 0
+        elif dim == DESIGN:
+            names = [
+                list(map(str, archive[label].values)).index(NOMINAL)
+                for label in LABELS
+                if label in archive.coords and NOMINAL in archive[label].values
+            ]
+            if not names:
+                raise SceneError("relative to nominal: no design is named 'nominal'")
+            places[dim] = names[0]
+        else:
+            places[dim] = _own_place(archive, dim, own.get(dim))
+    return places
+
+
+def _own_place(archive: xr.Dataset, dim: str, value: float | None) -> int:
+    """Place of the engine's own value on an axis."""
+    if value is None:
+        raise SceneError(
+            f"relative to nominal: {dim}: the archive has no value of the engine for it; select "
+            "the design by values of its axes instead"
+        )
+    found = np.flatnonzero(np.isclose(archive[dim].values.astype(float), value, rtol=1e-9))
+    if not found.size:
+        raise SceneError(
+            f"relative to nominal: {dim} = {value:g}, the engine's own value, is not on the axis; "
+            "select the design by values of its axes instead"
+        )
+    return int(found[0])

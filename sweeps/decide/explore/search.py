@@ -5,6 +5,7 @@ An archive is read a range at a time: it may be larger than memory.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -12,17 +13,66 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.base.checks import check_dataset, names_given
-from sweeps.base.dimensions import REDUCTION
+from sweeps.base.dimensions import DESIGN, RANK, REDUCTION
 from sweeps.base.errors import SceneError, shown
-from sweeps.decide.explore.kept_designs import OF_KEPT, kept_for
 from sweeps.running.reduce.every_point import TEXT, EveryPoint
-from sweeps.running.reduce.kept_front import Front
-from sweeps.scene.conditions import conditions_of, units_of
+from sweeps.running.reduce.searches import Front
+from sweeps.scene.conditions import Constraint, conditions_of, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["best", "pareto"]
+__all__ = ["best", "kept_for", "OF_KEPT", "pareto"]
+
+
+OF_KEPT = "; these are the designs that [reduce] kept, and not all"
+"""End of the message where none of them fulfils more conditions."""
+
+
+def kept_for(
+    archive: xr.Dataset, wanted: Sequence[tuple[str, float]], conditions: Sequence[Constraint],
+    at_every: str | Sequence[str], *, front: bool,
+) -> tuple[xr.Dataset, str]:  # fmt: skip
+    """Designs that answer a search, and what was found when they were kept.
+
+    An archive that holds all designs comes back as it is, with an empty text.
+
+    Raises
+    ------
+    SceneError
+        Where [reduce] kept no designs that answer it.
+    """
+    if REDUCTION not in archive.attrs:
+        return archive, ""
+    about = json.loads(archive.attrs[REDUCTION])
+    axes = names_given(at_every, "at_every")
+    asked = {str(condition) for condition in conditions}
+    for number, kept in enumerate(about["kept"]):
+        within = set(kept["within"])
+        same = [tuple(pair) for pair in kept["wanted"]] == [*wanted]
+        enough = asked == within if front else asked >= within
+        if not (same and enough and front == (kept["number"] == 0)):
+            continue
+        if set(axes) != set(about["at_every"]):
+            continue
+        if not kept["found"]:
+            raise SceneError(kept["text"])
+        return _designs(archive, number), "" if asked > within else kept["text"]
+    name = "front" if front else "best"
+    everywhere = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
+    told = "; ".join(kept["asked"] + everywhere for kept in about["kept"]) or "no designs"
+    raise SceneError(
+        f"{name}: the archive was reduced, and kept {told}; another search needs a run whose "
+        "[reduce] asks for it"
+    )
+
+
+def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
+    """Designs that a search kept, and their results alone."""
+    places = np.flatnonzero(archive[RANK].values[number])
+    results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != RANK]
+    found = archive[results].isel({DESIGN: places})
+    return found.drop_vars("search", errors="ignore")
 
 
 def best(

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn.types import Floats
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.slices import nearest
+from sweeps.decide.explore.opening import nearest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,3 +4,11 @@
 judges designs, `generations.py` looks for better ones, `least_inertia.py` is the exact inverse, and
 `optimise.py` puts them together.
 """
+
+from __future__ import annotations
+
+__all__ = ["DESIGNS", "GENERATIONS", "RESTARTS"]
+
+# Here, where nothing is imported, so that the command's help is quick.
+DESIGNS, GENERATIONS, RESTARTS = 1024, 30, 3
+"""Designs of a generation, generations of a search, and searches from new first designs."""

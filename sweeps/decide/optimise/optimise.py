@@ -17,10 +17,10 @@ from sweeps.base.checks import thread_count
 from sweeps.base.dimensions import DESIGN, FOUND, FULFILLING
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.fronts import front_of
+from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
 from sweeps.decide.optimise.evaluation import Designs, Judgement
 from sweeps.decide.optimise.generations import first_positions, search_generations
 from sweeps.decide.optimise.least_inertia import KEY, LeastInertia, least_inertia_of
-from sweeps.decide.optimise.limits import DESIGNS, GENERATIONS, RESTARTS
 from sweeps.decide.optimise.task import Task, read_task
 from sweeps.running.archive.labels import flags
 from sweeps.running.archive.warnings import ATTRIBUTE

@@ -30,9 +30,47 @@ import numpy.typing as npt
 
 from sweeps.base.errors import NAMED_BADLY, SceneError, one_line
 from sweeps.base.files.regular_files import regular_bytes
-from sweeps.running.archive.durable import made_folder, sync_folder
 
-__all__ = ["Damaged", "Partial"]
+__all__ = ["Damaged", "made_folder", "Partial", "sync_folder"]
+
+
+_NO_SUCH_THING = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
+"""What file systems say that cannot sync folders, some of the network among them."""
+
+
+def made_folder(path: Path) -> None:
+    """Make a folder that may exist, and those above it, so that their names last."""
+    if path.is_dir():
+        return
+    if path.parent != path:
+        made_folder(path.parent)
+    path.mkdir(exist_ok=True)
+    sync_folder(path.parent)
+
+
+def sync_folder(path: Path) -> None:
+    """Make the names in a folder last, where the system can do that.
+
+    Raises
+    ------
+    OSError
+        Where it can, but failed: the names may be lost.
+    """
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    except PermissionError:  # a folder that one may write to, but not read
+        return
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in _NO_SUCH_THING:
+            raise
+    finally:
+        with contextlib.suppress(OSError):  # nothing is lost by this
+            os.close(handle)
+
 
 LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""

@@ -3,7 +3,7 @@
 What determines the numbers is the *identity* of a run: the scene, the files that it names, the
 versions, the kind of archive. It says whether an interrupted run may be resumed or archives joined,
 and if not, what differs. An archive contains the files themselves, so that
-`sweeps.running.join.rerun` needs nothing else.
+`sweeps.running.join.extend` needs nothing else.
 """
 
 from __future__ import annotations

@@ -6,7 +6,8 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
-from typing import Any
+from pathlib import Path
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,9 @@ from sweeps.running.compute.elasticities import elasticities_of
 from sweeps.running.compute.progress import progress_bar
 from sweeps.running.compute.side_by_side import side_by_side
 from sweeps.running.compute.uncertainty import bands_of
+from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
+from sweeps.scene.model import Scene
 from sweeps.scene.plan.blocks import (
     Block,
     Results,
@@ -29,10 +32,11 @@ from sweeps.scene.plan.blocks import (
     index_of,
     shape_in,
 )
-from sweeps.scene.plan.plan import Plan, Stage
+from sweeps.scene.plan.plan import Plan, Stage, make_plan
 from sweeps.scene.plan.shards import by_cycles
+from sweeps.scene.reading import read_scene
 
-__all__ = ["Computation", "check_given"]
+__all__ = ["check_given", "Computation", "plan"]
 
 MOST_CHECKED = 1 << 20
 """Values of a quantity that are computed to see whether the physics refuses any."""
@@ -311,3 +315,42 @@ class _Bars:
         """Remove them from the terminal."""
         for bar in self.bars.values():
             bar.close()
+
+
+@tables_in_signature
+def plan(
+    scene: str | Path | Mapping[str, Any] | Scene | None = None, **tables: Unpack[Tables]
+) -> Plan:
+    """Plan a scene: what would be computed, on which axes; no design is solved.
+
+    Parameters
+    ----------
+    scene : str, Path, dict or Scene, optional
+        As `sweeps.run` takes it.
+    **tables
+        Tables of a scene; see `sweeps.read_scene`.
+
+    Returns
+    -------
+    Plan
+        Its stages and the axes that each depends on; a notebook shows them as a table. What
+        `engine-dyn plan` tells of time and memory is `sweeps.scene.plan.forecast.text(plan)`.
+
+    Raises
+    ------
+    SceneError
+        As `sweeps.run`.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> sweeps.plan("first").designs
+    75
+    """
+    made = make_plan(read_scene(scene, **tables))
+    if made.scene.reduce is not None:
+        from sweeps.running.reduce.reduction import Reduction  # which brings labels
+
+        Reduction(made)  # checks conditions and searches
+    check_given(made)
+    return made

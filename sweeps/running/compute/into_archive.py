@@ -36,10 +36,9 @@ from sweeps.base.errors import (
 )
 from sweeps.base.netcdf.netcdf_files import DAMAGE, opened_archive
 from sweeps.running.archive import netcdf
-from sweeps.running.archive.durable import made_folder
 from sweeps.running.archive.labels import Labels, as_stored, describe
 from sweeps.running.archive.netcdf import slabs
-from sweeps.running.archive.partial import Damaged, Partial
+from sweeps.running.archive.partial import Damaged, Partial, made_folder
 from sweeps.running.archive.provenance import (
     check_identity,
     differences,

@@ -170,7 +170,7 @@ class ArchiveAccessor:
         >>> float(archive.dyn.nearest(speed=1400).speed)
         1500.0
         """
-        from sweeps.decide.explore.slices import nearest
+        from sweeps.decide.explore.opening import nearest
 
         return nearest(self._archive, **values)
 

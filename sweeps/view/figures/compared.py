@@ -1,6 +1,6 @@
 """Two archives in one chart: lines of both, and below them their difference in percent.
 
-They come from `sweeps.decide.explore.beside`: a variable of the second archive has the name of the
+They come from `sweeps.decide.explore.compare`: a variable of the second archive has the name of the
 first's with `_compared` at its end. A difference is that of the second less the first, over the
 first; along a curve that runs through the cycle or the orders, over the first's largest magnitude,
 since such curves pass through zero.

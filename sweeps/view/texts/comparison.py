@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweeps.base.errors import counted, one_line
-from sweeps.decide.explore.beside import beside
-from sweeps.decide.explore.compare import Comparison, Difference
+from sweeps.decide.explore.compare import Comparison, Difference, beside
 
 if TYPE_CHECKING:
     import xarray as xr
