@@ -27,6 +27,7 @@ __all__ = [
     "LAWS",
     "LOAD_LAWS",
     "MOTOR_KEYS",
+    "Field",
     "Form",
     "Law",
     "LawFacts",
@@ -50,30 +51,23 @@ POWER, LINEAR_SQUARE, TABLE, MOTOR = range(4)
 """Numbers of the laws in kernels: their places in `LAWS`."""
 
 
-class LawInput(NamedTuple):
-    """An input of the kernels that belongs to laws over speed, see `engine_dyn.speed.fields`."""
+class Field(NamedTuple):
+    """One input of the solvers, a keyword of `engine_dyn.speed.dispatch.solve`, in SI units.
+
+    Without a `default` it must be given. `quantity` is the node of `engine_dyn.quantities.graph`
+    that has its unit and meaning, where that has another name.
+    """
 
     name: str
-    unit: str
-    meaning: str
-    default: float
-    quantity: str
+    default: float | None = None
+    quantity: str = ""
 
 
 INPUTS = (
-    LawInput(
-        "synchronous_speed", "rad/s", "synchronous speed of the driving motor", 1.0,
-        "synchronous_speed",
-    ),
-    LawInput(
-        "breakdown_slip", "1", "slip of the driving motor at its largest torque", 1.0,
-        "motor_breakdown_slip",
-    ),
-    LawInput("load_linear", "N m s", "b of the load k (b omega + c omega^2)", 0.0, "load_linear"),
-    LawInput("load_square", "N m s2", "c of the load k (b omega + c omega^2)", 0.0, "load_square"),
-    LawInput("gear_ratio", "1", "speed of the load's shaft over the crank's", 1.0, "load_gear"),
+    Field("synchronous_speed", 1.0), Field("breakdown_slip", 1.0, "motor_breakdown_slip"),
+    Field("load_linear", 0.0), Field("load_square", 0.0), Field("gear_ratio", 1.0, "load_gear"),
 )  # fmt: skip
-"""Inputs of laws, in the order of their places; the exponent is an input of its own."""
+"""Inputs that belong to laws over speed; the exponent is one of `engine_dyn.speed.fields`."""
 
 
 class Form(NamedTuple):

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.parameters import COMPRESSION_RATIO, HEYWOOD, PARAMETERS
 from engine_dyn.units import BAR, DEGREE, MPA, RPM
 
 __all__ = [
@@ -127,6 +128,15 @@ def _own(name: str, what: str, unit: str, low: float, high: float, source: str,
     return Check(name, what, unit, low, high, source, (name,), _itself, (name,), **more)
 
 
+def _usual(name: str) -> Check:
+    """Range of a parameter, as `engine_dyn.parameters` has it."""
+    one = PARAMETERS[name]
+    assert one.usual is not None
+    what, low, high, source, zero = one.usual
+    unit = "" if one.unit == "1" else one.unit
+    return _own(name, what, unit, low, high, source, si=one.si, zero=zero)
+
+
 def _where(condition: Any, value: Any) -> Any:
     """Return the value where a condition holds, NaN elsewhere."""
     if isinstance(condition, bool | np.bool_) and not isinstance(value, np.ndarray):
@@ -208,7 +218,6 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
 
 # --- the ranges -----------------------------------------------------------------------------------
 
-_HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 _KOLCHIN = "Kolchin and Demidov, Design of Automotive Engines (1984), masses of the crank mechanism"
 
 _LININGS = (
@@ -218,10 +227,7 @@ _LININGS = (
 )
 
 CHECKS: tuple[Check, ...] = (
-    _own(
-        "bore", "bore", "m", 0.008, 1.1,
-        "judgement: model aeroplane engines to the largest marine engines, 0.98 m",
-    ),
+    _usual("bore"),
     Check(
         "stroke_bore_ratio", "stroke over bore", "", 0.35, 5.2,
         "judgement: racing engines 0.41, marine two-stroke engines with a very long stroke 5.0",
@@ -229,13 +235,13 @@ CHECKS: tuple[Check, ...] = (
     ),
     Check(
         "crank_ratio", "crank ratio", "", 0.1, 0.6,
-        f"{_HEYWOOD}, section 2.2: rod over crank radius 3 to 4, 5 to 9 in large slow engines; "
+        f"{HEYWOOD}, section 2.2: rod over crank radius 3 to 4, 5 to 9 in large slow engines; "
         "crosshead engines of today come down to 2",
         ("crank_ratio",), _itself, ("crank_ratio", "rod_length", "stroke"),
     ),
     Check(
         "crank_ratio_trunk_piston", f"crank ratio at a stroke under {CROSSHEAD:g} bores", "",
-        0.16, 0.42, f"{_HEYWOOD}, section 2.2: 1/4 to 1/3 in small and medium engines; widened to "
+        0.16, 0.42, f"{HEYWOOD}, section 2.2: 1/4 to 1/3 in small and medium engines; widened to "
         "racing engines' 0.19 and old engines with short rods",
         ("crank_ratio", "stroke", "bore"),
         lambda crank_ratio, stroke, bore: _where(stroke < CROSSHEAD * bore, crank_ratio),
@@ -285,17 +291,13 @@ CHECKS: tuple[Check, ...] = (
     ),
     Check(
         "mean_piston_speed", "mean piston speed", "m/s", 1.0, 28.0,
-        f"{_HEYWOOD}, section 2.2: at most 8 to 15; widened to racing engines' 26 and to idling",
+        f"{HEYWOOD}, section 2.2: at most 8 to 15; widened to racing engines' 26 and to idling",
         ("stroke", "speed"), lambda stroke, speed: stroke * speed / math.pi, ("speed", "stroke"),
     ),
-    _own(
-        "crankcase_pressure", "pressure under the piston", "bar", 0.5, 5.0,
-        "judgement: atmosphere at a height of 5000 m to compressors that breathe through their "
-        "crankcase", si=BAR,
-    ),
+    _usual("crankcase_pressure"),
     Check(
         "fmep", "friction mean effective pressure", "bar", 0.1, 6.0,
-        f"{_HEYWOOD}, chapter 13: 0.7 to 3; widened to roller bearings and racing speeds",
+        f"{HEYWOOD}, chapter 13: 0.7 to 3; widened to roller bearings and racing speeds",
         ("friction_torque", "period", "bore", "stroke", "cylinders"), _mean_pressure,
         ("friction_torque", "friction_constant", "friction_mean_piston_speed",
          "friction_peak_pressure", "friction_mean_piston_speed_square", "auxiliary_torque"),
@@ -307,10 +309,8 @@ CHECKS: tuple[Check, ...] = (
         ("load_offset", "period", "bore", "stroke", "cylinders"), _mean_pressure, ("load_offset",),
         si=BAR,
     ),
-    _own("load", "load", "percent", 1.5, 150.0,
-         "judgement: 1 percent is mostly 100 percent written as a share", zero=True),
-    _own("load_exponent", "exponent of the load torque", "", 0.0, 3.5,
-         "judgement: constant torque 0, propeller and fan 2"),
+    _usual("load"),
+    _usual("load_exponent"),
     Check(
         "offset", "offset of the pin's line over the stroke", "", 0.0, 0.3,
         "judgement: a few hundredths in engines, more in some compressors",
@@ -350,7 +350,7 @@ CHECKS: tuple[Check, ...] = (
          "1/6 (idling) to 1/300 (generators), the applications of this key; widened"),
     Check(
         "rated_power", "mean effective pressure of the rated power", "bar", 0.5, 40.0,
-        f"{_HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines",
+        f"{HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines",
         ("rated_power", "rated_speed", "period", "bore", "stroke", "cylinders"),
         lambda power, speed, *rest: _mean_pressure(power / speed, *rest),
         ("rated_power", "rated_speed"), si=BAR,
@@ -362,8 +362,7 @@ CHECKS: tuple[Check, ...] = (
         lambda synchronous, speed, gear: synchronous / (speed * gear),
         ("motor_synchronous_speed",),
     ),
-    _own("motor_breakdown_slip", "slip at the motor's largest torque", "", 0.02, 2.0,
-         "judgement: 0.1 to 0.3, motors with much resistance up to 1"),
+    _usual("motor_breakdown_slip"),
     Check(
         "start_speed", "speed at the start over the nominal speed", "", 0.1, 3.0, "judgement",
         ("start_speed", "speed"), lambda start, speed: start / speed, ("start_speed",), zero=True,
@@ -395,24 +394,15 @@ CHECKS: tuple[Check, ...] = (
     ),
     Check(
         "valve_lift", "lift of a valve over the bore", "", 0.03, 0.25,
-        f"{_HEYWOOD}, section 6.3: valves of 0.33 to 0.5 bores, lifts up to a quarter of them",
+        f"{HEYWOOD}, section 6.3: valves of 0.33 to 0.5 bores, lifts up to a quarter of them",
         ("valve_lift", "bore"), lambda lift, bore: lift / bore, ("valve_lift",),
     ),
-    _own("geometric_compression_ratio", "compression ratio", "", 4.0, 25.0,
-         f"{_HEYWOOD}, table 2.1: 6 to 24; widened to old engines"),
-    _own("ring_pressure", "pressure of the piston rings by their tension", "bar", 0.1, 20.0,
-         "judgement", si=BAR, zero=True),
-    _own("compression_ratio", "compression ratio", "", 4.0, 25.0,
-         f"{_HEYWOOD}, table 2.1: 6 to 24; widened to old engines"),
-    _own("intake_pressure", "pressure of the charge", "bar", 0.15, 7.0,
-         "judgement: idling with closed throttle to two-stage charging", si=BAR),
-    _own("heat", "heat over the swept volume", "bar", 0.5, 100.0,
-         "judgement: twice to three times the indicated mean effective pressure", si=BAR,
-         zero=True),
-    _own("combustion_start", "start of the combustion", "degree", -60.0, 25.0,
-         f"{_HEYWOOD}, chapters 9 and 10; widened", si=DEGREE),
-    _own("combustion_duration", "duration of the combustion", "degree", 10.0, 160.0,
-         f"{_HEYWOOD}, section 9.2 (30 to 90); widened to slow and late combustion", si=DEGREE),
+    _own("geometric_compression_ratio", COMPRESSION_RATIO.what, "", COMPRESSION_RATIO.low,
+         COMPRESSION_RATIO.high, COMPRESSION_RATIO.source),
+    *map(_usual, (
+        "ring_pressure", "compression_ratio", "intake_pressure", "heat", "combustion_start",
+        "combustion_duration",
+    )),
 )  # fmt: skip
 """Ranges of what is given. The first that names a wrong parameter counts: the others that this
 parameter enters are not judged."""
@@ -430,13 +420,13 @@ DIAGRAM_CHECKS: tuple[Check, ...] = (
     ),
     Check(
         "pressure_ratio", "largest over lowest pressure of an engine's cycle", "", 4.0, 250.0,
-        f"{_HEYWOOD}, chapter 5: 40 to 100; widened to motored cycles and closed throttles",
+        f"{HEYWOOD}, chapter 5: 40 to 100; widened to motored cycles and closed throttles",
         ("largest", "lowest", "burns"),
         lambda largest, lowest, burns: _where(burns, largest / lowest), ("pressure",),
     ),
     Check(
         "peak_angle", "angle of the largest pressure of an engine's cycle", "degree", -5.0, 25.0,
-        f"{_HEYWOOD}, section 9.1: 16 after dead centre at best timing; widened",
+        f"{HEYWOOD}, section 9.1: 16 after dead centre at best timing; widened",
         ("peak_angle", "burns"), lambda angle, burns: _where(burns, angle), ("angle",),
         si=DEGREE,
     ),
@@ -456,7 +446,7 @@ DIAGRAM_CHECKS: tuple[Check, ...] = (
     ),
     Check(
         "imep", "indicated mean effective pressure of an engine's cycle", "bar", -3.0, 45.0,
-        f"{_HEYWOOD}, section 2.7: brake mean effective pressure 7 to 20; widened to highly "
+        f"{HEYWOOD}, section 2.7: brake mean effective pressure 7 to 20; widened to highly "
         "charged engines and their friction",
         ("imep", "burns"), lambda imep, burns: _where(burns, imep), ("pressure",), si=BAR,
     ),
@@ -483,7 +473,7 @@ RESULT_CHECKS: tuple[Check, ...] = (
     _own("delta", "coefficient of speed fluctuation", "", 0.0, MOST_DELTA,
          "judgement: engines that idle reach 1/6; beyond 1/2 an engine hardly runs"),
     _own("bmep", "brake mean effective pressure", "bar", -12.0, 40.0,
-         f"{_HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines, to motored ones "
+         f"{HEYWOOD}, section 2.7: 7 to 20; widened to highly charged engines, to motored ones "
          "and to compressors", si=BAR),
     *(
         _own(

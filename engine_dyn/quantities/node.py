@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from typing import Any
 
+from engine_dyn.parameters import PARAMETERS
 from engine_dyn.quantities.variants import check_words
 
-__all__ = ["EXTREMES", "Dimension", "Node", "check_needs", "hidden", "parameter"]
+__all__ = ["EXTREMES", "Dimension", "Node", "check_needs", "given", "hidden", "parameter"]
 
 
 EXTREMES = {
@@ -169,6 +170,16 @@ def parameter(
 ) -> Node:  # fmt: skip
     """Return a key of scenes and engine files."""
     return Node(name, symbol, unit, long_name, source, kind="parameter", **more)
+
+
+def given(name: str, **more: Any) -> Node:
+    """Return the key of scenes and engine files that is one of `engine_dyn.parameters`."""
+    one = PARAMETERS[name]
+    return parameter(
+        name, one.symbol, one.unit, one.meaning, one.source, si=one.si, low=one.low, high=one.high,
+        low_included=one.at_least is not None, high_included=one.at_most is not None,
+        whole=one.whole, even=one.even, named=one.named, unless_given=one.unless_given, **more,
+    )  # fmt: skip
 
 
 def hidden(

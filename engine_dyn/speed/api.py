@@ -20,7 +20,16 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning, implausible
 from engine_dyn.plausibility.usual_ranges import MOST_DELTA
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.keywords import CylinderGroup, Engine, Load, Solver, check_positive, family_of
+from engine_dyn.speed.keywords import (
+    LOAD_EXPONENT,
+    CylinderGroup,
+    Engine,
+    Load,
+    Solver,
+    check_keywords,
+    check_positive,
+    family_of,
+)
 from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats
@@ -204,9 +213,9 @@ def periodic_speed(
     solver = Solver(inertia_model, method, closure, tolerance, passes, start_speed, start_angle)
     solver.check_names()
     inertia = given_number("inertia", inertia)
-    check_positive(inertia=inertia)
+    check_keywords(inertia=inertia)
     load = Load(
-        driven, 2.0 if load_exponent is None else load_exponent, load_offset, gear_ratio,
+        driven, LOAD_EXPONENT if load_exponent is None else load_exponent, load_offset, gear_ratio,
         load_phase, load_scale, synchronous_speed, breakdown_slip, breakdown_torque, load_linear,
         load_square,
     )  # fmt: skip

@@ -17,13 +17,20 @@ from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.loads.driven_machine import DrivenMachine, constant_load, repeats_of
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
+from engine_dyn.parameters import KEYWORDS
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.mean_gas import mean_gas_of_unequal_throws
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 
-__all__ = ["CylinderGroup", "Engine", "Load", "Solver", "check_positive", "family_of"]
+__all__ = [
+    "LOAD_EXPONENT", "CylinderGroup", "Engine", "Load", "Solver", "check_keywords",
+    "check_positive", "family_of",
+]  # fmt: skip
+
+LOAD_EXPONENT = KEYWORDS["load_exponent"].typical
+"""Exponent of the load torque where none is given."""
 
 
 @lru_cache(maxsize=8)
@@ -52,17 +59,23 @@ class _Group:
                 object.__setattr__(self, item.name, number)
 
 
+def check_keywords(**values: float) -> None:
+    """Refuse what lies below the range of a parameter; ValueError names the keyword."""
+    for name, number in values.items():
+        one = KEYWORDS[name]
+        if one.whole:
+            _check_whole(name, number)
+        elif one.at_least is None:
+            check_positive(**{name: number})
+        elif not 0.0 <= number < np.inf:
+            raise ValueError(f"{name} = {number:g}: must be zero or a positive number")
+
+
 def check_positive(**values: float) -> None:
     """Refuse what is no positive number; ValueError names it."""
     for name, number in values.items():
         if not 0.0 < number < np.inf:
             raise ValueError(f"{name} = {number:g}: must be a positive number")
-
-
-def _check_not_negative(**values: float) -> None:
-    for name, number in values.items():
-        if not 0.0 <= number < np.inf:
-            raise ValueError(f"{name} = {number:g}: must be zero or a positive number")
 
 
 def _check_whole(name: str, value: float) -> None:
@@ -143,15 +156,13 @@ class Engine(_Group):
 
     def check(self) -> None:
         """Refuse values outside their physical range; ValueError names the value."""
-        check_positive(bore=self.bore, stroke=self.stroke, speed=self.speed)
-        _check_not_negative(
-            reciprocating_mass=self.reciprocating_mass, crankcase_pressure=self.crankcase_pressure
-        )
+        names = "bore", "stroke", "speed", "reciprocating_mass", "crankcase_pressure"
+        check_keywords(**{name: getattr(self, name) for name in names})
         if not 0.0 < self.crank_ratio < 1.0:
             raise ValueError(
                 f"crank_ratio = {self.crank_ratio:g}: must lie between 0 and 1, both excluded"
             )
-        _check_whole("cylinders", self.group.cylinders)
+        check_keywords(cylinders=self.group.cylinders)
         if self.friction_torque < 0.0:
             raise ValueError(
                 f"friction_torque = {self.friction_torque:g}: must be zero or a positive number, "
@@ -208,7 +219,7 @@ class Load(_Group):
     """What the engine drives, or what drives it; keywords of `periodic_speed`."""
 
     driven: DrivenMachine
-    load_exponent: float = 0.0
+    load_exponent: float = LOAD_EXPONENT
     load_offset: float = 0.0
     gear_ratio: float = 1.0
     load_phase: float = 0.0
@@ -222,7 +233,7 @@ class Load(_Group):
     def check(self) -> None:
         """Refuse values outside their physical range; ValueError names the value."""
         names = "load_exponent", "load_linear", "load_square"
-        _check_not_negative(**{name: getattr(self, name) for name in names})
+        check_keywords(**{name: getattr(self, name) for name in names})
         law = LOAD_LAWS.get(self.driven.load_law)
         if law is not None and law.factored and self.driven.law != law.name:
             raise ValueError(
@@ -301,9 +312,9 @@ class Solver(_Group):
         """Refuse values outside their range; ValueError names the value."""
         check_positive(tolerance=self.tolerance)
         if self.passes is not None:
-            _check_whole("passes", self.passes)
+            check_keywords(passes=self.passes)
         if self.start_speed is not None:
-            check_positive(start_speed=self.start_speed)
+            check_keywords(start_speed=self.start_speed)
         if self.closure == "cycle_time" and self.method in STEPPING:
             raise ValueError(f"closure cycle_time: method {self.method} cannot solve for the load")
 

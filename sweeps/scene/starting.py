@@ -8,19 +8,16 @@ import re
 
 from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import TorqueOverSpeed
+from engine_dyn.parameters import PARAMETERS
 from sweeps.scene.reading import built_in_scenes
 
 __all__ = ["starting_scene"]
 
-USUAL = {
-    "load_exponent": "2                # load torque a + k omega^exponent",
-    "load_offset": "0                  # N m, constant part a of the load torque",
-    "crankcase_pressure": "1.01325     # bar",
-    "friction_constant": "0.137        # bar",
-    "friction_peak_pressure": "0.005   # 1",
-    "friction_mean_piston_speed": "0.142    # bar s m-1",
+MEANINGS = {
+    "load_exponent": "load torque a + k omega^exponent",
+    "load_offset": "N m, constant part a of the load torque",
 }
-"""What an engine file may lack, and usual values, which the scene gives and says to replace."""
+"""Comments on values that an engine file lacks; on the others their unit."""
 
 
 INERTIA = 5e3, 8e5
@@ -60,9 +57,10 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     if isinstance(engine.load_table, TorqueOverSpeed):  # has the place of k omega^exponent
         without_effect.append("load_exponent")
     lacking = [
-        f"{key} = {value}"
-        for key, value in USUAL.items()
-        if key not in values and not key.startswith(tuple(without_effect))
+        f"{f'{key} = {one.typical:g}':<35}# {MEANINGS.get(key, one.unit)}"
+        for key, one in PARAMETERS.items()
+        if not math.isnan(one.typical) and key not in values
+        if not key.startswith(tuple(without_effect))
     ]
     if lacking:
         lines["speed"] += "\n# Usual values, which the engine file does not give: replace them.\n"

@@ -1,16 +1,22 @@
 """Facts that have one owner, and the compiled places that have to agree with it."""
 
 import inspect
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import engine_dyn
 from engine_dyn import periodic_speed
+from engine_dyn.compilation.cache import imported
 from engine_dyn.loads import laws
-from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
+from engine_dyn.parameters import PARAMETERS as SAID
+from engine_dyn.quantities.graph import NODES, PARAMETERS, QUANTITIES
 from engine_dyn.quantities.variants import ALTERNATIVES
 from engine_dyn.speed import fields, methods, results
 from engine_dyn.speed.storage import store
+from engine_dyn.units import BAR
 
 
 def test_codes_of_methods_are_their_places() -> None:
@@ -92,3 +98,25 @@ def test_keywords_of_periodic_speed_have_the_defaults_of_the_inputs() -> None:
     keywords = inspect.signature(periodic_speed).parameters
     for name in ("gear_ratio", "load_phase", "load_scale", "start_angle"):
         assert keywords[name].default == fields.DEFAULTS[name]
+    assert keywords["crankcase_pressure"].default == SAID["crankcase_pressure"].typical * BAR
+    assert keywords["load_offset"].default == SAID["load_offset"].typical
+    assert f"alpha ({SAID['load_exponent'].typical:g} unless given)" in periodic_speed.__doc__
+
+
+def test_inputs_of_solvers_are_nodes_with_their_defaults() -> None:
+    for field in fields.FIELDS:
+        assert field.quantity in NODES, field.name
+        one = SAID.get(field.quantity)
+        if one is not None and one.unless_given is not None:
+            assert field.default == one.unless_given * one.si, field.name
+
+
+def test_a_new_parameter_compiles_no_kernel_again() -> None:
+    root = Path(engine_dyn.__file__).parent
+    compiled = [
+        text
+        for path in root.rglob("*.py")
+        if re.search(r"^@(kernel|inlined|formula)", text := path.read_text(encoding="utf-8"), re.M)
+    ]
+    assert len(compiled) > 20
+    assert not any("engine_dyn.parameters" in imported(text) for text in compiled)

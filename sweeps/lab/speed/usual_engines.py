@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from engine_dyn.flywheel import ADMISSIBLE, triangular_torque
+from engine_dyn.parameters import PARAMETERS
 from engine_dyn.units import RPM
 from sweeps.scene.engine.data_sheets import PERIOD
 
@@ -246,6 +247,10 @@ class UsualValue:
     reason: str
 
 
+def _typical(key: str, reason: str) -> UsualValue:
+    return UsualValue(lambda *_: PARAMETERS[key].typical, reason)
+
+
 def _mass(density: float, values: Mapping[str, float]) -> float:
     return _rounded(density * 0.25 * math.pi * values["bore"] ** 3)
 
@@ -307,11 +312,11 @@ VALUES: Mapping[str, UsualValue] = {
         "with its inverse.",
     ),
     "load": UsualValue(lambda *_: 100.0, "The rated point is called 100 percent."),
-    "load_exponent": UsualValue(lambda *_: 2.0, "A brake or propeller, as in the catalogue."),
-    "load_offset": UsualValue(lambda *_: 0.0, "No constant part of the load torque."),
-    "crankcase_pressure": UsualValue(lambda *_: 1.01325, "Atmosphere."),
-    "friction_constant": UsualValue(lambda *_: 0.137, _FRICTION),
-    "friction_peak_pressure": UsualValue(lambda *_: 0.005, "As friction_constant."),
-    "friction_mean_piston_speed": UsualValue(lambda *_: 0.142, "As friction_constant."),
+    "load_exponent": _typical("load_exponent", "A brake or propeller, as in the catalogue."),
+    "load_offset": _typical("load_offset", "No constant part of the load torque."),
+    "crankcase_pressure": _typical("crankcase_pressure", "Atmosphere."),
+    "friction_constant": _typical("friction_constant", _FRICTION),
+    "friction_peak_pressure": _typical("friction_peak_pressure", "As friction_constant."),
+    "friction_mean_piston_speed": _typical("friction_mean_piston_speed", "As friction_constant."),
 }
 """Usual values of an engine, in the order in which they are made."""
