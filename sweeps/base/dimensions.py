@@ -8,6 +8,7 @@ from __future__ import annotations
 __all__ = [
     "ARRANGEMENT",
     "COMPARED",
+    "COUNTED",
     "DESIGN",
     "ELASTICITY",
     "ENGINE",
@@ -49,6 +50,9 @@ ENGINE = "engine"
 
 FIRING_PATTERN = "firing_pattern"
 """Dimension of [axes] firing_pattern, an axis of words."""
+
+COUNTED = ("throw", "bay", "piston", "main_bearing", "mount", "cylinder")
+"""Dimensions whose points are parts of an engine, between which there is nothing."""
 
 METHOD, INERTIA_MODEL = "method", "inertia_model"
 """Dimensions of [solver] method and inertia_model where they are lists: axes of words."""

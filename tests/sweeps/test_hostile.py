@@ -219,7 +219,7 @@ LIMITED = """
 import resource, sys
 import click.testing
 from sweeps.cli.main import main
-import sweeps.view.figures.files, sweeps.running.join.merge, sweeps.running.compute.into_archive
+import sweeps.view.figures.drawing, sweeps.running.join.merge, sweeps.running.compute.into_archive
 import netCDF4, pyarrow.parquet
 limit = 6 << 30
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

@@ -1,9 +1,4 @@
-"""The arrangement of the cylinders, drawn from the attribute ``arrangement`` of an archive.
-
-On the left the crankshaft seen along its axis as cylinder 1 fires, with throws and banks, the sense
-of rotation clockwise; on the right the firing star: the directions of the firings where one turn of
-the star is one cycle.
-"""
+"""Cylinders, throws and strokes, drawn from the attribute ``arrangement`` of an archive."""
 
 from __future__ import annotations
 
@@ -13,8 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from engine_dyn.types import Floats
+from sweeps.view.figures.scales import crank_axis
 from sweeps.view.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View
@@ -22,6 +19,7 @@ from sweeps.view.figures.wording import HARD_SPACE, number_text, sentence, slug
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
 
 SAME = 0.5
 """Degrees within which directions are drawn as one."""
@@ -215,3 +213,209 @@ def blank(panel: Axes, room: float) -> None:
 
 def _degrees(angle: float) -> str:
     return f"{number_text(round(float(angle), 2))}°"
+
+
+WEB, JOURNAL, PIN_HEIGHT = 0.14, 0.2, 0.16
+"""Half thickness of the webs along the shaft, half heights of journals and pins, in crank radii."""
+
+PITCH = 2.0
+"""Distance of two throws in crank radii: the drawing is not to scale along the shaft."""
+
+NEAR, FAR = "#d9d9d9", "#f2f2f2"
+"""Throws towards the viewer, and away."""
+
+
+def has_throws(one: Mapping[str, Any]) -> bool:
+    """Whether there are two cylinders or more on known throws."""
+    return len(one.get("throws", ())) > 1
+
+
+def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw side view and star of the throws, a figure for each arrangement."""
+    given = json.loads(study.view.data.attrs.get("parameters", "{}"))
+    fraction = given.get("counterweight_fraction", 0.0)
+    notes = ["the crank of cylinder 1 up", "take-off at cylinder 1",
+             "side view from the right of the star, throws to its left are lighter"]  # fmt: skip
+    if fraction:
+        notes.append(f"counterweights for the fraction {number_text(fraction)}")
+    for suffix, one in arrangements_of(study.view, has_throws).items():
+        throws = _throws(one)
+        long = PITCH * len({place for place, *_ in throws}) + 1.0
+        widths = (max(long, 4.4), max(3.4, 0.33 * long))
+        figure, (side, star) = new_sheet(1, 2, 2.7, width_ratios=widths)
+        _side_view(side, throws, fraction)
+        _star(star, throws)
+        side.set_title("side view, not to scale along the shaft")
+        star.set_title("crank star")
+        yield f"crank_star{suffix}", finish(figure, f"Crankshaft, {called(one)}", notes)
+
+
+Throw = tuple[float, float, float, list[int]]
+"""Place along the shaft, angle [degree] from the upright, radius, and its cylinders."""
+
+
+def _throws(one: Mapping[str, Any]) -> list[Throw]:
+    """Every crank pin once; rods that share a pin share a throw."""
+    angles = np.asarray(one["throws"], dtype=float)
+    radii = np.asarray(one.get("radius_factor", np.ones(angles.size)), dtype=float)
+    places = np.asarray(one["positions"], dtype=float)
+    found = []
+    for place in np.unique(places):
+        here = np.flatnonzero(places == place)
+        for radius in np.unique(radii[here]):
+            same = here[radii[here] == radius]
+            for angle, members in gathered(angles[same] - angles[0]):
+                found.append((float(place), angle, float(radius), [int(same[i]) for i in members]))
+    return found
+
+
+def _side_view(panel: Axes, throws: Sequence[Throw], fraction: float) -> None:
+    """Draw the shaft from the side: journals, webs and pins at their heights."""
+    places = sorted({place for place, *_ in throws})
+    middle = {place: PITCH * (number + 0.5) for number, place in enumerate(places)}
+    end = PITCH * len(places)
+    for number in range(len(places) + 1):
+        x = PITCH * number
+        _box(panel, x - 0.3, x + 0.3, 0.0, JOURNAL, zorder=2.0)
+        panel.plot([x - 0.3, x + 0.3], [-0.45, -0.45], color=GREY, linewidth=1.0)
+        panel.text(x, -0.55, str(number + 1), ha="center", va="top", color=GREY, size=6.5)
+    panel.axhline(0.0, color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=0)
+    for place, x in middle.items():
+        here = [throw for throw in throws if throw[0] == place]
+        wide = (PITCH - 0.6 - 2.0 * WEB * (len(here) + 1)) / len(here)
+        begin = x - 0.5 * PITCH + 0.3
+        for _, angle, radius, members in here:
+            height = radius * np.cos(np.radians(angle))
+            nearer = np.sin(np.radians(angle)) > -1e-6
+            shade = NEAR if nearer else FAR
+            for web in (begin + WEB, begin + wide + 3.0 * WEB):
+                _web(panel, web, height, shade, fraction)
+            _box(panel, begin + 2.0 * WEB, begin + 2.0 * WEB + wide, height, PIN_HEIGHT, zorder=3.0,
+                 facecolor=shade)  # fmt: skip
+            above = height >= -1e-6
+            panel.text(
+                begin + 2.0 * WEB + 0.5 * wide, height + (0.24 if above else -0.24),
+                ", ".join(str(i + 1) for i in members), weight="bold", size=7.5,
+                ha="center", va="bottom" if above else "top", zorder=4,
+            )  # fmt: skip
+            begin += wide + 2.0 * WEB
+    panel.set_xlim(-0.6, end + 0.6)
+    panel.set_ylim(-1.65, 1.65)
+    panel.set_aspect("equal")
+    panel.axis("off")
+
+
+def _web(panel: Axes, x: float, height: float, shade: str, fraction: float) -> None:
+    """Draw one web from journal to pin, and its counterweight on the other side."""
+    low, high = sorted((0.0, height))
+    _box(panel, x - WEB, x + WEB, 0.5 * (low + high), 0.5 * (high - low) + JOURNAL, zorder=2.5,
+         facecolor=shade)  # fmt: skip
+    if fraction:
+        _box(panel, x - 1.3 * WEB, x + 1.3 * WEB, -0.7 * height, 0.25, zorder=2.6,
+             facecolor="#8a8a8a")  # fmt: skip
+
+
+def _box(panel: Axes, left: float, right: float, middle: float, half: float, **style: Any) -> None:
+    from matplotlib.patches import Rectangle
+
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.8} | style
+    panel.add_patch(Rectangle((left, middle - half), right - left, 2.0 * half, **look))
+
+
+def _star(panel: Axes, throws: Sequence[Throw]) -> None:
+    """Draw the throws seen along the shaft, those at one angle once."""
+    blank(panel, 1.65)
+    circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
+    circle(panel, 0.2, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
+    angles, radii = (np.array([throw[part] for throw in throws]) for part in (1, 2))
+    draw_throws(panel, angles, radii, [members for *_, members in throws], 0.2)
+    sense(panel, 0.55)
+
+
+TURN = 180.0
+"""Degrees of a stroke."""
+
+Look = dict[str, Any]
+
+POWER: Look = {"facecolor": "#e8b08f", "edgecolor": "black"}
+COMPRESSION: Look = {"facecolor": "#c9d6e8", "edgecolor": "black"}
+EXCHANGE: Look = {"facecolor": "white", "edgecolor": "black"}
+MISSING: Look = {"facecolor": "white", "edgecolor": "#999999", "hatch": "////"}
+
+FOUR = (("power", POWER), ("exhaust", EXCHANGE), ("intake", EXCHANGE), ("compression", COMPRESSION))
+TWO = (("expansion, gas exchange", POWER), ("gas exchange, compression", COMPRESSION))
+DRIVEN = (("expansion, suction", EXCHANGE), ("compression, delivery", COMPRESSION))
+"""Strokes from a cylinder's firing dead centre on; of a compressor, from its top dead centre."""
+
+
+def has_strokes(one: Mapping[str, Any]) -> bool:
+    """Whether two cylinders or more fire in a known cycle."""
+    return len(one.get("firing_angles", ())) > 1 and one.get("period") in (360.0, 720.0)
+
+
+def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the strokes of all cylinders, the first to fire above; a figure for each engine."""
+    view = study.view
+    for suffix, one in arrangements_of(view, has_strokes).items():
+        firing = np.asarray(one["firing_angles"], dtype=float)
+        order = np.argsort(firing, kind="stable")
+        figure, (panel,) = new_sheet(1, 1, 0.7 + 0.26 * firing.size)
+        angle, low, zero = _range(view, one["period"])
+        panel.set_xlim(low, low + one["period"])
+        for row, cylinder in enumerate(order):
+            fires = one["pressure_factor"][cylinder] != 0.0
+            _strokes_of_cylinder(
+                panel, row, firing[cylinder] - zero, low, _strokes_of(view, one), fires
+            )
+        panel.set_ylim(firing.size - 0.45, -0.55)
+        panel.set_yticks(range(firing.size), [f"cylinder {i + 1}" for i in order])
+        panel.tick_params("y", left=False)
+        panel.grid(False)
+        crank_axis(panel, angle, 5.6)
+        title = f"Strokes of the cylinders, {called(one)}"
+        yield f"strokes{suffix}", finish(figure, title, firing_notes(one))
+
+
+def _strokes_of(view: View, one: Mapping[str, Any]) -> Sequence[tuple[str, Look]]:
+    """Names of the strokes from firing dead centre on."""
+    if one["period"] == 720.0:
+        return FOUR
+    given = json.loads(view.data.attrs.get("parameters", "{}"))
+    return DRIVEN if "motor_breakdown_torque" in given else TWO
+
+
+def _range(view: View, period: float) -> tuple[xr.Variable, float, float]:
+    """Crank angle with its attributes, where it begins, and where its zero is after firing."""
+    angle = view.data.variables.get("crank_angle")
+    if angle is None:
+        said = {"long_name": "crank angle", "symbol": r"$\varphi$", "units": "degree"}
+        return xr.Variable((), 0.0, said), -0.5 * period, 0.0
+    values: Floats = np.asarray(angle.values, dtype=float)
+    return angle, float(values[0]), float(angle.attrs.get("zero_at", 0.0))
+
+
+def _strokes_of_cylinder(
+    panel: Any, row: int, firing: float, low: float, named: Sequence[tuple[str, Look]], fires: bool
+) -> None:
+    """Draw one cylinder's strokes; those that the ends of the axis cut are in two parts."""
+    period = TURN * len(named)
+    for number, (text, look) in enumerate(named):
+        if number == 0 and not fires:
+            text, look = "no firing", MISSING
+        start = (firing + TURN * number - low) % period + low
+        parts = [(start, min(start + TURN, low + period))]
+        if start + TURN > low + period + 1e-6:
+            parts.append((low, start + TURN - period))
+        for begin, end in parts:
+            panel.barh(row, end - begin, left=begin, height=0.7, linewidth=0.7, **look)
+        begin, end = max(parts, key=lambda part: part[1] - part[0])
+        if end - begin > 0.09 * period:
+            panel.text(
+                0.5 * (begin + end), row, text, ha="center", va="center", fontsize=6.5,
+                color=GREY if look is MISSING else "black",
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+                if look is MISSING else None,
+            )  # fmt: skip
+        if number == 0 and fires and named is not DRIVEN:
+            panel.plot([start], [row - 0.35], marker="v", markersize=4.5, color="#8c2d04",
+                       clip_on=False, zorder=6)  # fmt: skip

@@ -8,12 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.view.figures.angle_lines import set_cycle
 from sweeps.view.figures.marks import DASHES
-from sweeps.view.figures.multiples import Multiples, columns_for, multiples
 from sweeps.view.figures.scales import comparable
-from sweeps.view.figures.sheet import GREY, OWN_ORDINATES, NamedFigures
+from sweeps.view.figures.sheet import (
+    GREY,
+    OWN_ORDINATES,
+    Multiples,
+    NamedFigures,
+    columns_for,
+    multiples,
+)
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.traces import set_cycle
 from sweeps.view.figures.views import StudyAxis, View, stem_of
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.view.figures.marks import DASHES, MARKERS, shade
-from sweeps.view.figures.multiples import multiples
 from sweeps.view.figures.scales import parameter_ticks
-from sweeps.view.figures.sheet import Entries, NamedFigures
+from sweeps.view.figures.sheet import Entries, NamedFigures, multiples
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View, facet_of, stem_of
 

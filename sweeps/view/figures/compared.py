@@ -16,11 +16,20 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import COMPARED
+from sweeps.view.figures.angle_lines import set_cycle, trace
 from sweeps.view.figures.marks import DASHES
-from sweeps.view.figures.scales import free_scale, parameter_ticks, whole_ticks, x_label, y_label
-from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc
+from sweeps.view.figures.scales import free_scale, parameter_ticks, whole_ticks
+from sweeps.view.figures.sheet import (
+    GREY,
+    Entries,
+    NamedFigures,
+    finish,
+    new_sheet,
+    rc,
+    x_label,
+    y_label,
+)
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.traces import set_cycle, trace
 from sweeps.view.figures.views import RUNNING, View, pick, stem_of
 from sweeps.view.figures.wording import name_of, number_text, plain_text, with_unit
 

@@ -28,10 +28,9 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.base.errors import SceneError
-from sweeps.view.figures.scales import y_label
-from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc
+from sweeps.view.figures.angle_lines import over_angle, set_cycle, trace
+from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc, y_label
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.traces import over_angle, set_cycle, trace
 from sweeps.view.figures.views import View
 from sweeps.view.figures.wording import number_text, symbol_of, with_unit
 

@@ -11,9 +11,8 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import REDUCTION
 from sweeps.view.figures.marks import shade
-from sweeps.view.figures.multiples import multiples
 from sweeps.view.figures.scales import log_ticks
-from sweeps.view.figures.sheet import Entries, NamedFigures
+from sweeps.view.figures.sheet import Entries, NamedFigures, multiples
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View, facet_of
 from sweeps.view.figures.wording import middle_of_sentence, name_of, with_unit

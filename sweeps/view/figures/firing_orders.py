@@ -11,8 +11,7 @@ import numpy as np
 from engine_dyn.types import Booleans, Floats
 from sweeps.base.dimensions import ARRANGEMENT, OF_ORDERS
 from sweeps.view.figures.marks import MARKERS, shade
-from sweeps.view.figures.scales import x_label
-from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet
+from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, x_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_ROWS, View
 from sweeps.view.figures.wording import sentence, wrap

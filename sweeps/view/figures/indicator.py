@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.types import Booleans, Floats
+from sweeps.view.figures.angle_lines import line_or_mark, over_angle, trace
 from sweeps.view.figures.marks import line_style, shade
-from sweeps.view.figures.multiples import multiples
-from sweeps.view.figures.scales import crank_axis, set_log, x_label, y_label
-from sweeps.view.figures.sheet import GREY, Entries, NamedFigures
+from sweeps.view.figures.scales import crank_axis, set_log
+from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, multiples, x_label, y_label
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.traces import line_or_mark, over_angle, trace
 from sweeps.view.figures.views import StudyAxis, View, pick, stem_of
 from sweeps.view.figures.wording import number_text
 

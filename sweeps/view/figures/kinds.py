@@ -31,7 +31,7 @@ the legend names the outcome; they are never drawn as numbers.
 
 To add a kind: write a function that takes a `Study` and the names of variables and yields figures
 with the names of their files, in a file of its own, and add a row to `KINDS`. It begins a figure by
-`sweeps.view.figures.multiples.multiples` and ends it by `finish`: size, style, a foreign ``ax`` and
+`sweeps.view.figures.sheet.multiples` and ends it by `finish`: size, style, a foreign ``ax`` and
 the line about engine and speed are theirs. What else a caller wants (target lines) stands in
 ``study.view.options``.
 
@@ -46,7 +46,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from sweeps.base.dimensions import EXPLAINED, FAILED_DRAWS, PUBLISHED, SHARE, UNCERTAIN
-from sweeps.view.figures.arrangement import arrangements, arrangements_of, has_banks
+from sweeps.view.figures.angle_lines import over_angle
+from sweeps.view.figures.arrangement import (
+    arrangements,
+    arrangements_of,
+    crank_stars,
+    has_banks,
+    has_strokes,
+    has_throws,
+    strokes,
+)
 from sweeps.view.figures.balance import shaking, vector_names
 from sweeps.view.figures.bearing_loads import (
     bearing_load_names,
@@ -55,26 +64,38 @@ from sweeps.view.figures.bearing_loads import (
     bearing_pressures,
 )
 from sweeps.view.figures.compared import compared, compared_names
-from sweeps.view.figures.crank_star import crank_stars, has_throws
 from sweeps.view.figures.crank_train import crank_train, train_force_names
-from sweeps.view.figures.curves import curves
-from sweeps.view.figures.cylinder_deviations import deviations
+from sweeps.view.figures.cycle_curves import (
+    KINEMATICS,
+    PRESSURES,
+    component_names,
+    curves,
+    cylinders,
+    cylinders_names,
+    grouped_names,
+    groups,
+    indicator_diagrams,
+    kinematics,
+    load_curve_names,
+    load_curves,
+    torque_and_speed,
+    torque_and_speed_names,
+    torque_components,
+)
 from sweeps.view.figures.distributions import (
     distribution_names,
     distributions,
     statistics_names,
 )
 from sweeps.view.figures.firing_orders import firing_orders, order_names
-from sweeps.view.figures.fitted import fitted_speeds
-from sweeps.view.figures.friction import friction_components, friction_names
 from sweeps.view.figures.indicator import recorded_names, recording_sheet, work_diagrams, work_names
-from sweeps.view.figures.lines import band_names
-from sweeps.view.figures.load_curves import load_curve_names, load_curves
-from sweeps.view.figures.measured import measured_speeds
+from sweeps.view.figures.maps import outcome_names, outcomes_map
+from sweeps.view.figures.measured_speeds import fitted_speeds, measured_speeds
 from sweeps.view.figures.numbers import numbers, says_something
-from sweeps.view.figures.orders import orders
-from sweeps.view.figures.outcomes import outcome_names, outcomes_map
+from sweeps.view.figures.orders import orders, waterfall_names, waterfalls
 from sweeps.view.figures.parameter_bars import (
+    friction_components,
+    friction_names,
     index_names,
     sensitivities,
     share_names,
@@ -82,10 +103,11 @@ from sweeps.view.figures.parameter_bars import (
     tornados,
     uncertain_values,
 )
+from sweeps.view.figures.parameter_lines import band_names
 from sweeps.view.figures.pareto import pareto_names, paretos
 from sweeps.view.figures.polar import polar_diagrams, polar_names
 from sweeps.view.figures.published import published, published_names
-from sweeps.view.figures.recorded_train import recorded_train
+from sweeps.view.figures.recorded_cycles import deviations, recorded_train
 from sweeps.view.figures.shaft_modes import campbell, campbell_names, mode_shape_names, mode_shapes
 from sweeps.view.figures.shaft_response import (
     shaft_cycle_names,
@@ -96,22 +118,9 @@ from sweeps.view.figures.shaft_response import (
     shaft_orders,
 )
 from sweeps.view.figures.sheet import NamedFigures
-from sweeps.view.figures.stacked import KINEMATICS, PRESSURE, indicator_diagrams, kinematics
-from sweeps.view.figures.strokes import has_strokes, strokes
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.together import grouped_names, groups
-from sweeps.view.figures.torques import (
-    component_names,
-    cylinders,
-    cylinders_names,
-    torque_and_speed,
-    torque_and_speed_names,
-    torque_components,
-)
-from sweeps.view.figures.traces import over_angle
 from sweeps.view.figures.turning_moment import turning_moment, turning_names
 from sweeps.view.figures.views import RUNNING, View
-from sweeps.view.figures.waterfall import waterfall_names, waterfalls
 
 __all__ = ["KINDS", "Kind", "figures_of"]
 
@@ -191,7 +200,7 @@ KINDS = (
     Kind("kinematics", "travel, velocity and acceleration of the piston, angle of the rod",
          "position, velocity, acceleration or rod_angle", _over_angle(*KINEMATICS), kinematics),
     Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic",
-         "pressure", _over_angle(*PRESSURE), indicator_diagrams),
+         "pressure", _over_angle(*PRESSURES), indicator_diagrams),
     Kind("work_diagrams", "pressure over the volume, linear and logarithmic",
          "pressure, and cylinder_volume or position", work_names, work_diagrams, shared=True),
     Kind("recorded_pressure",

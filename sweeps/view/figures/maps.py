@@ -1,4 +1,4 @@
-"""Numbers over two axes: colours with labelled contours."""
+"""Numbers over two axes as colours with labelled contours, and the outcomes of the designs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,20 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.view.figures.marks import LOST, LOST_OTHERWISE, doubt_look
-from sweeps.view.figures.multiples import Multiples, columns_for, multiples
+from sweeps.base.dimensions import REDUCTION
+from sweeps.view.figures.marks import (
+    LOST,
+    LOST_OTHERWISE,
+    TARGET_LOOK,
+    doubt_look,
+    target_lines,
+    target_places,
+    target_text,
+)
 from sweeps.view.figures.scales import parameter_ticks
-from sweeps.view.figures.sheet import GREY, Entries
-from sweeps.view.figures.targets import LOOK, target_lines, target_places, target_text
-from sweeps.view.figures.views import MOST_PANELS, StudyAxis, View
+from sweeps.view.figures.sheet import GREY, Entries, Multiples, NamedFigures, columns_for, multiples
+from sweeps.view.figures.study import Study
+from sweeps.view.figures.views import MOST_PANELS, SOUND, StudyAxis, View, facet_of, meanings_of
 from sweeps.view.figures.wording import digits_of, number_text, sentence, wrap
 
 if TYPE_CHECKING:
@@ -148,9 +156,12 @@ def _target_contours(
     for text, value in view.options.targets.get(name, ()):
         masked = np.ma.masked_invalid(table)
         if min(table.shape) > 1 and masked.min() < value < masked.max():
-            look = {"colors": LOOK["color"], "linestyles": [LOOK["linestyle"]], "linewidths": 1.8}
-            panel.contour(x.values, y.values, masked, [value], **look)
-            entries.setdefault(target_text(view, name, text), Line2D([], [], **LOOK))
+            look = {
+                "colors": TARGET_LOOK["color"],
+                "linestyles": [TARGET_LOOK["linestyle"]],
+            }
+            panel.contour(x.values, y.values, masked, [value], linewidths=1.8, **look)
+            entries.setdefault(target_text(view, name, text), Line2D([], [], **TARGET_LOOK))
     target_places(panel, view, x, entries)
     if not y.words and y.name in view.options.targets:
         target_lines(panel, view, [y.name], entries)
@@ -259,3 +270,50 @@ def _colour_bar(
         bar.ax.yaxis.set_minor_locator(NullLocator())
         for level in levels:
             bar.ax.axhline(level, color="black", linewidth=0.7)
+
+
+def outcome_names(view: View) -> list[str]:
+    """The status, where there are two axes and some designs failed."""
+    if not view.has("status") or len(_outcome_axes(view)) < 2 or REDUCTION in view.data.attrs:
+        return []  # few of the designs were kept
+    return [] if np.isin(view.array("status").values, SOUND).all() else ["status"]
+
+
+def _outcome_axes(view: View) -> list[str]:
+    return [dim for dim in view.axes(["status"]) if dim != "design"]
+
+
+def outcomes_map(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the status of the designs over two axes."""
+    from matplotlib.patches import Patch
+
+    view = study.view
+    axes = _outcome_axes(view)
+    codes = view.array("status").values
+    numeric = [dim for dim in axes if not view.axis(dim).words]
+    pool = numeric if len(numeric) >= 2 else axes
+    chosen = sorted(pool, key=lambda dim: -view.data.sizes[dim])[:2]
+    along, up = (dim for dim in axes if dim in chosen)
+    facet = facet_of(view, ["status"], (along, up))
+    view = view.only(["status"], [along, up, facet])
+    x, y, across = view.axis(along), view.axis(up), view.axis(facet)
+    sheet, _ = map_panels(view, along, up, facet, 6.0)
+    meanings = meanings_of(view.array("status"))
+    for rank, code in enumerate(int(code) for code in np.unique(codes)):
+        hatch = "" if code in SOUND else LOST.get(meanings.get(code, ""), LOST_OTHERWISE)[1]
+        grey = str(0.97 - 0.09 * rank)
+        for panel, place in zip(sheet.panels, across.picked(MOST_PANELS), strict=True):
+            table = view.at("status", across.place(place)).transpose(up, along).values
+            hatch_cells(panel, cell_edges(x), cell_edges(y), table == code, hatch, grey)
+        text = f"{sentence(meanings.get(code, str(code)))} ({_fraction_text(codes == code)})"
+        sheet.entries[text] = Patch(facecolor=grey, edgecolor=GREY, hatch=hatch, linewidth=0.5)
+    notes = [*view.notes(["status"]), across.picked_text(MOST_PANELS)]
+    title = f"Outcome of the designs over {x.called} and {y.called}"
+    stem = "status" + (f"_by_{facet}" if facet else "")
+    yield stem, sheet.finish(title, notes, view.caption)
+
+
+def _fraction_text(where: NDArray[Any]) -> str:
+    """Write a fraction of all designs in percent; a fraction near 0 as a count."""
+    part = 100 * float(np.mean(where))
+    return f"{part:.3g} %" if part >= 0.1 else f"{int(where.sum())} of {where.size}"

@@ -1,26 +1,306 @@
-"""Variables with one number for each design: which figure each of them gets."""
+"""Variables with one number for each design: along parameters, case by case, or scattered."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
-from sweeps.view.figures.cases import case_chart, family_figure, family_panels, scatter
-from sweeps.view.figures.lines import COUNTED, line_figure
+from engine_dyn.types import Floats
+from engine_dyn.units import RPM
+from sweeps.base.dimensions import COUNTED, PUBLISHED, REDUCTION
 from sweeps.view.figures.maps import map_figure
-from sweeps.view.figures.plain_numbers import deviations_of_speed, repeats_an_axis, without_twins
-from sweeps.view.figures.sheet import NamedFigures
-from sweeps.view.figures.study import Study, parameters_of
+from sweeps.view.figures.marks import doubt_look, line_style, lost_handle, lost_look, target_lines
+from sweeps.view.figures.parameter_lines import (
+    COMPUTED,
+    Line,
+    common_label,
+    draw_points,
+    line_figure,
+    line_of,
+    mark_outcomes,
+    told_apart,
+)
+from sweeps.view.figures.scales import (
+    comparable,
+    free_scale,
+    log_ticks,
+    parameter_ticks,
+    sensible_span,
+)
+from sweeps.view.figures.sheet import (
+    GREY,
+    OWN_ORDINATES,
+    Entries,
+    NamedFigures,
+    finish,
+    multiples,
+    new_sheet,
+    x_label,
+)
+from sweeps.view.figures.study import Study, design_text, parameters_of
 from sweeps.view.figures.views import (
+    MOST_PANELS,
     MOST_READ,
     MOST_ROWS,
     NO_VALUE,
     View,
     facet_of,
+    is_log,
     is_words,
+    pick,
     stem_of,
 )
+from sweeps.view.figures.wording import HARD_SPACE, name_of, number_text, sentence, symbol_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def family_figure(study: Study, name: str, parameter: str) -> Figure:
+    """One variable against one parameter, with the families that lie elsewhere."""
+    view = dict(study.base)[parameter]
+    aside = [
+        (other, keys)
+        for key, other, keys in study.aside
+        if key == parameter and not view.axis(parameter).words  # words have no common places
+    ]
+    more = [
+        line_of(other, name, {}, other.fixed["design"], x=other.axis(parameter).values)
+        for other, _ in aside
+    ]
+    apart = dict.fromkeys(key for _, keys in aside for key in keys)
+    tags = [design_text(study.view.data, key, 0) for key in apart]
+    text = f"{', '.join(tags)} (nominal)" if more else COMPUTED
+    same = [text for text in view.others if text not in tags]
+    view = replace(view, others=tuple(same))
+    return line_figure(view, [name], parameter, more=more, text=text)
+
+
+def _lines_of(view: View, group: Sequence[str]) -> list[Line]:
+    """A line for each variable, called by it where there are several."""
+    several = len(group) > 1
+    names = {name: view.title(name) if several else COMPUTED for name in group}
+    return [line_of(view, name, {}, text) for name, text in names.items()]
+
+
+def family_panels(view: View, group: Sequence[str], families: Sequence[tuple[str, View]]) -> Figure:
+    """Small multiples: the same variables along one parameter after the other."""
+    shown = families[:MOST_PANELS]
+    lines = [_lines_of(family, group) for _, family in shown]
+    ordinates = [[line.y for line in some] for some in lines]
+    every = [y for each in ordinates for y in each]
+    share = comparable(ordinates)
+    sheet = multiples(len(shown), 0.0, 2.05, sharey=share)
+    for panel, (parameter, family), some in zip(sheet.panels, shown, lines, strict=True):
+        draw_points(panel, family.axis(parameter), some, sheet.entries)
+        target_lines(panel, family, group, sheet.entries)
+    for panel, (parameter, family), own in zip(sheet.panels, shown, ordinates, strict=True):
+        axis = family.axis(parameter)
+        free_scale(panel, every if share else own)
+        parameter_ticks(panel, axis, "x", 5.4 / sheet.columns)
+        x_label(panel, axis.label, 5.4 / sheet.columns)
+    label = common_label(view, group)
+    sheet.label_y(label, 1.5)
+    span = sensible_span(sheet.panels, every) if share else OWN_ORDINATES
+    return sheet.finish(
+        f"{label.split(HARD_SPACE)[0]}, one parameter varied at a time",
+        [*view.notes(group), span], f"Nominal: {', '.join(view.others)}",
+        legend=told_apart(sheet.entries),
+    )  # fmt: skip
+
+
+def case_chart(view: View, group: Sequence[str]) -> Figure:
+    """Unrelated designs: a row for each."""
+    axis = view.axis("design")
+    rows = [axis.tag(i) if axis.words else number_text(axis.values[i]) for i in range(axis.size)]
+    picked = pick(axis.size, MOST_ROWS)
+    figure, (panel,) = new_sheet(1, 1, 0.7 + 0.2 * len(picked))
+    entries: Entries = {}
+    for rank, line in enumerate(_lines_of(view, group)):
+        style = line_style(rank, len(group)) | {"linestyle": "none"}
+        y = np.arange(len(picked))
+        (drawn,) = panel.plot(line.y[picked], y, **style)
+        entries[line.text] = drawn
+        if line.published is not None and np.isfinite(line.published).any():
+            look = {"markersize": 8, "markerfacecolor": "none", "color": style["color"]}
+            (beside,) = panel.plot(line.published[picked], y, "o", **look)
+            entries.setdefault("Published", beside)
+        for why in sorted({str(said) for said in line.said if said}):
+            if why == NO_VALUE and axis.name in COUNTED:
+                continue  # the engine has no such part
+            places = np.flatnonzero(line.said[picked] == why)
+            if np.isfinite(line.y[picked][places]).any():
+                panel.plot(line.y[picked][places], places, **doubt_look(9.0))
+                continue
+            left = panel.get_yaxis_transform()
+            panel.plot(np.full(places.size, 0.01), places, transform=left, **lost_look(why, GREY))
+            entries.setdefault(sentence(why), lost_handle(why))
+    target_lines(panel, view, group, entries, upright=True)
+    panel.set_yticks(range(len(picked)), [rows[i] for i in picked])
+    panel.set_ylim(len(picked) - 0.5, -0.5)
+    label = common_label(view, group)
+    x_label(panel, label, 4.5)
+    notes = [*view.notes(group), axis.picked_text(MOST_ROWS)]
+    title = f"{label.split(HARD_SPACE)[0]}, case by case"
+    return finish(figure, title, notes, entries if told_apart(entries) else {})
+
+
+def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figure:
+    """Many unrelated designs: the variable against each parameter."""
+    shown = parameters[:MOST_PANELS]
+    sheet = multiples(len(shown), 0.0, 2.05, sharey=True)
+    entries = sheet.entries
+    size = view.data.sizes["design"]
+    picked = pick(size, 5000)
+    lines = _lines_of(view, group)
+    for panel, parameter in zip(sheet.panels, shown, strict=True):
+        x = view.numbers(parameter)[picked]
+        for rank, line in enumerate(lines):
+            y, colour = line.y[picked], line_style(rank, len(lines))["color"]
+            (dots,) = panel.plot(x, y, ".", color=colour, markersize=2.5, rasterized=True)
+            entries.setdefault(line.text, dots)
+            for text, handle in mark_outcomes(panel, (x, y, line.said[picked]), 4.0).items():
+                entries.setdefault(text, handle)
+        target_lines(panel, view, group, entries)
+        known = np.unique(x[np.isfinite(x)])
+        if is_log(known):
+            panel.set_xscale("log")
+            log_ticks(panel.xaxis, known[0], known[-1])
+        free_scale(panel, [line.y for line in lines])
+        x_label(panel, view.label(parameter), 5.4 / sheet.columns)
+    label = common_label(view, group)
+    sheet.label_y(label, 1.6)
+    notes = view.notes(group)
+    if len(picked) < size:
+        notes.append(f"{len(picked)} of {size} designs shown")
+    which = "designs that were kept" if REDUCTION in view.data.attrs else "all designs"
+    title = f"{label.split(HARD_SPACE)[0]}, {which}"
+    return sheet.finish(title, notes, legend=told_apart(entries))
+
+
+ALIKE = 1e-3
+"""Relative difference up to which a quantity repeats an axis or another quantity."""
+
+SPEED, MEAN_SPEED = "speed", "omega_mean"
+PER_RPM = {"rpm": 1.0, "rad s-1": RPM}
+"""Units of speeds, and what one revolution a minute is in them."""
+
+
+def _values(view: View, name: str) -> Floats | None:
+    """All values of a variable, or None where they are too many to look at."""
+    array = view.array(name)
+    return np.asarray(array.values, dtype=float) if array.size <= MOST_READ else None
+
+
+def repeats_an_axis(view: View, name: str) -> bool:
+    """Whether a variable holds the values of an axis again, such as a wanted delta that is met.
+
+    So does the mean speed that is nearly the one nominal speed of all designs.
+    """
+    values, array = _values(view, name), view.array(name)
+    if values is None or not np.isfinite(values).any():
+        return False
+    if name == MEAN_SPEED and not (SPEED in view.data.coords and view.data[SPEED].ndim):
+        return _equal(values, np.full_like(values, np.nanmean(values)))
+    for key, coordinate in view.data.coords.items():
+        if key == name or not coordinate.dims or coordinate.dtype.kind not in "iuf":
+            continue
+        if coordinate.attrs.get("units") != array.attrs.get("units"):
+            continue
+        if set(coordinate.dims) <= set(array.dims):
+            sizes = {dim: array.sizes[dim] for dim in array.dims}
+            same = coordinate.variable.set_dims(sizes).transpose(*array.dims).values
+            if np.ptp(np.asarray(same, dtype=float)) and _equal(values, same):
+                return True
+    return False
+
+
+def _equal(one: Floats, other: Floats) -> bool:
+    known = np.isfinite(one)
+    size = np.abs(np.asarray(other, dtype=float)[known])
+    return bool(np.all(np.abs(one - other)[known] <= ALIKE * size))
+
+
+def without_twins(study: Study, names: Sequence[str]) -> tuple[Study, list[str]]:
+    """Leave out variables that are equal to an earlier one, whose figures then say so."""
+    view = study.view
+    kept: list[str] = []
+    said: dict[str, str] = {}
+    for name in names:
+        array, values = view.array(name), _values(view, name)
+        twin = None
+        for other in kept:
+            beside = view.array(other)
+            if beside.dims != array.dims or beside.attrs.get("units") != array.attrs.get("units"):
+                continue
+            others = _values(view, other)
+            if values is None or others is None or not np.isfinite(values).any():
+                continue
+            if (np.isfinite(values) == np.isfinite(others)).all() and _equal(values, others):
+                twin = other
+                break
+        if twin is None or view.published(name, everywhere=True):
+            kept.append(name)
+        else:
+            text = f"{name_of(array, name)} {symbol_of(array)}".rstrip()
+            said[twin] = f"{said[twin]}, {text}" if twin in said else f"the same: {text}"
+    return _changed(study, lambda one: replace(one, twins={**one.twins, **said})), kept
+
+
+def deviations_of_speed(study: Study, names: Sequence[str]) -> Study:
+    """Put deviations in percent from the nominal speed in the place of speeds, where it varies."""
+    names = [
+        name
+        for name in names
+        if name.startswith("omega")
+        and name not in study.view.options.targets
+        and study.view.array(name).size <= MOST_READ
+    ]
+    return _changed(study, lambda view: _with_deviations(view, names)) if names else study
+
+
+def _changed(study: Study, change: Callable[[View], View]) -> Study:
+    """The same change to all views of a study."""
+    return replace(
+        study,
+        view=change(study.view),
+        base=tuple((parameter, change(view)) for parameter, view in study.base),
+        aside=tuple((parameter, change(view), keys) for parameter, view, keys in study.aside),
+    )
+
+
+def _with_deviations(view: View, names: Sequence[str]) -> View:
+    data = view.data
+    if SPEED not in data.coords or not data.coords[SPEED].dims:
+        return view
+    nominal = data.coords[SPEED].variable
+    new = {}
+    for name in names:
+        array = view.array(name)
+        unit = PER_RPM.get(str(array.attrs.get("units")))
+        if unit is None or not set(nominal.dims) <= set(array.dims):
+            continue
+        symbol = symbol_of(array).strip("$")
+        letter = "n" if str(array.attrs["units"]) == "rpm" else r"\omega_n"
+        attributes = {
+            **array.attrs,
+            "long_name": f"deviation of the {name_of(array, name)}, from the nominal speed",
+            "common_name": "deviation of the crank speed from the nominal speed",
+            "symbol": rf"${symbol}/{letter}-1$" if symbol else "",
+            "units": "percent",
+        }
+        for key in (name, name + PUBLISHED):
+            if key in data.data_vars and set(nominal.dims) <= set(view.array(key).dims):
+                # named arrays line up by their dimensions
+                ratio = view.array(key) / (nominal * unit)
+                values = (100.0 * (ratio - 1.0)).transpose(*view.array(key).dims)
+                new[key] = xr.Variable(values.dims, values.values, attributes)
+    return replace(view, data=data.assign(new)) if new else view
+
 
 ON_COMMON_AXES = {
     "omega_extremes": ("omega_max", "omega_mean", "omega_min"),

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.view.figures.angle_lines import over_angle, trace
 from sweeps.view.figures.marks import line_style
-from sweeps.view.figures.multiples import columns_for, multiples
-from sweeps.view.figures.sheet import WIDTH, Entries, NamedFigures, rc
+from sweeps.view.figures.sheet import WIDTH, Entries, NamedFigures, columns_for, multiples, rc
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.traces import over_angle, trace
 from sweeps.view.figures.views import MOST_PANELS, StudyAxis, View, facet_of, stem_of
 from sweeps.view.figures.wording import name_of, number_text
 

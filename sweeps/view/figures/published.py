@@ -11,9 +11,16 @@ from numpy.typing import NDArray
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import PUBLISHED
 from sweeps.view.figures.marks import line_style, shade
-from sweeps.view.figures.multiples import multiples
-from sweeps.view.figures.scales import log_ticks, x_label
-from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
+from sweeps.view.figures.scales import log_ticks
+from sweeps.view.figures.sheet import (
+    GREY,
+    Entries,
+    NamedFigures,
+    finish,
+    multiples,
+    new_sheet,
+    x_label,
+)
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, MOST_ROWS, StudyAxis, View
 from sweeps.view.figures.wording import number_text, wrap

@@ -9,29 +9,13 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
-from sweeps.view.figures.sheet import room_scale
-from sweeps.view.figures.views import LEAST_SPAN, StudyAxis
-from sweeps.view.figures.wording import axis_label, digits_of, number_text, wrap
+from sweeps.view.figures.sheet import room_scale, x_label
+from sweeps.view.figures.views import StudyAxis
+from sweeps.view.figures.wording import LEAST_SPAN, axis_label, digits_of, number_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-
-
-def y_label(axes: Axes, text: str, height: float) -> None:
-    """Label of a panel `height` inches tall, broken to fit."""
-    axes.set_ylabel(wrap(text, max(14, int(height * 16))))
-
-
-def x_label(axes: Axes, text: str, width: float) -> None:
-    """Label of a panel `width` inches wide, broken to fit."""
-    axes.set_xlabel(wrap(text, max(14, int(width * room_scale() * 15.5))))
-
-
-def no_ordinate(panel: Axes) -> None:
-    """Where nothing could be drawn there are no numbers to read off."""
-    panel.tick_params("y", left=False, labelleft=False)
-    panel.grid(False, axis="y")
 
 
 def parameter_ticks(axes: Axes, axis: StudyAxis, which: str, room: float) -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.view.figures.marks import DASHES, line_style, shade
-from sweeps.view.figures.scales import parameter_ticks, x_label, y_label
-from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc
+from sweeps.view.figures.scales import parameter_ticks
+from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc, x_label, y_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import View, stem_of
 from sweeps.view.figures.wording import number_text, with_unit
@@ -19,7 +20,7 @@ from sweeps.view.figures.wording import number_text, with_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MODE, DISC, ORDER, SPEED = "mode", "disc", "order", "speed"
+MODE, SHAFT, DISC, ORDER, SPEED = "mode", "shaft", "disc", "order", "speed"
 SHAPE, FREQUENCY, CRITICAL, VECTORS = (
     "mode_shape", "natural_frequency", "critical_speed", "mode_vector_sum"
 )  # fmt: skip
@@ -43,6 +44,36 @@ LABELLED = 0.1
 
 WIDE, TALL = 4.7, 3.4
 """Inches of a panel of the Campbell diagram, of which labels take their room."""
+
+
+def part_of(view: View, name: str) -> str | None:
+    """The dimension of a variable that counts shafts or discs; None where one was selected."""
+    return next((part for part in (SHAFT, DISC) if part in view.array(name).dims), None)
+
+
+def largest_along(
+    view: View, name: str, dim: str, place: Mapping[str, int] | None = None
+) -> Floats:
+    """Largest size of a variable for each place along a dimension; 0 where there is no number."""
+    array = view.at(name, place or {}).transpose(dim, ...)
+    sizes = np.abs(np.asarray(array.values, dtype=float)).reshape(array.shape[0], -1)
+    return np.asarray(np.nanmax(sizes, axis=1, initial=0.0))
+
+
+def at_largest(view: View, name: str) -> View:
+    """The slice of that shaft or disc in which a variable is the largest."""
+    part = part_of(view, name)
+    if part is None:
+        return view
+    place = int(np.argmax(largest_along(view, name, part)))
+    said = f"{view.axis(part).tag(place)}, where the {part_text(name)} is the largest"
+    sliced = view.slice_at({part: place})
+    return replace(sliced, fixed={**sliced.fixed, part: said})
+
+
+def part_text(name: str) -> str:
+    """What of a part a variable is, in one word."""
+    return name.split("_")[1]
 
 
 def mode_shape_names(view: View) -> list[str]:

@@ -10,10 +10,16 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
-from sweeps.view.figures.lines import COMPUTED, draw_points, line_figure, line_of, told_apart
-from sweeps.view.figures.marks import DASHES, line_style
-from sweeps.view.figures.multiples import multiples
+from sweeps.view.figures.angle_lines import line_or_mark, set_cycle, trace
+from sweeps.view.figures.marks import DASHES, TARGET_LOOK, line_style, target_lines
 from sweeps.view.figures.options import with_angle_from_zero
+from sweeps.view.figures.parameter_lines import (
+    COMPUTED,
+    draw_points,
+    line_figure,
+    line_of,
+    told_apart,
+)
 from sweeps.view.figures.scales import parameter_ticks
 from sweeps.view.figures.shaft_modes import (
     CRITICAL,
@@ -21,14 +27,17 @@ from sweeps.view.figures.shaft_modes import (
     MODE,
     ORDER,
     PALE,
+    SHAFT,
     SPEED,
     WIDE,
+    at_largest,
     free_places,
+    largest_along,
+    part_of,
+    part_text,
 )
-from sweeps.view.figures.sheet import GREY, OWN_ORDINATES, NamedFigures, rc
+from sweeps.view.figures.sheet import GREY, OWN_ORDINATES, NamedFigures, multiples, rc
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.targets import LOOK, target_lines
-from sweeps.view.figures.traces import line_or_mark, set_cycle, trace
 from sweeps.view.figures.views import MISFIRE, MOST_PANELS, StudyAxis, View, stem_of
 from sweeps.view.figures.wording import number_text, symbol_of, with_unit, wrap
 
@@ -36,7 +45,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SHAFT = "shaft"
 PARTS = {"shaft_torque": SHAFT, "disc_angle": DISC}
 """What has orders, and the dimension of the parts that have it."""
 
@@ -70,31 +78,6 @@ MOST_PARTS = 3
 ROMAN = ("I", "II", "III", "IV", "V", "VI")
 
 
-def part_of(view: View, name: str) -> str | None:
-    """The dimension of a variable that counts shafts or discs; None where one was selected."""
-    return next((part for part in (SHAFT, DISC) if part in view.array(name).dims), None)
-
-
-def largest_along(
-    view: View, name: str, dim: str, place: Mapping[str, int] | None = None
-) -> Floats:
-    """Largest size of a variable for each place along a dimension; 0 where there is no number."""
-    array = view.at(name, place or {}).transpose(dim, ...)
-    sizes = np.abs(np.asarray(array.values, dtype=float)).reshape(array.shape[0], -1)
-    return np.asarray(np.nanmax(sizes, axis=1, initial=0.0))
-
-
-def at_largest(view: View, name: str) -> View:
-    """The slice of that shaft or disc in which a variable is the largest."""
-    part = part_of(view, name)
-    if part is None:
-        return view
-    place = int(np.argmax(largest_along(view, name, part)))
-    said = f"{view.axis(part).tag(place)}, where the {part_text(name)} is the largest"
-    sliced = view.slice_at({part: place})
-    return replace(sliced, fixed={**sliced.fixed, part: said})
-
-
 def size_of(view: View, what: str) -> str:
     """What tells how large a torque or angle is: its half range, or else its orders."""
     half, orders = what + HALF_RANGE, f"{what}_order"
@@ -106,11 +89,6 @@ def at_most_loaded(view: View, what: str) -> View:
     """The shaft whose torque, or the disc whose angle, is the largest where other axes are cut."""
     used = [f"{what}_order", size_of(view, what)]
     return at_largest(view.only(used, [SPEED, PARTS[what], MISFIRE]), used[-1])
-
-
-def part_text(name: str) -> str:
-    """What of a part a variable is, in one word."""
-    return name.split("_")[1]
 
 
 def cases(
@@ -185,7 +163,7 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
         for rank, limit in enumerate(limits):
             values = _limit(view, limit, parts.place(index))
             if values is not None:
-                look = LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
+                look = TARGET_LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
                 sheet.entries[view.title(limit)] = panel.plot(speed.values, values, **look)[0]
                 worst = np.max([view.numbers(name, place) for place in places], axis=0)
                 if (worst > values).any():

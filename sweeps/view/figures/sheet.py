@@ -1,16 +1,15 @@
-"""The style of all figures, and the sheet of one: panels, title, notes, legend, caption."""
+"""The style of all figures, and the sheet of one: panels, labels, title, notes, legend, caption."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from sweeps.base.errors import SceneError
-from sweeps.view.figures.views import LEAST_SPAN
-from sweeps.view.figures.wording import wrap
+from sweeps.view.figures.wording import LEAST_SPAN, wrap
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -112,6 +111,22 @@ def room_scale() -> float:
     """Width of the figures over the customary one, for texts that are broken to fit."""
     inches = _SETTING.get(_PLAIN).inches
     return inches[0] / WIDTH if inches else 1.0
+
+
+def y_label(axes: Axes, text: str, height: float) -> None:
+    """Label of a panel `height` inches tall, broken to fit."""
+    axes.set_ylabel(wrap(text, max(14, int(height * 16))))
+
+
+def x_label(axes: Axes, text: str, width: float) -> None:
+    """Label of a panel `width` inches wide, broken to fit."""
+    axes.set_xlabel(wrap(text, max(14, int(width * room_scale() * 15.5))))
+
+
+def no_ordinate(panel: Axes) -> None:
+    """Where nothing could be drawn there are no numbers to read off."""
+    panel.tick_params("y", left=False, labelleft=False)
+    panel.grid(False, axis="y")
 
 
 def new_sheet(
@@ -330,3 +345,76 @@ def _cell(panel: Axes, width: float, height: float) -> tuple[float, float]:
         return 0.0, 0.0
     grid = place.get_gridspec()
     return width / grid.ncols - 0.4, height / grid.nrows - 0.3
+
+
+@dataclass(frozen=True)
+class Multiples:
+    """Small multiples of one figure.
+
+    Attributes
+    ----------
+    figure : Figure
+        It holds the panels.
+    panels : list of Axes
+        Those that are drawn, by rows.
+    spare : list of Axes
+        Those that are left over in the last row: hidden, or the place of the legend.
+    columns : int
+        Panels of a row.
+    entries : dict
+        Of the legend.
+    """
+
+    figure: Figure
+    panels: list[Axes]
+    spare: list[Axes]
+    columns: int
+    entries: Entries = field(default_factory=dict)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return -(-len(self.panels) // self.columns)
+
+    @property
+    def lowest(self) -> list[Axes]:
+        """The panels with none below them."""
+        return self.panels[-self.columns :]
+
+    def label_x(self, text: str, width: float) -> None:
+        """Label the abscissas of the lowest panels, each so many inches wide."""
+        for panel in self.lowest:
+            x_label(panel, text, width)
+
+    def label_y(self, text: str, height: float) -> None:
+        """Label the ordinates of the first column, each so many inches tall."""
+        for panel in self.panels[:: self.columns]:
+            y_label(panel, text, height)
+
+    def finish(
+        self, title: str, notes: Iterable[str], caption: str = "", *, legend: bool = True,
+        legend_title: str = "", below: bool = True,
+    ) -> Figure:  # fmt: skip
+        """Finish the figure with `sheet.finish`, without its legend if not `legend`."""
+        entries = self.entries if legend else {}
+        return finish(self.figure, title, notes, entries, legend_title, caption, below, self.spare)
+
+
+def columns_for(count: int) -> int:
+    """Panels in a row of small multiples."""
+    return count if count <= 3 else 2 if count == 4 else 3
+
+
+def multiples(
+    count: int, base: float, each: float, *, columns: int | None = None, width: float = WIDTH,
+    **share: Any,
+) -> Multiples:  # fmt: skip
+    """Begin a figure of `count` panels, `base` inches tall and `each` inches more for every row."""
+    columns = columns or columns_for(count)
+    rows = -(-count // columns)
+    figure, panels = new_sheet(rows, columns, base + each * rows, width=width, **share)
+    for panel in panels[count:]:
+        panel.set_visible(False)
+    for panel in panels[count - columns : count]:
+        panel.tick_params(labelbottom=True)
+    return Multiples(figure, panels[:count], panels[count:], columns)

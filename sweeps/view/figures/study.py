@@ -14,13 +14,34 @@ from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
 from sweeps.base.axis_places import selected_places, words_of
-from sweeps.base.dimensions import REDUCTION, SEARCHED
+from sweeps.base.dimensions import DESIGN, RANK, REDUCTION, SEARCHED
 from sweeps.base.errors import SceneError, outside_axis
 from sweeps.base.ratios import number_or_ratio
-from sweeps.view.figures.kept import kept_as_cases, told_kept
 from sweeps.view.figures.options import Options, check_targets, with_angle_from_zero
 from sweeps.view.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.view.figures.wording import shorten, slug, value_text
+
+
+def kept_as_cases(data: xr.Dataset) -> xr.Dataset:
+    """A reduced archive whose kept designs are named cases, the best of the first search first."""
+    if REDUCTION not in data.attrs or DESIGN not in data.dims or RANK not in data:
+        return data
+    ranks = np.where(data[RANK].values > 0, data[RANK].values, np.iinfo(np.int32).max)
+    data = data.isel({DESIGN: np.lexsort(ranks[::-1])})
+    if "case" in data.coords:
+        return data
+    names = [f"design {number}" for number in data[DESIGN].values]
+    return data.assign_coords(case=(DESIGN, np.array(names, dtype=object)))
+
+
+def told_kept(view: View) -> View:
+    """A view whose notes say how many designs were kept, of how many."""
+    if REDUCTION not in view.data.attrs or DESIGN not in view.data.sizes:
+        return view
+    every = json.loads(view.data.attrs[REDUCTION])["designs"]
+    text = f"{view.data.sizes[DESIGN]:,} designs kept of {every:,}"
+    return replace(view, fixed={**view.fixed, DESIGN: text}, had=view.former_dims())
+
 
 MOST_ASIDES = 4
 """Families away from the nominal design that get curves; a grid of designs has many more."""

@@ -20,12 +20,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.view.figures.angle_lines import load_at, over_angle, set_cycle, shade_work, trace
 from sweeps.view.figures.marks import lost_handle, mark_lost
-from sweeps.view.figures.scales import y_label
-from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet
+from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, y_label
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.torques import load_at, shade_work
-from sweeps.view.figures.traces import over_angle, set_cycle, trace
 from sweeps.view.figures.views import View
 from sweeps.view.figures.wording import HARD_SPACE, number_text
 

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import FIRING_PATTERN, PUBLISHED
+from sweeps.base.dimensions import COUNTED, FIRING_PATTERN, PUBLISHED
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.wording import (
+    LEAST_SPAN,
     axis_label,
     digits_of,
     name_of,
@@ -40,10 +41,7 @@ MOST_ROWS = 45
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
-CATEGORIES = (
-    "throw", "bay", "cylinder", "piston", "main_bearing", "mount", "cylinders", "direction",
-    "valve_train", MISFIRE,
-)  # fmt: skip
+CATEGORIES = (*COUNTED, "cylinders", "direction", "valve_train", MISFIRE)
 """Dimensions between whose values there is nothing: no line runs from one to the next."""
 
 RUNNING = ("crank_angle", "order", "crossing")
@@ -60,9 +58,6 @@ NO_VALUE = "no value"
 
 TO_TOLERANCE = ("delta", "delta_midrange", "inertia_required")
 """Variables whose relative error is the tolerance of the solver."""
-
-LEAST_SPAN = 1e-6
-"""Relative difference below which values are drawn as equal: ticks could not show it."""
 
 ROUNDING = 1e-12
 """Difference, relative to the largest value of a variable, that is rounding."""

@@ -15,6 +15,9 @@ from sweeps.base.errors import printable
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
 EN_DASH = "\N{EN DASH}"
 LONGEST_SYMBOL = 200
+LEAST_SPAN = 1e-6
+"""Relative difference below which values are drawn as equal: ticks could not show it."""
+
 MOST_TOLD_APART = 200
 """Numbers that get as many digits as tell them apart."""
 

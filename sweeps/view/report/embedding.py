@@ -19,6 +19,7 @@ import numpy.typing as npt
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.base.axis_places import words_of
+from sweeps.base.dimensions import COUNTED
 from sweeps.base.errors import SceneError, one_line
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.readable_units import converted, unit_choices
@@ -44,9 +45,6 @@ COARSE_ANGLES = 121
 
 ANGLE_WEIGHT = 12.0
 """An axis of designs is thinned before the crank angle while it has this share of its points."""
-
-KEPT = frozenset({"throw", "bay", "cylinder", "main_bearing", "mount", "direction", "order"})
-"""Dimensions that are never thinned."""
 
 MOST_WORDS = 50
 """Words of an axis that are all kept."""
@@ -259,7 +257,7 @@ def _low(
 ) -> int:
     """Values of a dimension that are kept at least."""
     words = dim in columns and is_words(columns[dim][1])
-    if dim in KEPT or (words and archive.sizes[dim] <= MOST_WORDS):
+    if dim in (*COUNTED, "direction", "order") or (words and archive.sizes[dim] <= MOST_WORDS):
         return count
     return min(count, COARSE_ANGLES if dim == "crank_angle" else 2)
 

@@ -1,4 +1,4 @@
-"""Numbers against one axis: points joined by lines."""
+"""Lines over a parameter: numbers against one axis as points joined by lines."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import HIGH, LOW
-from sweeps.view.figures.marks import doubt_look, line_style, lost_handle, lost_points
-from sweeps.view.figures.multiples import multiples
-from sweeps.view.figures.scales import (
-    degree_ticks,
-    free_scale,
-    no_ordinate,
-    parameter_ticks,
-    sensible_span,
+from sweeps.base.dimensions import COUNTED, HIGH, LOW
+from sweeps.view.figures.marks import (
+    doubt_look,
+    line_style,
+    lost_handle,
+    lost_points,
+    target_lines,
+    target_places,
 )
-from sweeps.view.figures.sheet import GREY, Entries
-from sweeps.view.figures.targets import target_lines, target_places
+from sweeps.view.figures.scales import degree_ticks, free_scale, parameter_ticks, sensible_span
+from sweeps.view.figures.sheet import GREY, Entries, multiples, no_ordinate
 from sweeps.view.figures.views import MOST_PANELS, NO_VALUE, StudyAxis, View
 from sweeps.view.figures.wording import HARD_SPACE, name_of, sentence
 
@@ -38,9 +37,6 @@ FEW_POINTS = 5
 """Values of an axis below which the lines between the points are thin."""
 
 BAND = "95 % range due to the uncertain values"
-
-COUNTED = ("throw", "bay", "piston", "main_bearing", "mount", "cylinder")
-"""Dimensions whose points are parts of an engine: no line runs from one to the next."""
 
 
 @dataclass(frozen=True)

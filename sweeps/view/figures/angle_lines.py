@@ -1,4 +1,4 @@
-"""Curves over one cycle: closed lines over the crank angle, and the axis below them."""
+"""Lines over the crank angle: closed curves, and the axis below them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.view.figures.marks import line_style, lost_handle, mark_lost
-from sweeps.view.figures.scales import crank_axis, no_ordinate
-from sweeps.view.figures.sheet import WIDTH, Entries
-from sweeps.view.figures.targets import target_lines
+from sweeps.base.dimensions import COUNTED
+from sweeps.view.figures.marks import line_style, lost_handle, mark_lost, target_lines
+from sweeps.view.figures.scales import crank_axis
+from sweeps.view.figures.sheet import WIDTH, Entries, no_ordinate
 from sweeps.view.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View
 from sweeps.view.figures.wording import with_unit
 
@@ -24,9 +24,6 @@ FRICTION = "friction_torque"
 
 RMS = "_rms"
 """Ending of the root mean square of a curve."""
-
-PADDED = {"throw", "bay", "piston", "main_bearing", "cylinder"}
-"""Dimensions as long as the largest engine needs; others have no values at their end."""
 
 
 def over_angle(view: View, name: str) -> bool:
@@ -98,7 +95,7 @@ def draw_curves(
         style = line_style(rank, len(places), bool(nominal))
         if not (lost or fixed):
             text += _rms_text(view, name, place)
-        if lost == NO_VALUE and PADDED & set(view.array(name).dims):
+        if lost == NO_VALUE and {*COUNTED} & set(view.array(name).dims):
             continue  # padded to the longest engine
         if len(places) == 1:
             style["marker"] = ""
@@ -174,3 +171,25 @@ def set_cycle(
     for panel in panels:
         panel.set_xlim(*limits)
         crank_axis(panel, view.array("crank_angle"), room, named=panel in lowest)
+
+
+def load_at(view: View, x: Floats) -> Floats | None:
+    """The load torque at crank angles; None where there is none.
+
+    It may have a gap where the passes start, over which it is interpolated.
+    """
+    angle, load, lost = trace(view, "load_torque", {})
+    known = np.isfinite(load)
+    return None if lost else np.interp(x, angle[known], load[known])
+
+
+def shade_work(panel: Axes, x: Floats, torque: Floats, load: Floats, entries: Entries) -> None:
+    """Shade the areas between torque and load: the work that the rotating masses take and give."""
+    for text, where, look in (
+        ("Excess of work: speed rises", torque > load, {"color": "#d9d9d9"}),
+        ("Deficit of work: speed falls", torque < load,
+         {"facecolor": "white", "edgecolor": "#bdbdbd", "hatch": "////"}),
+    ):  # fmt: skip
+        style: dict[str, Any] = {"linewidth": 0, **look}
+        area = panel.fill_between(x, torque, load, where=where, interpolate=True, **style)
+        entries[text] = area
