@@ -43,7 +43,7 @@ from engine_dyn.units import BAR, DEGREE, RPM
 from oracle.teeth import write_times
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.view.figures.marks import DASHES, shade
-from sweeps.view.texts.cylinder_deviations import deviations_text
+from sweeps.view.texts.lab_texts import deviations_text
 
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "misfire_detection.md"

@@ -19,7 +19,7 @@ from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
 from sweeps.lab.pressure.evaluation import evaluated
 from sweeps.scene.engine.engine_files import load_engine
-from sweeps.view.texts.recorded_trains import train_text
+from sweeps.view.texts.lab_texts import train_text
 
 
 def pressure() -> None:

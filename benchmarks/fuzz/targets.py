@@ -59,7 +59,7 @@ from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan.forecast import text
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
-from sweeps.view.texts.engines import engine_text
+from sweeps.view.texts.scenes import engine_text
 
 Drawn = st.SearchStrategy[Any]
 

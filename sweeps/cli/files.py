@@ -207,7 +207,7 @@ def check_slices(dataset: xr.Dataset, *given: Mapping[str, float | str]) -> None
     SceneError
         For a value outside its axis.
     """
-    from sweeps.view.texts.nearest_values import nearest_notes
+    from sweeps.view.texts.tables import nearest_notes
 
     for values in given:
         for note in nearest_notes(dataset, values):

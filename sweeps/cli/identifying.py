@@ -78,7 +78,7 @@ def identify(
     perfect = teeth in ("estimated", "perfect")
     deviation = None if perfect else _deviation(teeth)
     from sweeps.lab.speed.identification import identify as fit
-    from sweeps.view.texts.fits import fit_text
+    from sweeps.view.texts.lab_texts import fit_text
 
     found = fit(
         scene, wanted, teeth=teeth if perfect else "estimated", tooth_deviation=deviation,
@@ -208,7 +208,7 @@ def calibrate(
     with writing(output), replaced(output) as partial:
         partial.write_text(text, encoding="utf-8")
     if not quiet:
-        from sweeps.view.texts.calibrations import calibration_text
+        from sweeps.view.texts.lab_texts import calibration_text
 
         say(calibration_text(made))
         say("")

@@ -75,11 +75,11 @@ def info(what: str, provenance: bool, units: str | None) -> None:
                 warn(plausibility_warnings(make_plan(scene)))
             return
         if toml or what in catalogue():
-            from sweeps.view.texts.engines import engine_text
+            from sweeps.view.texts.scenes import engine_text
 
             say(engine_text(load_engine(what)))
             return
-    from sweeps.view.texts.interrupted import interrupted_run, interrupted_text
+    from sweeps.view.texts.archives import interrupted_run, interrupted_text
 
     folder = interrupted_run(Path(what))
     if folder is not None:
@@ -359,7 +359,7 @@ def plot(
 
     options = options_of(select=select, target=given.pop("targets"), **given)
     with opened(archive) as dataset:
-        from sweeps.view.texts.figure_kinds import kinds_text
+        from sweeps.view.figures.drawing import kinds_text
         from sweeps.view.texts.readable_dataset import readable_dataset
 
         readable = readable_dataset(dataset, units)

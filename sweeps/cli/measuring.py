@@ -57,7 +57,7 @@ def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     """
     read = _read(scene, output, overwrite)
     from sweeps.lab.speed.measured import measured as compare
-    from sweeps.view.texts.measured import measured_text
+    from sweeps.view.texts.lab_texts import measured_text
 
     _write(lambda: compare(read), measured_text, output, overwrite, quiet)
 
@@ -77,7 +77,7 @@ def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
     """
     read = _read(scene, output, overwrite)
     from sweeps.lab.speed.recorded_train import follow_cycles
-    from sweeps.view.texts.recorded_trains import train_text
+    from sweeps.view.texts.lab_texts import train_text
 
     _write(lambda: follow_cycles(read), train_text, output, overwrite, quiet)
 
@@ -114,7 +114,7 @@ def cylinders(
     rate = number_of(false_alarms, "--false-alarms")
     deviation = number_of(tooth_deviation, "--tooth-deviation")
     from sweeps.lab.speed.cylinder_deviations import cylinder_deviations
-    from sweeps.view.texts.cylinder_deviations import deviations_text
+    from sweeps.view.texts.lab_texts import deviations_text
 
     _write(
         lambda: cylinder_deviations(read, false_alarms=rate, tooth_deviation=deviation),

@@ -175,7 +175,7 @@ def firing_patterns(
         check_output(output, overwrite, Path(what))
     announce_compiling(quiet)
     from sweeps.decide.explore.firing_patterns import firing_patterns as ranked
-    from sweeps.view.texts.firing_patterns import patterns_text
+    from sweeps.view.texts.firing_orders import patterns_text
 
     with _warnings_told_later():
         found = ranked(

@@ -93,7 +93,7 @@ def best(
     with opened(archive) as dataset:
         from sweeps.decide.explore.opening import nearest
         from sweeps.decide.explore.search import best as best_of
-        from sweeps.view.texts.found import found_text
+        from sweeps.view.texts.optimised import found_text
 
         check_slices(dataset, select)
         part = nearest(dataset, **select)

@@ -17,7 +17,7 @@ from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import read_scene
-from sweeps.view.texts.engines import engine_text
+from sweeps.view.texts.scenes import engine_text
 from tests.support.figures import plates, words
 from tests.support.scenes import computed, refusal
 

@@ -15,12 +15,12 @@ from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.base.errors import SceneError
 from sweeps.running.archive import labels as dataset
 from sweeps.view.figures import arrangement, draw, kinds
+from sweeps.view.figures.angle_lines import draw_curves
 from sweeps.view.figures.cycle_curves import curve_figure
 from sweeps.view.figures.kinds import figures_of
 from sweeps.view.figures.scales import crank_axis
 from sweeps.view.figures.sheet import finish, new_sheet
 from sweeps.view.figures.study import study_of
-from sweeps.view.figures.angle_lines import draw_curves
 from sweeps.view.figures.views import pick
 from sweeps.view.figures.wording import axis_label, number_text, unit_text, value_text, wrap
 from tests.support.figures import assert_inside, plain, plates, style, texts, variable, words

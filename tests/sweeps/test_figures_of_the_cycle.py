@@ -15,8 +15,8 @@ from sweeps.view.figures.bearing_loads import (
     bearing_pressure_names,
     bearing_pressures,
 )
-from sweeps.view.figures.parameter_bars import COMPONENTS, friction_components, friction_names
 from sweeps.view.figures.cycle_curves import load_curve_names, load_curves
+from sweeps.view.figures.parameter_bars import COMPONENTS, friction_components, friction_names
 from sweeps.view.figures.polar import polar_names
 from sweeps.view.figures.study import Study, study_of
 from sweeps.view.figures.turning_moment import turning, turning_moment, turning_names

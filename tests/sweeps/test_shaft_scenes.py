@@ -20,8 +20,7 @@ from sweeps.catalogue import SHAFTS
 from sweeps.decide.explore.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.view.report.shaft_results import shaft_results
-from sweeps.view.texts.engines import engine_text
-from sweeps.view.texts.scenes import scene_text
+from sweeps.view.texts.scenes import engine_text, scene_text
 from tests.support.scenes import refusal, write_scene
 from tests.support.shafts import DIESEL, complete_shaft, dense
 

@@ -13,9 +13,8 @@ import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.rows import Rows, rows
 from sweeps.running.reduce import ranges as reading
-from sweeps.view.texts.nearest_values import nearest_notes
 from sweeps.view.texts.readable_units import factor
-from sweeps.view.texts.tables import number_cells, number_text, rows_text
+from sweeps.view.texts.tables import nearest_notes, number_cells, number_text, rows_text
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
 

@@ -66,7 +66,7 @@ class Plots:
         self._archive = archive
 
     def __repr__(self) -> str:
-        from sweeps.view.texts.figure_kinds import kinds_text
+        from sweeps.view.figures.drawing import kinds_text
 
         return kinds_text(self._archive)
 

@@ -244,3 +244,25 @@ def _together(folder: Path) -> Iterator[dict[Path, Path]]:
             for path in missing:
                 path.rmdir()
         raise
+
+
+def kinds_text(dataset: xr.Dataset, options: Options | None = None) -> str:
+    """List what `plot --only` can draw of an archive, and what the other kinds need.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        An archive.
+    options : Options, optional
+        Slices and quantities that are chosen.
+    """
+    found = kinds_of(dataset, options)
+    wide = max(len(kind.name) for kind, _ in found)
+    given = [f"  {kind.name:{wide}}  {kind.shows}" for kind, names in found if names]
+    absent = [f"  {kind.name:{wide}}  needs {kind.needs}" for kind, names in found if not names]
+    lines = (
+        ["figures available for this archive:", *given]
+        if given
+        else ["no figures available for this archive"]
+    )
+    return "\n".join([*lines, "", "not available for this archive:", *absent] if absent else lines)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from sweeps.base.errors import one_line, printable
+from sweeps.view.texts.readable_units import converted
 
-__all__ = ["details", "listed", "paragraph", "preformatted", "table", "text"]
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 LONGEST = 1000
 """Characters of a cell or a line."""
@@ -55,3 +59,15 @@ def table(
     for row in rows:
         parts += ["<tr>", *(cell("td", i, value) for i, value in enumerate(row)), "</tr>"]
     return "".join((*parts, "</tbody></table></div>"))
+
+
+FIRST_ROWS = 20
+"""Designs that are shown of many."""
+
+
+def value_text(variable: xr.Variable | xr.DataArray, value: Any, choice: str | None) -> str:
+    """Return a number with its unit, or a word."""
+    if variable.dtype.kind not in "fiub":
+        return one_line(value, 60)
+    factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
+    return f"{float(value) * factor:.6g} {one_line(unit, 30)}".rstrip()

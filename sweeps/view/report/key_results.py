@@ -14,9 +14,8 @@ from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.columns import columns_of
 from sweeps.decide.explore.rows import Rows, rows
 from sweeps.running.reduce.ranges import ranges
-from sweeps.view.report.html import details, listed, paragraph, table, text
+from sweeps.view.report.html import FIRST_ROWS, details, listed, paragraph, table, text, value_text
 from sweeps.view.report.shaft_results import shaft_results
-from sweeps.view.report.wording import FIRST_ROWS, value_text
 from sweeps.view.texts.archives import recorded_cycle_lines
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.reductions import counts_within, searches, statistics_table

@@ -1,12 +1,14 @@
-"""Sections of a report: words and tables about what an archive holds."""
+"""Sections of a report: words and tables about what an archive holds, and where designs failed."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
@@ -19,11 +21,19 @@ from sweeps.decide.explore.attributes import (
     members_of,
     of_designs,
 )
-from sweeps.view.report.failures import failures
-from sweeps.view.report.html import details, listed, paragraph, preformatted, table
+from sweeps.decide.explore.columns import columns_of
+from sweeps.running.reduce.ranges import ranges
+from sweeps.view.report.html import (
+    FIRST_ROWS,
+    details,
+    listed,
+    paragraph,
+    preformatted,
+    table,
+    value_text,
+)
 from sweeps.view.report.key_results import results
 from sweeps.view.report.model_limits import model_limits
-from sweeps.view.report.wording import FIRST_ROWS, value_text
 from sweeps.view.texts.archives import PASSES, outcome_counts
 from sweeps.view.texts.key_texts import with_word
 from sweeps.view.texts.readable_units import converted
@@ -31,7 +41,121 @@ from sweeps.view.texts.readable_units import converted
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SECTIONS"]
+
+MOST_COUNTED = 24
+"""Values of an axis at each of which failed designs are counted."""
+
+GOOD = np.array([has_numbers(code) for code in range(256)])
+
+
+@dataclass
+class Failures:
+    """Designs without numbers.
+
+    Attributes
+    ----------
+    head : list of str
+        Of the table of the first designs.
+    first : list of list of str
+        Their axes, columns and outcomes.
+    where : list of tuple of str
+        For each axis and column: its name, from where to where failed designs and all designs go,
+        and how many failed at each value.
+    """
+
+    head: list[str]
+    first: list[list[str]] = field(default_factory=list)
+    where: list[tuple[str, str, str, str]] = field(default_factory=list)
+
+
+def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
+    """Find the designs that failed, reading a range at a time.
+
+    Parameters
+    ----------
+    archive : Dataset
+        With a status.
+    choices : mapping of str
+        Units of columns.
+    """
+    import xarray as xr
+
+    status = archive["status"]
+    dims = [str(d) for d in status.dims]
+    columns = {n: v for n, v in columns_of(archive, dims, ["status"]).items() if v.ndim}
+    if "status" not in columns:  # one design
+        columns["status"] = xr.Variable(("design",), status.values[np.newaxis])
+        dims = ["design"]
+    sizes = {d: columns["status"].sizes[d] for d in dims}
+    given = [n for n in columns if n != "status"]
+    found = Failures([*given, "outcome"])
+    spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if _is_number(columns[n])}
+    counts = {d: np.zeros(n, dtype=np.int64) for d, n in sizes.items() if n <= MOST_COUNTED}
+    for begin, extent, read in ranges(columns, dims, [*sizes.values()]):
+        codes = np.broadcast_to(read["status"], extent).astype(np.uint8)
+        lost = ~GOOD[codes]
+        for name, span in spans.items():
+            _widen(span, np.broadcast_to(read[name], extent), lost)
+        for axis, dim in enumerate(dims):
+            if dim in counts:
+                others = tuple(i for i in range(len(dims)) if i != axis)
+                counts[dim][begin[axis] : begin[axis] + extent[axis]] += lost.sum(axis=others)
+        for flat in np.flatnonzero(lost)[: FIRST_ROWS - len(found.first)]:
+            at = np.unravel_index(flat, extent)
+            texts = [
+                value_text(columns[n], np.broadcast_to(read[n], extent)[at], choices.get(n))
+                for n in given
+            ]
+            code = int(codes[at])
+            why = MEANINGS[code] if code < len(MEANINGS) else str(code)
+            found.first.append([*texts, why.replace("_", " ")])
+    for name in given:
+        variable, choice = columns[name], choices.get(name)
+        at_each = _counted(variable, counts, sizes, choice) if name in dims else ""
+        lost_span, both = ("", "")
+        if name in spans and name != "design":
+            span = spans[name]
+            lost_span, both = (_span(variable, part, choice) for part in (span[:2], span[2:]))
+        if at_each or lost_span:
+            found.where.append((name, lost_span, both, at_each))
+    return found
+
+
+def _is_number(variable: xr.Variable) -> bool:
+    return variable.dtype.kind in "fiu"
+
+
+def _counted(
+    variable: xr.Variable, counts: Mapping[str, npt.NDArray[np.int64]], sizes: Mapping[str, int],
+    choice: str | None,
+) -> str:  # fmt: skip
+    """How many designs failed at each value of an axis at which some did."""
+    dim = str(variable.dims[0])
+    if dim not in counts or sizes[dim] < 2:
+        return ""
+    of_each = int(np.prod([n for d, n in sizes.items() if d != dim]))
+    told = (
+        f"{value_text(variable, value, choice)}: {n:,} of {of_each:,}"
+        for value, n in zip(variable.values, counts[dim], strict=True)
+        if n
+    )
+    return "; ".join(told)
+
+
+def _widen(span: list[float], values: npt.NDArray[Any], lost: npt.NDArray[np.bool_]) -> None:
+    for place, part in ((0, values[lost]), (2, values)):
+        if part.size and np.isfinite(part).any():
+            span[place] = min(span[place], float(np.nanmin(part)))
+            span[place + 1] = max(span[place + 1], float(np.nanmax(part)))
+
+
+def _span(variable: xr.Variable, span: Sequence[float], choice: str | None) -> str:
+    low, high = span
+    if not low <= high:
+        return "no value"
+    one, other = value_text(variable, low, choice), value_text(variable, high, choice)
+    return one if low == high else f"{one} to {other}"
+
 
 Choices = Mapping[str, str]
 
@@ -54,12 +178,12 @@ OUTCOMES: Mapping[str, str] = {
 """What an outcome means."""
 
 
-def _flat(found: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
+def _members(found: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
     """Names and texts of members, those of tables within them by their whole names."""
     for key, value in found.items():
         name = f"{head}{key}"
         if isinstance(value, dict) and not head:
-            yield from _flat(value, f"{name}: ")
+            yield from _members(value, f"{name}: ")
         else:
             yield name, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
@@ -243,7 +367,7 @@ def warned(archive: xr.Dataset, choices: Choices) -> str:
 
 def assumed(archive: xr.Dataset, choices: Choices) -> str:
     """What was assumed because the sources of the engine do not give it, and all parameters."""
-    found, more = _limited(list(_flat(members_of(archive, "engine_assumed"))), "assumptions")
+    found, more = _limited(list(_members(members_of(archive, "engine_assumed"))), "assumptions")
     parts = (
         [paragraph("These values are assumed, because the sources of the engine do not give them."),
          table(("assumed", "why"), found), more]
@@ -251,7 +375,7 @@ def assumed(archive: xr.Dataset, choices: Choices) -> str:
         else [paragraph("No value of the engine is marked as assumed.")]
     )  # fmt: skip
     parameters = {k: with_word(k, v) for k, v in members_of(archive, "parameters").items()}
-    given, more = _limited(list(_flat(parameters)), "parameters")
+    given, more = _limited(list(_members(parameters)), "parameters")
     if given:
         body = [(key, value, *_about(key)) for key, value in given]
         shown = table(("parameter", "value", "unit", "meaning"), body, (1,)) + more

@@ -1,8 +1,9 @@
-"""What an archive holds, as a text: axes, quantities, outcomes, provenance."""
+"""What an archive or an interrupted run holds, as a text: axes, quantities, provenance."""
 
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from engine_dyn.status import MEANINGS, PASSES_DONE
 from sweeps.base.dimensions import REDUCTION, STATE
 from sweeps.base.errors import as_name, counted, one_line, size_text
 from sweeps.decide.explore.attributes import axes_of, count_of_designs, of_designs
+from sweeps.running.archive.partial import Partial
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.key_texts import unit_text, with_word
 from sweeps.view.texts.readable_units import asked_of_archive, factor
@@ -23,14 +25,40 @@ from sweeps.view.texts.tables import aligned, number_text, without_rounding
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "PASSES",
-    "archive_text",
-    "explained",
-    "of_all_designs",
-    "outcome_counts",
-    "recorded_cycle_lines",
-]
+
+def interrupted_run(path: Path) -> Path | None:
+    """Return the folder of an interrupted run, if `path` is one or is an archive not yet there."""
+    try:
+        here = Partial(path) if path.exists() else Partial.of(path)
+        if here.path.is_dir() and here.header() is None:
+            here = here.adding()
+        return here.path if here.path.is_dir() and here.header() is not None else None
+    except (OSError, ValueError):
+        return None
+
+
+def interrupted_text(path: Path) -> str:
+    """Describe an unfinished run: what is finished of it, and who computes it or how to go on."""
+    here = Partial(path)
+    about = here.header() or {}
+    output = shlex.quote(str(path.parent / about["output"]))
+    what, again = f"run of {about['output']}", f"engine-dyn run SCENE -o {output} --resume"
+    if about["output"] == here.added.name:
+        what, again = "extension of an archive", "the same command"
+    writer = here.writer()
+    state = f"{what}, which is being computed now by {writer}" if writer else f"interrupted {what}"
+    lines = [
+        f"{path}: {'an' if state[0] in 'ei' else 'a'} {state}",
+        f"  title: {about['title']}",
+        f"  designs: {about['designs']}",
+        f"  finished: {len(here.finished())} of {counted(about['blocks'], 'block')}",
+        f"  started: {about['started']}",
+        f"  command line: {one_line(about['command_line'], LONGEST_LINE)}",
+    ]
+    if not writer:
+        lines.append(f"  to go on: {one_line(about.get('resume_command', again), LONGEST_LINE)}")
+    return "\n".join(map(as_name, lines))
+
 
 PASSES = "result after the requested number of cycles, not a steady state"
 """Said of designs that were solved for a number of cycles, as [solver] `passes` asks."""

@@ -18,8 +18,7 @@ from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, key_line
-from sweeps.view.texts.quantity_search import found_quantities
-from sweeps.view.texts.word_search import found_lines
+from sweeps.view.texts.quantity_search import found_lines, found_quantities
 
 __all__ = ["LISTS", "list_lines", "quantity_lines", "symbol_text"]
 
@@ -109,7 +108,7 @@ def list_lines(of: str, words: str = "") -> list[str]:
     of : str
         One of `LISTS`.
     words : str
-        As for `sweeps.view.texts.word_search.found_lines`.
+        As for `sweeps.view.texts.quantity_search.found_lines`.
 
     Raises
     ------

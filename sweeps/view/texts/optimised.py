@@ -1,10 +1,11 @@
-"""What a search for the best designs found, as a text."""
+"""What searches for designs found, as texts."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,14 +13,64 @@ import numpy as np
 from sweeps.base.dimensions import DESIGN, FOUND
 from sweeps.base.errors import counted, one_line
 from sweeps.base.ratios import ratio_text
+from sweeps.decide.explore.rows import fixed_of, rows
 from sweeps.decide.optimise.optimise import ATTRIBUTE_OF_SEARCH
+from sweeps.running.reduce.every_point import TEXT
 from sweeps.scene.conditions import Constraint, constraint, units_of
-from sweeps.view.texts.tables import aligned, number_text
+from sweeps.view.texts.readable_units import converted
+from sweeps.view.texts.tables import aligned, number_text, rows_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["optimised_text"]
+
+MOST_OF_DESIGN = 50
+"""Points of a design that are shown."""
+
+
+def found_text(
+    archive: xr.Dataset, found: xr.Dataset, quantities: Sequence[str] | None = None,
+    units: str | None = None, width: int | None = None, within: Sequence[str] = (),
+) -> str:  # fmt: skip
+    """Describe what `sweeps.best` returned.
+
+    Parameters
+    ----------
+    archive : Dataset
+        What was searched.
+    found : Dataset
+        The design.
+    quantities : sequence of str, optional
+        Those to show.
+    units : str, optional
+        As `rows_text` takes them.
+    width : int, optional
+        Of the terminal.
+    within : sequence of str, optional
+        Conditions of the search, which are told with their units.
+
+    Raises
+    ------
+    SceneError
+        As `rows` and `rows_text`.
+    """
+    place = fixed_of(archive, found)
+    lines = [one_line(found.attrs[TEXT])] if TEXT in found.attrs else []
+    if within:
+        lines.append(f"conditions: {', '.join(_condition(text, archive) for text in within)}")
+    shown = rows(found, quantities=quantities, limit=MOST_OF_DESIGN)
+    shown = replace(shown, fixed={**place, **shown.fixed})
+    lines.append(rows_text(shown, units, width))
+    return "\n".join(lines)
+
+
+def _condition(text: str, archive: xr.Dataset) -> str:
+    """A condition with the unit of its limit."""
+    units = units_of(archive)
+    condition = constraint(text, units)
+    _, unit = converted(units(condition.name) or "", None)
+    return str(condition) if condition.written else f"{condition} {unit}".rstrip()
+
 
 MOST_OF_FRONT = 12
 """Designs of a front that are printed, spread over it."""

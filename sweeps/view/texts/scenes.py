@@ -1,24 +1,27 @@
-"""What a scene is about, as a text: its engine, what varies, what is computed, and its sources."""
+"""What a scene, an engine or a shaft is, as a text."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
+from engine_dyn.pressure.double_acting import ends_of
+from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS, PATTERNS
+from engine_dyn.units import BAR, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import as_name, counted, one_line
 from sweeps.base.ratios import ratio_text
-from sweeps.view.texts.key_texts import unit_text
-from sweeps.view.texts.shafts import shaft_lines
+from sweeps.view.texts.key_texts import unit_text, value_text
 
 if TYPE_CHECKING:
+    from engine_dyn.engine import Engine
+    from engine_dyn.torsion.shaft import Shaft
     from sweeps.scene.model import Scene
 
-__all__ = ["scene_text"]
 
 FEW = 8
 """Values that are listed; of more, the ends and the number."""
@@ -141,3 +144,111 @@ def _listed(values: Any) -> str:
         low, high = np.nanmin(array), np.nanmax(array)
         return f"{len(distinct)} values from {low:.6g} to {high:.6g}"
     return f"{', '.join(distinct[:FEW])} ... ({len(distinct)})"
+
+
+def engine_text(engine: Engine) -> str:
+    """Describe an engine: its values, which of them are assumed and why, and its sources."""
+    family = engine.family
+    lines = [as_name(f"{engine.name}: {engine.title}"), "", "values"]
+    of_shaft = engine.shaft.keys if engine.shaft else ()
+    for key, value in engine.values.items():
+        if key in of_shaft:
+            continue
+        node = PARAMETERS[key]
+        mark = "  (assumed)" if key in engine.assumed else ""
+        said = value_text(node, value, digits=10)
+        lines.append(f"  {key} = {said}{unit_text(node.unit)} {node.long_name}{mark}")
+    if engine.firing_order is not None:
+        lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
+    if engine.own_cylinders is not None:
+        lines.append(f"  part of the cycle that is solved: {engine.own_cylinders.solved}")
+    for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
+        if table is not None:
+            lines.append(f"  {what}_table: {table}")
+    if engine.auxiliaries is not None:
+        lines.append(f"  auxiliaries: {engine.auxiliaries}")
+    if engine.counterweights is not None:
+        lines.append(f"  {len(engine.counterweights.mass)} counterweights on webs")
+    if engine.mounts is not None:
+        lines.append(f"  {len(engine.mounts.lateral)} mounts")
+    if engine.shaft is not None:
+        lines += ["", *shaft_lines(engine.shaft, engine.values, engine.auxiliaries is not None)]
+    if engine.torque is not None:
+        lines += ["", "diagram", f"  of the engine: {engine.torque}"]
+    else:
+        lines += ["", "diagrams" if family.diagrams else "no diagrams"]
+    speeds = [f" at {s / RPM:g} rpm" for s in getattr(family, "speeds", ())] or [""]
+    points = [(load, speed) for speed in speeds for load in family.loads]
+    diagrams = family.diagrams
+    ends = ends_of(family)
+    if ends is not None:
+        points = [(load, end) for load, _ in points for end in (", head end", ", crank end")]
+        diagrams = (ends.head_end, ends.crank_end)
+    for (load, speed), diagram in zip(points, diagrams, strict=True):
+        lines.append(
+            f"  load {load:g} percent{speed}: p_max {diagram.peak / BAR:.4g} bar at "
+            f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"
+        )
+    if engine.pressure_scale is not None:
+        over, scale = engine.pressure_scale
+        lines.append(
+            f"  scaled with speed from {over[0]:g} to {over[-1]:g} rpm by factors from "
+            f"{min(scale):.4g} to {max(scale):.4g}"
+        )
+    if engine.assumed:
+        lines += ["", "assumed, because not given in the sources"]
+        lines += [f"  {key}: {one_line(reason)}" for key, reason in engine.assumed.items()]
+    if engine.sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
+    return "\n".join(lines)
+
+
+def shaft_lines(
+    shaft: Shaft, values: Mapping[str, float], auxiliaries: bool = False
+) -> list[str]:  # fmt: skip
+    """Discs, shafts and gears with the numbers of their keys; rings of dampers come last.
+
+    Parameters
+    ----------
+    shaft : Shaft
+        Its names and what joins what.
+    values : mapping
+        Values of parameters, in the units of files.
+    auxiliaries : bool
+        Whether the engine has [[auxiliaries]], whose disc is told then.
+    """
+    masses = "include" if shaft.includes_reciprocating else "are without"
+    lines = [
+        f"shaft, {counted(len(shaft.discs), 'disc')}, counted as in keys such as disc_inertia_1; "
+        f"discs of throws {masses} the reciprocating masses"
+    ]
+    for place, name in enumerate(shaft.discs):
+        roles = [f"throw {n + 1}" for n, disc in enumerate(shaft.throws) if disc == place]
+        parts = ("flywheel", "load", *(("auxiliaries",) if auxiliaries else ()))
+        roles += [f"{part} on it" for part in parts if getattr(shaft, part) == place]
+        lines.append(_line(place, name, [*roles, *_numbers(shaft, "disc", place, values)]))
+    for place, name in enumerate(shaft.shaft_names):
+        between = " - ".join(shaft.discs[disc] for disc in shaft.shafts[place])
+        joins = [] if between == name else [between]
+        lines.append(_line(place, name, [*joins, *_numbers(shaft, "shaft", place, values)]))
+    for place, (first, second) in enumerate(shaft.gears):
+        ratio = f"ratio = {values[f'shaft_gear_ratio_{place + 1}']:.6g}"
+        lines.append(_line(place, f"gear {shaft.discs[first]} - {shaft.discs[second]}", [ratio]))
+    return lines
+
+
+def _line(place: int, name: str, about: list[str]) -> str:
+    return f"  {place + 1} {one_line(name, 80)}: {', '.join(about)}"
+
+
+def _numbers(shaft: Shaft, kind: str, place: int, values: Mapping[str, float]) -> list[str]:
+    """Numbers of a disc or shaft, or of a damper where it is its ring."""
+    found = []
+    for pattern in PATTERNS:
+        what = pattern.removesuffix("_N")
+        key = shaft.key_of(what, place) if what.startswith(f"{kind}_") else ""
+        if key in values and what != "shaft_gear_ratio":
+            unit = PARAMETERS[key].unit
+            said = f"{what.removeprefix(f'{kind}_')} = {values[key]:.6g}"
+            found.append(said if unit == "1" else f"{said} [{unit}]")
+    return found

@@ -1,30 +1,27 @@
-"""Designs as a table on the terminal."""
+"""Designs as a table on the terminal, and notes on the values that were asked for."""
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.base.errors import counted, one_line
+from sweeps.base.axis_places import words_of
+from sweeps.base.errors import SceneError, counted, one_line, outside_axis
+from sweeps.base.ratios import number_or_ratio
 from sweeps.decide.explore.rows import Rows
 from sweeps.view.texts.readable_units import converted, unit_choices
 
-__all__ = [
-    "OF_BANDS",
-    "aligned",
-    "meaning",
-    "number_cells",
-    "number_text",
-    "rows_text",
-    "without_rounding",
-]
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 ROUNDING = 1e-12
 """Size of results, over the largest of them, up to which they are rounding of sums that are 0."""
@@ -293,3 +290,51 @@ def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
     for place in range(rows.number):
         table.add_row(*(column.cells[place] for column in columns))
     return _printed(table, max(width, _needed(columns)))
+
+
+def nearest_notes(archive: xr.Dataset, values: Mapping[str, float | str]) -> list[str]:
+    """Lines about values of axes that the archive does not have, for which the nearest are taken.
+
+    Numbers that look alike in a table, with its four digits, are the same. Words, and names that
+    are no axes, are left to whoever cuts the archive.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` returns it.
+    values : mapping
+        Values of axes, as `sweeps.nearest` takes them.
+
+    Raises
+    ------
+    SceneError
+        For numbers outside their axis.
+    """
+    notes = []
+    words = words_of(archive)
+    for name, value in values.items():
+        if name in words or name not in archive.dims or name not in archive.coords:
+            continue
+        number = _number(value)
+        axis = archive[name].values
+        if not math.isfinite(number) or axis.dtype.kind not in "iuf":
+            continue
+        outside = outside_axis(number, axis)
+        if outside:
+            raise SceneError(f"{name} = {number:.12g}: {outside}")
+        taken = float(axis[np.nanargmin(np.abs(axis - number))])
+        if number_text(taken) != number_text(number):
+            notes.append(
+                f"{name} = {number:.12g} is not in the archive; the nearest value, "
+                f"{number_text(taken)}, was taken"
+            )
+    return notes
+
+
+def _number(value: float | str) -> float:
+    """A value as a number; NaN for a word."""
+    if isinstance(value, str):
+        with contextlib.suppress(ValueError):
+            return number_or_ratio(value)
+        return math.nan
+    return float(value)

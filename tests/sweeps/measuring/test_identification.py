@@ -15,7 +15,7 @@ from sweeps.lab.speed.fitted_recordings import FittedRecordings, Seen
 from sweeps.lab.speed.identification import Varied
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw
-from sweeps.view.texts.fits import fit_text
+from sweeps.view.texts.lab_texts import fit_text
 from tests.support.commands import ok, refused
 from tests.support.recorded_speeds import LOADS, WHEEL, Recorded, write_speeds, write_teeth
 from tests.support.teeth import random_errors

@@ -19,7 +19,7 @@ from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
 from sweeps.lab.speed.measured_files import records_of
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw
-from sweeps.view.texts.measured import measured_text
+from sweeps.view.texts.lab_texts import measured_text
 from tests.support.scenes import refusal_of
 from tests.support.teeth import TurningEngine, pulses, tooth_times
 
