@@ -6,8 +6,10 @@ import io
 import logging
 import os
 import re
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,6 @@ from sweeps.base.errors import SceneError, did_you_mean, one_line, shown, size_t
 from sweeps.base.ratios import number_or_ratio
 
 __all__ = ["ZEROS", "Options", "Target", "options_of"]
-
-MILLIMETRES = 25.4
-"""In an inch, the unit of matplotlib."""
 
 SMALLEST, LARGEST = 60.0, 1200.0
 """Millimetres of a side of a figure; smaller ones have no room for their labels."""
@@ -41,8 +40,6 @@ MOST_DPI = 1200
 
 MOST_POINTS = 500
 """Points (1/72 inch) of letters, lines, marks and gaps of a style; larger ones fill any figure."""
-
-_IN_POINTS = re.compile(r"(\.|font|label|title|marker|cap)size$|width$|(\.|label|title)pad$")
 
 Target = tuple[str, float]
 """A value that is aimed at, as it was written (1/200) and as a number."""
@@ -69,10 +66,8 @@ class Options:
 
     @property
     def inches(self) -> tuple[float, float] | None:
-        """The size as matplotlib takes it."""
-        if self.size is None:
-            return None
-        return self.size[0] / MILLIMETRES, self.size[1] / MILLIMETRES
+        """The size as matplotlib takes it, in inches of 25.4 mm."""
+        return None if self.size is None else (self.size[0] / 25.4, self.size[1] / 25.4)
 
 
 def options_of(
@@ -231,102 +226,99 @@ def _ratio(name: str, text: str) -> float:
         ) from None
 
 
-class _Complaints(logging.Handler):
-    """What matplotlib logs of a style file in place of raising an error."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.texts: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.texts.append(" ".join(record.getMessage().split()))
-
-
 def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
     """Settings of matplotlib from a file, one of its own styles, or as they are."""
-    import matplotlib
-
     if given is None:
         return {}
-    if isinstance(given, Mapping):
-        settings: Any = matplotlib.RcParams
-        for key, value in given.items():
-            try:
-                settings({key: value})
-            except (KeyError, ValueError) as error:
-                raise SceneError(f"style {shown(key)}: {_first_line(error)}") from None
-        _check_sizes(given, "")
-        return dict(given)
-    path, name = Path(given), one_line(given, 200)
-    if not os.path.exists(path):  # that of Path fails for names that are too long
-        from matplotlib import style
+    from matplotlib import style
 
+    if isinstance(given, Mapping):
+        _check_style(given, "style")
+        return dict(given)
+    if not os.path.exists(given):  # that of Path fails for names that are too long
         if str(given) in style.library:
-            settings = style.library[str(given)]
-            return {str(key): value for key, value in settings.items()}
+            return {str(key): value for key, value in style.library[str(given)].items()}
         raise SceneError(
             f"style {shown(str(given))}: no such file, and no style of matplotlib"
             f"{did_you_mean(str(given), [str(one) for one in style.library])}"
         )
-    if not path.is_file():
-        raise SceneError(f"style {name}: not a regular file; expected a matplotlib style file")
-    if path.stat().st_size > MOST_STYLE:
-        raise SceneError(f"style {name}: larger than {size_text(MOST_STYLE)}")
-    log, complaints = logging.getLogger("matplotlib"), _Complaints()
-    silent, log.propagate = log.propagate, False
-    log.addHandler(complaints)
-    try:
-        found = matplotlib.rc_params_from_file(path, use_default_template=False)
-    except Exception as error:  # whatever matplotlib makes of the text of others
-        raise SceneError(f"style {name}: {_first_line(error)}") from None
-    finally:
-        log.removeHandler(complaints)
-        log.propagate = silent
-    if complaints.texts:
-        said = complaints.texts[0].split(" You probably")[0]
-        raise SceneError(f"style {name}: {said[:200]}")
-    # TeX is a program of its own, whose commands read and write files.
-    left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex"}
-    left_out.add("savefig.bbox")  # a figure has the size that is asked for, whatever its margins
-    kept = {str(key): value for key, value in found.items() if key not in left_out}
-    _check_sizes(kept, f" {name}")
-    _check_drawn(kept, name)
+    name = f"style {one_line(given, 200)}"
+    # TeX is a program of its own, whose commands read and write files; a tight box would change
+    # the size that is asked for.
+    left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex",
+                "savefig.bbox"}  # fmt: skip
+    kept = {k: v for k, v in _style_file(Path(given), name).items() if k not in left_out}
+    _check_style(kept, name)
     return kept
 
 
-def _check_sizes(style: Mapping[str, Any], name: str) -> None:
-    """Check what makes a figure huge, or its drawing end in the library."""
-    for key, value in style.items():
-        dots = key in ("figure.dpi", "savefig.dpi") and value != "figure"
-        points = _IN_POINTS.search(key) and isinstance(value, int | float)
-        low, high, unit = (1, MOST_DPI, "") if dots else (0, MOST_POINTS, " points")
-        if key == "font.size":
-            low = 1
-        elif key.endswith("pad"):
-            low = -MOST_POINTS
-        if (dots or points) and not low <= float(value) <= high:
-            raise SceneError(f"style{name}: {key} = {value}; must be from {low} to {high}{unit}")
+def _style_file(path: Path, name: str) -> dict[str, Any]:
+    """Settings of a style file; what matplotlib would only log of its lines is refused."""
+    import matplotlib
+
+    if not path.is_file():
+        raise SceneError(f"{name}: not a regular file; expected a matplotlib style file")
+    if path.stat().st_size > MOST_STYLE:
+        raise SceneError(f"{name}: larger than {size_text(MOST_STYLE)}")
+    log, complaints = logging.getLogger("matplotlib"), BufferingHandler(sys.maxsize)
+    complaints.setLevel(logging.WARNING)
+    silent, log.propagate = log.propagate, False
+    log.addHandler(complaints)
+    try:
+        settings: Any = matplotlib.rc_params_from_file(path, use_default_template=False)
+    except Exception as error:  # whatever matplotlib makes of the text of others
+        raise SceneError(f"{name}: {_first_line(error)}") from None
+    finally:
+        log.removeHandler(complaints)
+        log.propagate = silent
+    for record in complaints.buffer:
+        said = " ".join(record.getMessage().split()).split(" You probably")[0]
+        raise SceneError(f"{name}: {said[:200]}")
+    return {str(key): value for key, value in settings.items()}
 
 
-def _check_drawn(style: Any, name: str) -> None:
-    """Check that a figure can be drawn: matplotlib reads markers and colours that it lacks."""
+def _check_style(style: Mapping[str, Any], name: str) -> None:
+    """Check that matplotlib takes the settings, that none makes a figure huge, and that it draws.
+
+    It reads markers and colours that it does not have, and fails as it draws them.
+    """
     import matplotlib
     from matplotlib.figure import Figure
 
+    settings: Any = style
     try:
-        with matplotlib.rc_context(style):
+        with matplotlib.rc_context(settings):
+            for key, value in style.items():
+                _check_size(key, value, name)
             figure = Figure((2.0, 2.0))
             panel = figure.add_subplot()
             panel.plot([1.0, 2.0], label="a")
             panel.pcolormesh([[1.0, 2.0], [3.0, 4.0]])
             panel.legend()
             figure.savefig(io.BytesIO(), format="png", dpi=30)
+    except SceneError:
+        raise
     except Exception as error:
-        raise SceneError(f"style {name}: nothing can be drawn ({_first_line(error)})") from None
+        raise SceneError(f"{name}: {_first_line(error)}") from None
+
+
+def _check_size(key: str, value: Any, name: str) -> None:
+    """Check what makes a figure huge, or its drawing end in the library."""
+    dots = key in ("figure.dpi", "savefig.dpi") and value != "figure"
+    points = re.search(r"(\.|font|label|title|marker|cap)size$|width$|(\.|label|title)pad$", key)
+    low, high, unit = (1, MOST_DPI, "") if dots else (0, MOST_POINTS, " points")
+    if key == "font.size":
+        low = 1
+    elif key.endswith("pad"):
+        low = -MOST_POINTS
+    sized = dots or (points and isinstance(value, int | float))
+    if sized and not low <= float(value) <= high:
+        raise SceneError(f"{name}: {key} = {value}; must be from {low} to {high}{unit}")
 
 
 def _first_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200].strip("'\"")
+    text = error.args[0] if isinstance(error, KeyError) else error
+    return " ".join(str(text).split())[:200]
 
 
 def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:
