@@ -25,6 +25,8 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
+from sweeps.scene.crossings import CROSSINGS, NOT_WITH, REPLACED
+from sweeps.scene.crossings import KEYS as KEY_PAIRS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.view.texts.lists import LISTS, symbol_text
 from sweeps.view.texts.quantity_search import OTHER_WORDS, SUBJECTS
@@ -235,6 +237,23 @@ def examples() -> str:
     return "\n\n".join(f"## {subject}\n\n{markdown(rows)}" for subject, rows in found.items())
 
 
+def crossings() -> str:
+    """Features that are refused together, and what is replaced, from `sweeps.scene.crossings`."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for feature, other, says in CROSSINGS:
+        why = says.replace("engine {engine}", "the engine").replace(" ({labels})", "")
+        why = re.sub(rf"^(?:{NOT_WITH} [^,;:]*|not allowed(?= here|:)|)(?: here)?[,;:]? ?", "", why)
+        found.setdefault((feature, why), []).append(other)
+    refused = [(feature, ", ".join(others), why) for (feature, why), others in found.items()]
+    refused += [(f"`{key}`", f"`{'`, `'.join(keys)}`", why) for key, keys, why in KEY_PAIRS]
+    tables = (
+        [("what a scene has", "is refused with", "why, and what to do"), *refused],
+        [("what a scene gives", "replaces"), *REPLACED],
+    )
+    # Names of tables would be links.
+    return re.sub(r"(\[\[?\w+\]\]?)", r"`\1`", "\n\n".join(map(markdown, tables)))
+
+
 def of_the_checkout(make: Callable[[], str]) -> Callable[[], str]:
     """The same tables by names alone."""
     return lambda: key_tables.names_only(make())
@@ -253,6 +272,7 @@ DOCUMENTS: Mapping[Path, Mapping[str, Callable[[], str]]] = {
     DOCS / "engines.md": {"engines": engines},
     DOCS / "scenes.md": {"scenes": scenes},
     DOCS / "friction.md": {"breakdown": friction},
+    DOCS / "limits.md": {"crossings": crossings},
 }
 """Pages, and the tables in each; those of keys by names alone."""
 

@@ -18,10 +18,17 @@ from engine_dyn.torsion.stress import (
 )
 from engine_dyn.units import DEGREE, MPA
 
-__all__ = ["NODES", "PENDULUMS", "joined"]
+__all__ = ["JUDGING", "NAN_WITHOUT", "NODES", "PENDULUMS", "joined"]
 
 PENDULUMS = ("pendulum_mass", "pendulum_distance", "pendulum_length")
 """Kinds of numbers of a pendulum."""
+
+
+NAN_WITHOUT = frozenset({
+    "shaft_diameter", "shaft_stress_limit", "shaft_torque_limit", "shaft_tensile_strength",
+    "pendulum_mass", "pendulum_stop_angle", "damper_surface",
+})  # fmt: skip
+"""Kinds of numbers without any of which the quantities here are NaN in all shafts."""
 
 
 def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any) -> Any:
@@ -167,3 +174,6 @@ NODES: tuple[Node, ...] = (
         needs=("shaft_system", "shaft_loss"), make=_heat_per_area, of_shaft=("damper_surface",),
     ),
 )  # fmt: skip
+
+JUDGING = frozenset(node.name for node in NODES)
+"""Names of these quantities."""

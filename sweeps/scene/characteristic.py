@@ -7,18 +7,17 @@ import math
 from engine_dyn.loads.characteristic import CHARACTERISTICS, Characteristic
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.toml_tables import SceneFile
-from sweeps.scene.values import GivenValues
 
 __all__ = ["read_characteristic"]
 
 
-def read_characteristic(given: SceneFile, values: GivenValues, name: str) -> Characteristic | None:
+def read_characteristic(given: SceneFile, name: str) -> Characteristic | None:
     """Read [characteristic]: a known curve, or coefficients; None without it.
 
     Raises
     ------
     SceneError
-        For an unknown kind, coefficients that are not finite, and beside [indicator] or a load.
+        For an unknown kind and for coefficients that are not finite.
     """
     table = given.characteristic
     if table is None:
@@ -26,14 +25,6 @@ def read_characteristic(given: SceneFile, values: GivenValues, name: str) -> Cha
     where = f"{name}: [characteristic]"
     if (table.kind is None) == (table.coefficients is None):
         raise SceneError(f"{where}: must have either kind or coefficients")
-    if given.indicator is not None:
-        raise SceneError(
-            f"{where}: not allowed together with [indicator], whose diagram holds at every speed"
-        )
-    if values.gives("load"):
-        raise SceneError(
-            f"{name}: load: not allowed together with [characteristic], which determines it"
-        )
     if table.coefficients is not None:
         constant, linear = table.coefficients
         if not (math.isfinite(constant) and math.isfinite(linear)):

@@ -8,6 +8,7 @@ from typing import Any
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError, shown
+from sweeps.scene.crossings import refused
 from sweeps.scene.engine.cylinder_keys import (
     ArrangementTable,
     CylinderKeys,
@@ -73,10 +74,8 @@ def cylinders_along_axis(
     """
     where = f"{name}: [axes] "
     if several and len(values.counts) > 1:
-        raise SceneError(
-            f"{where}arrangement: not allowed together with several numbers of cylinders; must be "
-            "one number"
-        )
+        two = "arrangement in [axes]", "several numbers of cylinders"
+        raise refused(*two, f"{where}arrangement")
     made = (own_cylinders(replace(keys, arrangement=a), values, where) for a in several)
     return tuple(cylinders for cylinders in made if cylinders is not None)
 
@@ -107,7 +106,7 @@ def read_arrangement_axis(
         )
     for key in ("arrangement", "firing_angles"):
         if key in keys.given:
-            raise SceneError(f"{where}: not allowed together with {key} in [set]; give one of them")
+            raise refused("arrangement in [axes]", f"{key} in [set]", where)
     several = tuple(
         read_arrangement(item, f"{where} number {i}") for i, item in enumerate(raw, start=1)
     )

@@ -20,6 +20,7 @@ from engine_dyn.types import Floats, Integers
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import ARRANGEMENT, ENGINE
 from sweeps.base.errors import SceneError, counted, shown
+from sweeps.scene.crossings import refused
 from sweeps.scene.cylinders import read_arrangement_axis
 from sweeps.scene.engine.cylinder_keys import (
     ArrangementTable,
@@ -35,9 +36,6 @@ __all__ = ["EngineChoice", "EngineChoices", "check_engine_given", "engine_choice
 
 MOST = 200
 """Ordinary scenes that one scene may consist of."""
-
-_OF_ONE_ENGINE = ("reference", "measured")
-"""Tables that are about one engine."""
 
 
 @dataclass(frozen=True)
@@ -120,9 +118,6 @@ def engine_choices(
     several = _arrangements(given, name)
     if engines is None and not of_rows and not _differ(several, given, name, base):
         return None
-    for table in _OF_ONE_ENGINE:
-        if getattr(given, table) is not None:
-            raise SceneError(f"{name}: [{table}]: applies to one engine, but the scene has several")
     if several or ARRANGEMENT in of_rows:
         _check_cylinders(given, designs, name)
     axes: dict[str, tuple[str, ...] | None] = {}
@@ -264,9 +259,7 @@ def _check_cylinders(given: SceneFile, designs: Mapping[str, Floats], name: str)
     """Check that nothing gives the number of cylinders beside arrangements that have several."""
     for table, keys in (("set", given.set), ("axes", given.axes), ("designs", designs)):
         if "cylinders" in keys:
-            raise SceneError(
-                f"{name}: [{table}] cylinders: not allowed here; it follows from each arrangement"
-            )
+            raise refused("cylinders", "several arrangements", f"{name}: [{table}] cylinders")
 
 
 def _first_rows(texts: Sequence[str]) -> list[tuple[int, str]]:

@@ -9,18 +9,10 @@ import numpy as np
 
 from engine_dyn.quantities.graph import NODES, PARAMETERS, UNLESS_GIVEN, variants_of
 from engine_dyn.speed.fields import FRICTION_NAMES
-from sweeps.scene.engine.exclusive_keys import replaced_by
+from sweeps.scene.crossings import replaced_by
 from sweeps.scene.values import GivenValues
 
 __all__ = ["Value", "known_values"]
-
-REPLACED_BY = {
-    "crank_ratio": "rod_length", "load_damping": "load_damping_factor",
-    "load_damping_factor": "load_damping", "piston_mass": "reciprocating_mass",
-}  # fmt: skip
-"""Parameters of an engine that give way where the scene gives another one, which need not exclude
-them. Those that it excludes (`exclusive_keys`) and those that words derive give way too.
-"""
 
 BY_CHOICE = frozenset(
     key for key in PARAMETERS if len({variant.make is None for variant in NODES[key]}) > 1
@@ -86,12 +78,10 @@ def _left_in_force(
     own = {**values.engine.values, **more}
     variants = variants_of(tuple(words))
     derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
-    replaced = replaced_by(values.given.keys())
-    return {
-        key: value
-        for key, value in own.items()
-        if key not in derived and key not in replaced and REPLACED_BY.get(key) not in values.given
-    }
+    replaced = set(replaced_by(values.given.keys()))
+    if "reciprocating_mass" in values.given:
+        replaced.add("piston_mass")  # which nothing else may need
+    return {key: value for key, value in own.items() if key not in derived and key not in replaced}
 
 
 def _neutral(words: Sequence[str]) -> dict[str, float]:

@@ -29,6 +29,7 @@ from sweeps.catalogue import SCENES
 from sweeps.scene.axes import read_axes, read_settings
 from sweeps.scene.characteristic import read_characteristic
 from sweeps.scene.confidential import check_quantities
+from sweeps.scene.consistency.features import check_tables
 from sweeps.scene.consistency.outputs import check_output
 from sweeps.scene.consistency.places import check_places
 from sweeps.scene.consistency.whole import check_scene
@@ -36,7 +37,7 @@ from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.derived_quantities import elasticities_in, ordinary
 from sweeps.scene.designs import read_designs_table
 from sweeps.scene.engine.auxiliary_tables import with_auxiliaries
-from sweeps.scene.engine.block_tables import NOT_WITH_TABLE, WEIGHT_KEYS, with_block_tables
+from sweeps.scene.engine.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.scene.engine.cylinder_keys import read_cylinder_keys
 from sweeps.scene.engine.engine_files import load_engine, with_shaft
 from sweeps.scene.engine.shaft_tables import read_shaft
@@ -239,6 +240,7 @@ def scene_of(
         given = check_structure(SceneFile, tables, name)
         designs, labels = read_designs_table(given.designs, name, base)
         choices = engine_choices(given, tables, name, base, designs, labels)
+        check_tables(given, labels, choices is not None, name)
         if choices is not None:
 
             def read_one(one: dict[str, Any], its_name: str) -> Scene:
@@ -307,16 +309,6 @@ def _together(
     designs: dict[str, Floats], labels: dict[str, tuple[str, ...]],
 ) -> Scene:  # fmt: skip
     """Scene of several engines or arrangements: an ordinary scene for each, and the axes of all."""
-    for quantity in elasticities_in(given.output.quantities):
-        raise SceneError(
-            f"{name}: [output] quantities: elasticities of '{quantity}': only for one engine; the "
-            "scene has several engines or arrangements"
-        )
-    if given.uncertainty is not None:
-        raise SceneError(
-            f"{name}: [uncertainty]: not allowed with several engines or arrangements, because "
-            "each has its own uncertain values"
-        )
     each: list[OrdinaryScene] = []
     refused: dict[str, SceneError] = {}
     for choice in choices.each:
@@ -391,7 +383,6 @@ def _assembled(
     )
     check_places(values, solver.start, name)
     if values.gives(*WEIGHT_KEYS):
-        _check_weights(given, values, name)
         engine = replace(engine, counterweights=None)  # nothing may count what is replaced
     dimensions = _dimensions(axes, raw, solver.axes)
     _check_size(values, dimensions, name)
@@ -414,7 +405,7 @@ def _assembled(
         indicator_notes=indicated.notes,
         indicator_speeds=indicated.speeds,
         confidential=indicated.confidential,
-        characteristic=read_characteristic(given, values, name),
+        characteristic=read_characteristic(given, name),
         measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
         arrangements=cylinders_along_axis(arrangements, cylinder_keys, values, name),
@@ -456,13 +447,6 @@ def _dimensions(
     return (*dimensions, *of_solver)
 
 
-def _check_weights(given: SceneFile, values: GivenValues, name: str) -> None:
-    """Check that a scene sizes its counterweights once."""
-    for key in WEIGHT_KEYS if given.counterweights is not None else ():
-        if values.gives(key):
-            raise SceneError(f"{name}: [{values.table_of(key)}] {key}: {NOT_WITH_TABLE}")
-
-
 def _highest_order(given: SceneFile, engine: Engine) -> float:
     """Highest order that is asked for; by default, shafts of two-stroke engines have 15."""
     asked = "highest_order" in given.output.model_fields_set
@@ -493,12 +477,6 @@ def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> 
     """The measured diagram of [indicator]; without it, nothing of it."""
     if given.indicator is None:
         return Indicated(None)
-    table = values.table_of("load")
-    if table != "set":
-        raise SceneError(
-            f"{name}: [{table}] load: not allowed together with [indicator], whose diagram holds "
-            "for every design"
-        )
     return read_indicator_table(
         given.indicator, values.engine, base, name, cycles=values.gives("recorded_cycle")
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sweeps.base.checks import names_given
-from sweeps.base.dimensions import LABELS, STATUS
+from sweeps.base.dimensions import STATUS
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.model import Scene
 from sweeps.scene.reduce import BestTable, FrontTable, Kept, Reduce, ReduceTable
@@ -19,13 +19,11 @@ def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | 
     Raises
     ------
     SceneError
-        For axes and quantities that the scene does not have, and tables beside which it cannot
-        stand.
+        For axes and quantities that the scene does not have.
     """
     if table is None:
         return None
     where = f"{name}: [reduce]"
-    _check_beside(scene, where)
     over = scene.dimensions if table.over is None else _axes(table.over, scene, f"{where} over")
     every = tuple(name for name in scene.quantities if name != STATUS)  # outcomes are counted
     statistics = every if table.statistics is None else tuple(table.statistics)
@@ -80,20 +78,3 @@ def _axes(raw: str | Sequence[str], scene: Scene, where: str) -> tuple[str, ...]
 def _check_known(name: str, known: Sequence[str], where: str) -> None:
     if name not in known:
         raise SceneError(f"{where}: {shown(name)}: not in the scene{not_known(name, list(known))}")
-
-
-def _check_beside(scene: Scene, where: str) -> None:
-    """Refuse what has more than one number for each design, or several plans."""
-    reasons = {
-        "[reference]": scene.reference is not None,
-        "[measured]": scene.measured is not None,
-        "[uncertainty]": scene.uncertainty is not None,
-        "elasticities": bool(scene.elasticities),
-        "several engines or arrangements": bool(scene.beside),
-        f"texts in [designs] or [sample] ({', '.join(scene.labels)})": any(
-            key in scene.labels for key in LABELS[1:]
-        ),
-    }
-    for what, given in reasons.items():
-        if given:
-            raise SceneError(f"{where}: not allowed together with {what}")

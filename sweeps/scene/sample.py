@@ -18,6 +18,7 @@ from sweeps.base.checks import known_key
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, shown, shown_for_whole
 from sweeps.base.files.libraries import library
+from sweeps.scene.crossings import refused
 from sweeps.scene.distributions import Distribution, read_distribution
 
 __all__ = [
@@ -131,10 +132,7 @@ def with_sample(
     if raw.get("sample") is None:
         return dict(raw), None
     if raw.get("designs") is not None:
-        raise SceneError(
-            f"{name}: [sample] and [designs]: only one of them is allowed, because [sample] draws "
-            "the designs; other parameters that vary belong in [axes]"
-        )
+        raise refused("[sample]", "[designs]", f"{name}: [sample] and [designs]")
     where = f"{name}: [sample]"
     reduced = raw.get("reduce") is not None
     sample = read_sample(

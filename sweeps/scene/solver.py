@@ -99,12 +99,6 @@ def _check_solver(
         )
     _words(solver.closure, CLOSURES, f"{where} closure")
     stepping = [method for method in methods if method in STEPPING]
-    if solver.closure == "cycle_time" and stepping:
-        others = [method for method in METHOD_NAMES if method not in STEPPING]
-        raise SceneError(
-            f"{where} closure = 'cycle_time': method '{stepping[0]}' does not solve for the load "
-            f"coefficient; use one of {', '.join(others)}, or closure = 'power_mean'"
-        )
     for key, value in start.items():
         if not stepping:
             raise SceneError(

@@ -7,7 +7,7 @@ from typing import Any
 
 from engine_dyn.engine import Engine
 from sweeps.base.errors import SceneError
-from sweeps.scene.engine.exclusive_keys import exclusive_pair
+from sweeps.scene.crossings import exclusive_pair
 from sweeps.scene.sample import Sample, read_sample
 from sweeps.scene.values import GivenValues
 

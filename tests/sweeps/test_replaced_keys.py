@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
-from sweeps.scene.engine.exclusive_keys import replaced_by
+from sweeps.scene.crossings import replaced_by
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, SPLIT_PINS, VALUES, written
@@ -28,7 +28,8 @@ MORE = {
     "throw_mass": {"throw_radius": 0.05}, "throw_radius": {"throw_mass": 4.0},
 }  # fmt: skip
 """What belongs to a key."""
-NOT_OF_ENGINES = {"wanted_delta"}
+NOT_OF_ENGINES = {"wanted_delta", "load_damping", "load_damping_factor"}
+"""Of scenes and of shafts."""
 OF_TORQUE = {"largest_speed", "smallest_speed"}
 """Of engines whose torque is given."""
 TORQUE = '\n[[diagram]]\nkind = "torque"\nmean = 90\nharmonics = [{ order = 2, sine = 400 }]\n'

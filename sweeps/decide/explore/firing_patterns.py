@@ -234,10 +234,11 @@ def _ranked_by(found: xr.Dataset, by: str, order: float | None) -> Any:
     if order is not None:
         if "order" not in array.dims:
             raise SceneError(f"order: only with a quantity over orders; {by} is none")
-        places = np.flatnonzero(np.isclose(array["order"].values, order, rtol=0.0, atol=1e-9))
-        if not places.size:
+        orders = array["order"].values
+        place = int(np.argmin(np.abs(orders - order)))
+        if not math.isclose(orders[place], order, rel_tol=2e-4):  # 0.3333 means a third
             raise SceneError(f"order = {order:g}: must be one of the orders of the patterns")
-        array = array.isel(order=int(places[0]))
+        array = array.isel(order=place)
     if FIRING_PATTERN not in array.dims or array.dtype.kind != "f" or (
         {"order", "crank_angle"} & set(array.dims)
     ):  # fmt: skip

@@ -55,6 +55,7 @@ from sweeps.running.compute.limits import block_bytes, check_disk
 from sweeps.running.compute.options import Finished, Options, Stopped
 from sweeps.running.compute.progress import progress_bar
 from sweeps.running.compute.reduced import Units
+from sweeps.scene.crossings import refused
 from sweeps.scene.plan.blocks import (
     Block,
     Results,
@@ -113,7 +114,7 @@ def run(
         Where nothing can be written at all.
     """
     if scheduler and options.device != "cpu":
-        raise SceneError(f"device {options.device!r}: not allowed with a scheduler and its workers")
+        raise refused("a device", "a scheduler", f"device {options.device!r}")
     made_folder(output.parent)
     folder = Partial.of(output)
     now = identity(plan, numbers="float32" if options.single else "float64")

@@ -29,6 +29,7 @@ from sweeps.running.compute.into_archive import run
 from sweeps.running.compute.options import Options, Stopped
 from sweeps.running.join.copying import write_joined
 from sweeps.running.join.places import Joined, places_in, union_of
+from sweeps.scene.crossings import refused
 from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.shards import part
 from sweeps.scene.sample import SEARCH, WORDS, drawn, read_sample
@@ -138,10 +139,7 @@ def _replaced(
             if old.piece:
                 raise SceneError(f"{path}: is a shard; merge all shards first")
             if "reduce" in old.source:
-                raise SceneError(
-                    f"{path}: was reduced as it was computed, and has not the values that more "
-                    "points would be added to; run the larger scene"
-                )
+                raise refused("extend", "[reduce]", str(path))
             found = longer(old, partial)
             plan = found if isinstance(found, Plan) else _joined(old, found, options, partial)
         except Stopped as error:
@@ -183,15 +181,9 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
     if sample is None:
         raise SceneError(f"{where}: the scene has no [sample]; --axis adds points to an axis")
     if sample.method == SEARCH:
-        raise SceneError(
-            f"{where}: its designs were found by a search, which cannot be extended; run "
-            "`engine-dyn optimise` with more generations"
-        )
+        raise refused("extend", "designs that a search has found", where)
     if sample.method == "latin_hypercube":
-        raise SceneError(
-            f"{where}: a Latin hypercube cannot be extended, because its points depend on their "
-            "total number; only 'sobol' and 'saltelli' samples can"
-        )
+        raise refused("extend", "a sample of method latin_hypercube", where)
     if number == sample.number and partial.added.exists():
         return had  # killed when all was done but the removal of the folder
     if number <= sample.number:

@@ -8,19 +8,16 @@ from engine_dyn.forces.balance.banks import hangs_on_bank_offset
 from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.geometry import arrangement
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.single_cylinders import with_values
 from sweeps.base.checks import mentioned
-from sweeps.base.dimensions import ELASTICITY, FIRING_PATTERN
+from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = [
-    "check_bank_offset", "check_misfire", "check_patterns", "check_throws", "extreme_cylinders",
-]  # fmt: skip
+__all__ = ["check_bank_offset", "check_misfire", "check_throws", "extreme_cylinders"]
 
 
 def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
@@ -64,28 +61,6 @@ def check_misfire(values: GivenValues, name: str) -> None:
             f"{name}: [{table or 'set'}] misfire = {silent[wrong[0]]:g}: must be the number of one "
             f"of {most:g} cylinders, or 0"
         )
-
-
-def check_patterns(scene: Scene, name: str) -> None:
-    """Check that the engine and its load have the cycles of a firing pattern.
-
-    Raises
-    ------
-    SceneError
-        For an engine whose torque is given, a measured speed, articulated rods, and a load that
-        repeats after more than a cycle.
-    """
-    if scene.firing_patterns is None:
-        return
-    where = f"{name}: {FIRING_PATTERN}: not allowed"
-    if scene.engine.torque is not None:
-        raise SceneError(f"{where}: engine {scene.engine.name} gives its torque, not its cylinders")
-    if scene.measured is not None and scene.cycles > 1:
-        raise SceneError(f"{where} together with [measured], whose speed is that of one cycle")
-    if any(engine.articulated for engine in scene.described):
-        raise SceneError(f"{where} together with articulated_rods")
-    if cycles_of(scene.driven.over_angle, scene.engine.period) > 1:
-        raise SceneError(f"{where} together with a load that repeats after more than one cycle")
 
 
 _OF_ORDER = {"shaking_moment_first": 1, "shaking_moment_second": 2}

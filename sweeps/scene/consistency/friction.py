@@ -10,7 +10,7 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.quantities.friction_components import NODES
 from engine_dyn.quantities.parameters import STROKE_SHARES
 from sweeps.base.errors import SceneError
-from sweeps.scene.friction_law import BY_COMPONENT, friction_law
+from sweeps.scene.crossings import refused
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
@@ -28,16 +28,11 @@ def check_friction_law(scene: Scene, name: str) -> None:
             f"{name}: [{table}] friction_law: must be one value, in [set] or the engine file; "
             "compare scenes with different laws by `engine-dyn compare`"
         )
-    by_component = friction_law(scene) == BY_COMPONENT
     asked = next((q for q in scene.quantities if q in OF_COMPONENTS), None)
-    if scene.engine.period != FOUR_STROKE and (by_component or asked):
-        what = f"[output] quantities: '{asked}'"
-        if by_component:
-            what = f"friction_law = '{BY_COMPONENT}'"
-        raise SceneError(
-            f"{name}: {what}: the law of Patton, Nitschke and Heywood applies to four-stroke "
-            f"engines; a cycle of engine {scene.engine.name} is one revolution"
-        )
+    if scene.engine.period != FOUR_STROKE and asked:
+        where = f"{name}: [output] quantities: '{asked}'"
+        two = "friction by components", "a two-stroke engine"
+        raise refused(*two, where, engine=scene.engine.name)
 
 
 def check_friction_fractions(values: GivenValues, name: str) -> None:

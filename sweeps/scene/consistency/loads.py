@@ -1,4 +1,4 @@
-"""Whether loads and drivers of a scene fit its speeds, its methods and the cycle."""
+"""Whether loads and drivers of a scene fit its speeds and the cycle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.graph import UNLESS_GIVEN
-from engine_dyn.speed.methods import METHODS
 from engine_dyn.units import RPM
 from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError
@@ -21,9 +20,7 @@ __all__ = ["check_driven"]
 def check_driven(scene: Scene, name: str) -> None:
     """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""
     driven = scene.driven
-    _check_drivers(driven, name)
     _check_load_law(driven, scene, name)
-    _check_methods(driven, scene, name)
     if driven.over_speed is not None:
         what = "load_table" if driven.load_over_speed is not None else "driver_table"
         _check_speeds(driven.over_speed, what, scene, name)
@@ -34,15 +31,6 @@ def check_driven(scene: Scene, name: str) -> None:
         except ValueError as error:
             where = f"[{table}] " if table else ""
             raise SceneError(f"{name}: {where}{mentioned(error)}") from None
-
-
-def _check_drivers(driven: DrivenMachine, name: str) -> None:
-    """Check that there is no driver beside a load over speed."""
-    if driven.load_over_speed is not None and driven.has_driver:
-        raise SceneError(
-            f"{name}: load_table over speed_rpm: not allowed together with a driver, whose factor "
-            "follows from the torque balance; must be over an angle"
-        )
 
 
 def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
@@ -64,19 +52,6 @@ def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
         raise SceneError(
             f"{name}: {' and '.join(law.keys)} = 0 in one design: one of them must be more than 0"
         )
-
-
-def _check_methods(driven: DrivenMachine, scene: Scene, name: str) -> None:
-    """Check that the methods solve for the loads; what `closed` cannot solve gets a status."""
-    over_angle = driven.over_angles
-    can = [m.name for m in METHODS if m.can_solve(driven.law, over_angle) and not m.exponents]
-    for method in METHODS:
-        if method.name in scene.methods and not method.can_solve(driven.law, over_angle):
-            raise SceneError(
-                f"{name}: [solver] method = {method.name!r}: supports only the load law "
-                f"a + k omega^alpha; with another law, load_table, a driver, [[auxiliaries]] or a "
-                f"torque given for the engine, use one of {', '.join(can)}"
-            )
 
 
 def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) -> None:

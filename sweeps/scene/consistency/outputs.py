@@ -10,6 +10,7 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
@@ -22,10 +23,13 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.quantities.shaft_limits import JUDGING, NAN_WITHOUT
 from engine_dyn.quantities.speed import AT_START
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
+from sweeps.scene.crossings import refused
+from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.block_tables import MOUNTS
 from sweeps.scene.engine.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.model import Scene
@@ -138,6 +142,10 @@ def check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' needs a shaft: a table [shaft] "
                     "with discs and shafts, or shaft = its name or file"
                 )
+            if need == "counterweights" and _of_another_crank(scene):
+                where = f"{name}: [output] quantities: '{quantity}'"
+                two = "another crankshaft", "[[counterweights]] of the engine"
+                raise refused(*two, where, engine=scene.engine.name)
             if need == "mounts" and scene.engine.mounts is None:
                 raise SceneError(f"{name}: [output] quantities: '{quantity}' needs {MOUNTS}")
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
@@ -169,6 +177,12 @@ def check_needs(scene: Scene, name: str) -> None:
                     f"{name}: [output] quantities: '{quantity}' is not computed for engines with "
                     "articulated_rods"
                 )
+            if kind := _missing_of_shaft(node, scene):
+                part, _, number = kind.partition("_")
+                raise SceneError(
+                    f"{name}: [output] quantities: '{quantity}' needs {number} of a {part} in "
+                    f"[shaft], which no {part} there has"
+                )
             along_shaft |= node.throws
             if node.make is None and (need in PARAMETERS or need == "family"):
                 missing.setdefault(need, []).append(quantity)
@@ -185,6 +199,29 @@ def _is_of_plain_rods(node: Node) -> bool:
     """Whether a node does not hold for articulated rods."""
     followed = node.name in FOLLOWED or MECHANISM.isdisjoint(node.needs)
     return node.name in NOT_FOLLOWED or not followed
+
+
+def _missing_of_shaft(node: Node, scene: Scene) -> str:
+    """Kind of numbers of the shaft without any of which a node is NaN everywhere, where so."""
+    kinds = (kind for kind in node.of_shaft if node.name in JUDGING and kind in NAN_WITHOUT)
+    keys = {key.rpartition("_")[0] for key in scene.shaft_keys}
+    return next((kind for kind in kinds if kind not in keys), "")
+
+
+def _of_another_crank(scene: Scene) -> bool:
+    """Whether a scene has other throws than those that the engine's counterweights are for."""
+    engine = scene.engine
+    if engine.counterweights is None or scene.source.get("counterweights") is not None:
+        return False
+    own = engine.own_cylinders or even_cylinders(int(engine.values["cylinders"]), engine.period)
+    made = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
+    return any(_throws(one) != _throws(own) for one in made)
+
+
+def _throws(engine: Cylinders) -> object:
+    """Places and directions of the pins; None where they are not known."""
+    made = engine.arrangement
+    return made and [(throw.angle, throw.position) for throw in made.throws]
 
 
 def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweeps.base.errors import SceneError
-from sweeps.scene.engine.exclusive_keys import exclusive_pair
+from sweeps.scene.crossings import exclusive_pair
 from sweeps.scene.values import GivenValues
 
 __all__ = ["check_places"]

@@ -8,7 +8,6 @@ import numpy as np
 
 from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.motored import motored
-from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import FIRING_PATTERN
@@ -16,12 +15,7 @@ from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 
-__all__ = [
-    "MOST_DIAGRAMS",
-    "check_diagram_count",
-    "check_double_acting",
-    "check_motored",
-]
+__all__ = ["MOST_DIAGRAMS", "burning_less", "check_diagram_count", "check_motored"]
 
 MOST_DIAGRAMS = 1024
 """Speeds times loads of one scene, where given diagrams change with the speed: each is tabulated,
@@ -48,43 +42,36 @@ def check_diagram_count(scene: Scene, name: str) -> None:
         )
 
 
-def check_double_acting(scene: Scene, name: str) -> None:
-    """Refuse what would take the effective pressure of double-acting cylinders for that of a gas.
+def burning_less(scene: Scene, name: str) -> str:
+    """Place of what lets a cylinder burn less than the others; empty where all burn alike.
 
-    Pressure factors and misfires are refused by `check_motored`.
+    Raises
+    ------
+    SceneError
+        For values that no cylinder can have; `name` is the scene as messages call it.
     """
-    if "double_acting" not in scene.words:
-        return
-    why = f"engine {scene.engine.name} has double-acting cylinders"
-    if scene.indicator is not None:
-        raise SceneError(f"{name}: [indicator]: not allowed: {why}, and it is of one end")
-    if "stroke_friction" in scene.words:
-        raise SceneError(
-            f"{name}: {', '.join(STROKE_SHARES)}: must be 0: {why}, whose rings no single pressure "
-            "presses on the liner"
-        )
+    silent = scene.given.get("misfire")
+    key = "misfire" if silent is not None and silent.values.any() else ""
+    if not key:
+        factors = {f for engine in extreme_cylinders(scene, name) for f in engine.pressure_factors}
+        if factors <= {1.0}:
+            return ""
+        of_one = (k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor")
+        key = next(of_one, "pressure_factor")
+    return f"[{scene.table_of(key)}] {key}"
 
 
 def check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one.
 
-    An engine whose torque is given has no pressure at all, and compressors no combustion.
+    Compressors have no combustion.
     """
-    of_torque = scene.engine.torque is not None
-    why = f"not allowed: engine {scene.engine.name} gives its torque in place of a pressure"
-    if of_torque and scene.indicator is not None:
-        raise SceneError(f"{name}: [indicator]: {why}")
-    engines = extreme_cylinders(scene, name)
-    factors = {factor for engine in engines for factor in engine.pressure_factors}
-    silent, patterns = scene.given.get("misfire"), scene.firing_patterns
-    fires = patterns is None or all(set(one.firings) == {1.0} for one in patterns.each)
-    if factors <= {1.0} and fires and (silent is None or not silent.values.any()):
+    patterns = scene.firing_patterns
+    place = burning_less(scene, name)
+    if patterns is not None and any(set(one.firings) != {1.0} for one in patterns.each):
+        place = f"[{scene.table_of(FIRING_PATTERN)}] {FIRING_PATTERN}"
+    if not place:
         return
-    of_one = [k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor"]
-    key = "misfire" if silent is not None else of_one[0] if of_one else "pressure_factor"
-    key = key if fires else FIRING_PATTERN
-    if of_torque:
-        raise SceneError(f"{name}: [{scene.table_of(key)}] {key}: {why}")
     diagrams = scene.engine.family.diagrams
     if scene.indicator is not None:
         diagrams = (scene.indicator, *(one for one in diagrams if one.motored is never_burns))
@@ -92,4 +79,4 @@ def check_motored(scene: Scene, name: str) -> None:
         try:
             motored(diagram)
         except ValueError as error:
-            raise SceneError(f"{name}: [{scene.table_of(key)}] {key}: {mentioned(error)}") from None
+            raise SceneError(f"{name}: {place}: {mentioned(error)}") from None

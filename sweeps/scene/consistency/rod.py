@@ -16,7 +16,7 @@ from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_mechanism", "check_offset", "check_ring", "check_rod", "check_throw_radii"]
+__all__ = ["check_offset", "check_ring", "check_rod", "check_throw_radii"]
 
 
 def check_rod(values: GivenValues, name: str) -> None:
@@ -105,33 +105,6 @@ def check_throw_radii(scene: Scene, name: str) -> None:
             engine.check_turning(ratio)
         except ValueError as error:
             raise SceneError(f"{name}: {_place_of_radii(scene)} {mentioned(error)}") from None
-
-
-def check_mechanism(scene: Scene, name: str) -> None:
-    """Check that nothing is asked of a VR engine or of articulated rods that does not hold there.
-
-    Raises
-    ------
-    SceneError
-        With the first key or law that does not.
-    """
-    if any(engine.both_sides for engine in scene.described) and scene.nonzero("pin_offset"):
-        raise SceneError(
-            f"{name}: pin_offset: must be 0 where banks lie to both sides of the crank's axis (VR "
-            "engines); crank_offset moves them apart"
-        )
-    if "articulated_rods" in scene.words:
-        for word, what in _NOT_ARTICULATED.items():
-            if word in scene.words:
-                raise SceneError(f"{name}: {what}: not allowed together with articulated_rods")
-
-
-_NOT_ARTICULATED = {
-    "stroke_friction": "friction over the stroke (friction_boundary and other shares)",
-    "shaft": "balance_shaft_mass",
-    "pair": "second_shaft_mass",
-}
-"""Words of scenes, and what they come from, that have no articulated rods."""
 
 
 def _place_of_radii(scene: Scene) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.torsion.shaft import Shaft
-from sweeps.base.errors import SceneError, counted
+from sweeps.base.errors import SceneError, counted, shown
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.engine.engine_files import INERTIA_KEYS, SHAFT_KEYS
+from sweeps.scene.engine.engine_files import SHAFT_KEYS
 from sweeps.scene.model import Scene
 
 __all__ = ["check_shaft"]
@@ -18,8 +18,8 @@ def check_shaft(scene: Scene, name: str) -> None:
     Raises
     ------
     SceneError
-        For the first key that has no shaft, disc or damper, that says the inertia again, or whose
-        values a shaft cannot have; for a shaft with other throws than the engine.
+        For the first key that has no shaft, disc or damper, or whose values a shaft cannot have;
+        for a shaft with other throws than the engine, and for a disc of auxiliaries without any.
     """
     shaft = scene.engine.shaft
     given = [key for key in scene.given if key in OF_SHAFT or key in SHAFT_KEYS]
@@ -30,25 +30,19 @@ def check_shaft(scene: Scene, name: str) -> None:
                 "[shaft] with discs and shafts, or shaft = its name or file"
             )
         return
-    for key in INERTIA_KEYS:
-        if key in scene.given:
-            raise SceneError(
-                f"{name}: [{scene.table_of(key)}] {key}: not allowed together with a shaft, whose "
-                "discs have all inertia; give disc_inertia_N"
-            )
-    for key in given:
+    for key in (key for key in given if key in OF_SHAFT):
         _check_key(scene, shaft, key, f"{name}: [{scene.table_of(key)}] {key}")
+    if shaft.auxiliaries != shaft.free_end and scene.engine.auxiliaries is None:
+        raise SceneError(
+            f"{name}: [shaft] auxiliaries = {shown(shaft.discs[shaft.auxiliaries])}: has no "
+            "effect: neither scene nor engine has [[auxiliaries]], the torque that acts there"
+        )
     _check_bores(scene, name)
     _check_shapes(scene, name)
     _check_throws(scene, shaft, name)
 
 
 def _check_key(scene: Scene, shaft: Shaft, key: str, where: str) -> None:
-    if key in SHAFT_KEYS:
-        other = next(k for k in SHAFT_KEYS if k != key)
-        if other in scene.given:
-            raise SceneError(f"{where}: not allowed together with {other}; give one of them")
-        return
     what, _, text = key.rpartition("_")
     kind = "gear" if what == "shaft_gear_ratio" else what.split("_")[0]
     counts = {
@@ -102,11 +96,6 @@ def _check_shapes(scene: Scene, name: str) -> None:
 
 
 def _check_throws(scene: Scene, shaft: Shaft, name: str) -> None:
-    if len(scene.counts) > 1:
-        raise SceneError(
-            f"{name}: [{scene.table_of('cylinders')}] cylinders: not allowed to vary with a shaft, "
-            "which has a disc for each throw"
-        )
     engines = scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),)
     for engine in engines:
         along = engine.along_shaft

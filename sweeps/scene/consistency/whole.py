@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from sweeps.scene.consistency.cylinders import check_misfire, check_patterns, extreme_cylinders
+from sweeps.scene.consistency.cylinders import check_misfire, extreme_cylinders
+from sweeps.scene.consistency.features import check_crossings
 from sweeps.scene.consistency.friction import check_friction_fractions, check_friction_law
 from sweeps.scene.consistency.loads import check_driven
 from sweeps.scene.consistency.outputs import check_needs, check_start
-from sweeps.scene.consistency.pressure import (
-    check_diagram_count,
-    check_double_acting,
-    check_motored,
-)
-from sweeps.scene.consistency.rod import (
-    check_mechanism,
-    check_offset,
-    check_ring,
-    check_rod,
-    check_throw_radii,
-)
-from sweeps.scene.consistency.rules import check_exclusions, check_ranges
+from sweeps.scene.consistency.pressure import check_diagram_count, check_motored
+from sweeps.scene.consistency.rod import check_offset, check_ring, check_rod, check_throw_radii
+from sweeps.scene.consistency.rules import check_ranges
 from sweeps.scene.consistency.shaft import check_shaft
 from sweeps.scene.model import Scene
 
@@ -34,19 +25,16 @@ def check_scene(scene: Scene, name: str) -> None:
         For the first thing that does not fit.
     """
     check_ranges(scene, name)
-    check_exclusions(scene, name)
+    check_crossings(scene, name)
     check_diagram_count(scene, name)
     check_rod(scene, name)
     check_ring(scene, name)
     extreme_cylinders(scene, name)  # refuses values that no cylinder can have
     check_offset(scene, name)
     check_throw_radii(scene, name)
-    check_mechanism(scene, name)
     check_misfire(scene, name)
-    check_patterns(scene, name)
     check_friction_law(scene, name)
     check_friction_fractions(scene, name)
-    check_double_acting(scene, name)
     check_motored(scene, name)
     check_driven(scene, name)
     check_shaft(scene, name)

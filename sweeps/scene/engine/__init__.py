@@ -4,5 +4,4 @@ engine_files, engine_tables    an engine from its file; the tables as pydantic m
 cylinder_keys, shaft_tables, block_tables, auxiliary_tables, torque_tables  one file a table
 indicator_files, torque_files  measured pressure over crank angle, torque over angle or speed: CSV
 modelled_diagrams, torque_diagrams, data_sheets  diagrams that are modelled or follow from a sheet
-exclusive_keys                 parameters that exclude each other
 """

@@ -16,7 +16,7 @@ from sweeps.base.checks import Strict, mentioned
 from sweeps.base.errors import SceneError
 
 __all__ = [
-    "COUNTERWEIGHTS", "MOST", "MOUNTS", "NOT_WITH_TABLE", "WEIGHT_KEYS", "CounterweightTable",
+    "COUNTERWEIGHTS", "MOST", "MOUNTS", "WEIGHT_KEYS", "CounterweightTable",
     "MountTable", "with_block_tables",
 ]  # fmt: skip
 
@@ -28,8 +28,6 @@ MOUNTS = "tables [[mounts]] with lateral, one for each"
 
 WEIGHT_KEYS = ("counterweight_fraction", "counterweight_mass")
 """Parameters that say what counterweights are without saying where."""
-NOT_WITH_TABLE = "not allowed together with [[counterweights]]; give one of them"
-"""Said of them beside the table."""
 
 
 class CounterweightTable(Strict):

@@ -48,8 +48,9 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.base.files.referred_files import add_files_read, kept, kept_files, referred
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import ENGINES
+from sweeps.scene.crossings import exclusive_pair, refused
 from sweeps.scene.engine.auxiliary_tables import with_auxiliaries
-from sweeps.scene.engine.block_tables import NOT_WITH_TABLE, WEIGHT_KEYS, with_block_tables
+from sweeps.scene.engine.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.scene.engine.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -58,7 +59,6 @@ from sweeps.scene.engine.cylinder_keys import (
 )
 from sweeps.scene.engine.diagram_speeds import SPEEDS, read_speeds
 from sweeps.scene.engine.engine_tables import EngineFile, PressureScale
-from sweeps.scene.engine.exclusive_keys import exclusive_pair
 from sweeps.scene.engine.indicator_files import WARNING, notes_of, read_indicator
 from sweeps.scene.engine.modelled_diagrams import (
     KINDS,
@@ -256,7 +256,8 @@ def _check_weights(given: EngineFile, values: Mapping[str, float], name: str) ->
     """Check that a file sizes its counterweights once."""
     for key in WEIGHT_KEYS if given.counterweights is not None else ():
         if key in values:
-            raise SceneError(f"{name}: [values] {key}: {NOT_WITH_TABLE}")
+            two = "counterweight_fraction or counterweight_mass", "[[counterweights]]"
+            raise refused(*two, f"{name}: [values] {key}")
 
 
 def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:

@@ -391,5 +391,8 @@ def _skipped(plan: Plan) -> list[str]:
     if left:
         lines.append(f"not requested: {left} more quantities; engine-dyn list quantities names all")
     lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]
-    lines += [f"[set] {n}: no requested quantity depends on it" for n in plan.unused_settings]
+    lines += [
+        f"{n if n.startswith('[') else f'[set] {n}'}: no requested quantity depends on it"
+        for n in plan.unused_settings
+    ]
     return lines

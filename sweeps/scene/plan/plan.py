@@ -38,6 +38,9 @@ __all__ = ["Part", "Plan", "Stage", "make_plan"]
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
 
+MODES = ("modes", "modes_below")
+"""Keys of [output] that only quantities of modes depend on."""
+
 MOST_CELLS = 1000
 """Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
 
@@ -77,7 +80,7 @@ class Plan:
     unused : tuple of str
         Axes that no requested quantity depends on.
     unused_settings : tuple of str
-        Keys of [set] that no requested quantity depends on.
+        Keys of [set] that no requested quantity depends on, and modes of [output] that none has.
     of_tables : frozenset of str
         Axes that the tables of the kernels depend on.
     whole : Plan, optional
@@ -253,6 +256,8 @@ def make_plan(scene: Scene) -> Plan:
     by_words = {"friction_law"} if friction_law(scene) in chosen else set()
     settings = tuple(key for key in scene.settings if key not in used | by_words)
     stages = tuple(found.stages.values())
+    if not any("mode" in stage.dims for stage in stages):
+        settings += tuple(f"[output] {k}" for k in MODES if getattr(scene, k) is not None)
     plan = Plan(
         scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables,
         portions=_portions(scene),
@@ -347,7 +352,8 @@ def _plan_of_several(scene: Scene) -> Plan:
         scene, leaves, tuple(stages.values()), points, sizes, tuple(outputs),
         tuple(n for n in plans[0].unused if all(n in made.unused for made in plans)),
         tuple(n for n in plans[0].unused_settings
-              if n in scene.settings and all(n in made.unused_settings for made in plans)),
+              if (n in scene.settings or n.startswith("["))
+              and all(n in made.unused_settings for made in plans)),
         frozenset(d for made in plans for d in made.of_tables) | _telling_apart(scene),
         parts=tuple(
             Part(made, one.at, one.rows, own)

@@ -1,0 +1,164 @@
+"""Features that scenes have, and the refusals of `sweeps.scene.crossings` for those that they have.
+
+Each feature is a function of a scene: where messages say that it stands, or something false where
+the scene does not have it. Of a feature that no message names the place of, it is True.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.loads.driven_machine import cycles_of
+from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
+from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
+from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
+from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.speed.methods import METHODS, STEPPING
+from sweeps.base.dimensions import FIRING_PATTERN, LABELS
+from sweeps.scene.consistency.pressure import burning_less
+from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused
+from sweeps.scene.derived_quantities import elasticities_in
+from sweeps.scene.engine.block_tables import WEIGHT_KEYS
+from sweeps.scene.engine.engine_files import INERTIA_KEYS
+from sweeps.scene.friction_law import BY_COMPONENT, friction_law
+from sweeps.scene.model import Scene
+from sweeps.scene.toml_tables import SceneFile
+
+__all__ = ["FEATURES", "check_crossings", "check_tables"]
+
+Feature = Callable[[Scene], str | bool]
+
+
+def _keys(*keys: str) -> Feature:
+    """Make the feature of a scene that gives any of these parameters."""
+
+    def place(scene: Scene) -> str | bool:
+        key = next((key for key in keys if key in scene.given), None)
+        return key is not None and f"[{scene.table_of(key)}] {key}"
+
+    return place
+
+
+def _word(word: str, place: str | bool = True) -> Feature:
+    """Make the feature of a scene with a word of its variants."""
+    return lambda scene: word in scene.words and place
+
+
+def _other_load(scene: Scene) -> bool:
+    """Whether a scene has a load or driver that methods which step through cycles cannot solve."""
+    driven = scene.driven
+    return not all(
+        method.can_solve(driven.law, driven.over_angles) for method in METHODS if method.steps
+    )
+
+
+FEATURES: Mapping[str, Feature] = {
+    "[indicator]": lambda scene: scene.indicator is not None and "[indicator]",
+    "[characteristic]": lambda scene: scene.characteristic is not None and "[characteristic]",
+    "[measured]": lambda scene: scene.measured is not None,
+    "load": lambda scene: scene.gives("load") and "load",
+    "a load that varies": lambda scene: (
+        scene.table_of("load") != "set" and f"[{scene.table_of('load')}] load"
+    ),
+    "parameters of the modelled cycle": _keys(*CYCLE_KEYS),
+    "an engine without diagrams": lambda scene: not scene.engine.family.diagrams,
+    "diagrams that are not modelled by the first law": lambda scene: scene.engine.cycles is None,
+    "an engine that gives its pressure": lambda scene: scene.engine.torque is None,
+    "an engine that gives its torque": lambda scene: scene.engine.torque is not None,
+    "largest_speed or smallest_speed": _keys("largest_speed", "smallest_speed"),
+    "bore or crankcase_pressure": _keys(*OF_EFFECTIVE_PRESSURE),
+    "double-acting cylinders": _word("double_acting"),
+    "misfire or pressure_factor": lambda scene: burning_less(scene, "scene"),
+    "parameters of single cylinders": _keys(*OF_CYLINDER),
+    "several numbers of cylinders": lambda scene: (
+        len(scene.counts) > 1 and f"[{scene.table_of('cylinders')}] cylinders"
+    ),
+    "pin_offset": lambda scene: scene.nonzero("pin_offset") and "pin_offset",
+    "banks to both sides of the crank's axis (VR)": lambda scene: any(
+        engine.both_sides for engine in scene.described
+    ),
+    "articulated_rods": _word("articulated_rods"),
+    "balance_shaft_mass": _word("shaft", "balance_shaft_mass"),
+    "second_shaft_mass": _word("pair", "second_shaft_mass"),
+    "firing_pattern": lambda scene: scene.firing_patterns is not None and FIRING_PATTERN,
+    "firing_pattern over several cycles": lambda scene: scene.cycles > 1 and FIRING_PATTERN,
+    "a load over several cycles": lambda scene: (
+        cycles_of(scene.driven.over_angle, scene.engine.period) > 1
+    ),
+    "constants and shares of the friction": _keys(*CHEN_FLYNN_KEYS, *STROKE_SHARES),
+    "friction by components": lambda scene: (
+        friction_law(scene) == BY_COMPONENT and f"friction_law = '{BY_COMPONENT}'"
+    ),
+    "friction over the stroke": _word(
+        "stroke_friction", "friction over the stroke (friction_boundary and other shares)"
+    ),
+    "a two-stroke engine": lambda scene: scene.engine.period != FOUR_STROKE,
+    "a driver": lambda scene: scene.driven.has_driver,
+    "a motor": _keys(*MOTOR_KEYS),
+    "driver_table": lambda scene: scene.torque_tables.driver is not None,
+    "a load_table over speed": lambda scene: (
+        scene.driven.load_over_speed is not None and "load_table over speed_rpm"
+    ),
+    "load_linear or load_square": _keys(
+        *(key for law in LOAD_LAWS.values() if law.factored for key in law.keys)
+    ),
+    "method thesis": lambda scene: (
+        not set(STEPPING).isdisjoint(scene.methods) and "[solver] method = 'thesis'"
+    ),
+    "another load than a + k omega^alpha": _other_load,
+    "closure cycle_time": lambda scene: (
+        scene.closure == "cycle_time" and "[solver] closure = 'cycle_time'"
+    ),
+    "[shaft]": lambda scene: scene.engine.shaft is not None,
+    "inertia or its parts": _keys(*INERTIA_KEYS),
+    "[[counterweights]]": lambda scene: scene.source.get("counterweights") is not None,
+    "counterweight_fraction or counterweight_mass": _keys(*WEIGHT_KEYS),
+}
+"""Features of scenes that are read; those of `check_tables` stand there."""
+
+
+def check_crossings(scene: Scene, name: str) -> None:
+    """Check that a scene has no two features that are refused together.
+
+    Raises
+    ------
+    SceneError
+        With the first such pair; `name` is the scene as messages call it.
+    """
+    for row in CROSSINGS:
+        if row.feature not in FEATURES or row.other not in FEATURES:
+            continue  # checked where it is read or run
+        place = FEATURES[row.other](scene) and FEATURES[row.feature](scene)
+        if place:
+            where = f"{name}: {place}"
+            raise refused(row.feature, row.other, where, engine=scene.engine.name)
+
+
+def check_tables(
+    given: SceneFile, labels: Mapping[str, Sequence[str]], several: bool, name: str
+) -> None:
+    """Check that a scene has no two tables that are refused together, before they are read.
+
+    `labels` are the columns of texts, and `several` says whether there are several engines or
+    arrangements.
+
+    Raises
+    ------
+    SceneError
+        With the first such pair; `name` is the scene as messages call it.
+    """
+    asked = elasticities_in(given.output.quantities)
+    texts = any(key in labels for key in LABELS[1:])
+    places: dict[str, str] = {SEVERAL: SEVERAL} if several else {}
+    if asked:
+        places["elasticities"] = f"[output] quantities: elasticities of '{asked[0]}'"
+    if texts:
+        places["texts in [designs] or [sample]"] = "[designs]"
+    for table in ("uncertainty", "reference", "measured", "reduce", "characteristic", "indicator"):
+        if getattr(given, table) is not None:
+            places[f"[{table}]"] = f"[{table}]"
+    for row in CROSSINGS:
+        if row.feature in places and row.other in places:
+            where = f"{name}: {places[row.feature]}"
+            raise refused(row.feature, row.other, where, labels=", ".join(labels))
