@@ -110,7 +110,21 @@ CROSSINGS = (
     ),
     Crossing("load", "[characteristic]", f"{NOT_WITH} [characteristic], which determines it"),
     Crossing("[indicator]", "an engine that gives its torque", _NOT_OF_TORQUE),
-    Crossing("misfire or pressure_factor", "an engine that gives its torque", _NOT_OF_TORQUE),
+    Crossing(
+        "firing_pattern", "an engine that gives its torque",
+        "not allowed: engine {engine} gives its torque, not its cylinders",
+    ),
+    *(
+        Crossing("misfire, pressure_factor or firing_pattern", other, says)
+        for other, says in (
+            ("an engine that gives its torque", _NOT_OF_TORQUE),
+            (
+                "a compressor or pump",
+                "a compressor or pump has no diagram without its own; factors on its pressure "
+                "must be 1, and misfire 0",
+            ),
+        )
+    ),
     Crossing(
         "[indicator]", "double-acting cylinders",
         "not allowed: engine {engine} has double-acting cylinders, and it is of one end",
@@ -140,12 +154,13 @@ CROSSINGS = (
     *(
         Crossing(feature, "articulated_rods", f"{NOT_WITH} articulated_rods")
         for feature in (
-            "friction over the stroke", "balance_shaft_mass", "second_shaft_mass", "firing_pattern"
+            "friction over the stroke", "balance_shaft_mass", "second_shaft_mass",
+            "firing_pattern", "[characteristic]", "radius_factor",
         )
     ),
     Crossing(
-        "firing_pattern", "an engine that gives its torque",
-        "not allowed: engine {engine} gives its torque, not its cylinders",
+        "articulated_rods", "radius_factor or a VR engine",
+        f"{NOT_WITH} radius_factor or a VR engine",
     ),
     Crossing(
         "firing_pattern over several cycles", "[measured]",

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
+from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
@@ -69,11 +70,15 @@ FEATURES: Mapping[str, Feature] = {
     "largest_speed or smallest_speed": _keys("largest_speed", "smallest_speed"),
     "bore or crankcase_pressure": _keys(*OF_EFFECTIVE_PRESSURE),
     "double-acting cylinders": _word("double_acting"),
-    "misfire or pressure_factor": lambda scene: burning_less(scene, "scene"),
+    "misfire, pressure_factor or firing_pattern": lambda scene: burning_less(scene, "scene"),
+    "a compressor or pump": lambda scene: any(
+        diagram.motored is never_burns for diagram in scene.engine.family.diagrams
+    ),
     "parameters of single cylinders": _keys(*OF_CYLINDER),
     "several numbers of cylinders": lambda scene: (
         len(scene.counts) > 1 and f"[{scene.table_of('cylinders')}] cylinders"
     ),
+    "radius_factor": _keys(*(key for key, of in OF_CYLINDER.items() if of.what == "radius_factor")),
     "pin_offset": lambda scene: scene.nonzero("pin_offset") and "pin_offset",
     "banks to both sides of the crank's axis (VR)": lambda scene: any(
         engine.both_sides for engine in scene.described

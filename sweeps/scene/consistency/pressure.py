@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.motored import motored
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.base.checks import mentioned
@@ -43,13 +42,16 @@ def check_diagram_count(scene: Scene, name: str) -> None:
 
 
 def burning_less(scene: Scene, name: str) -> str:
-    """Place of what lets a cylinder burn less than the others; empty where all burn alike.
+    """Place of what lets cylinders burn more or less than their diagram; empty where nothing does.
 
     Raises
     ------
     SceneError
         For values that no cylinder can have; `name` is the scene as messages call it.
     """
+    patterns = scene.firing_patterns
+    if patterns is not None and any(set(one.firings) != {1.0} for one in patterns.each):
+        return f"[{scene.table_of(FIRING_PATTERN)}] {FIRING_PATTERN}"
     silent = scene.given.get("misfire")
     key = "misfire" if silent is not None and silent.values.any() else ""
     if not key:
@@ -62,19 +64,13 @@ def burning_less(scene: Scene, name: str) -> str:
 
 
 def check_motored(scene: Scene, name: str) -> None:
-    """Check that a pressure without combustion is known where a cylinder needs one.
-
-    Compressors have no combustion.
-    """
-    patterns = scene.firing_patterns
+    """Check that a pressure without combustion is known where a cylinder needs one."""
     place = burning_less(scene, name)
-    if patterns is not None and any(set(one.firings) != {1.0} for one in patterns.each):
-        place = f"[{scene.table_of(FIRING_PATTERN)}] {FIRING_PATTERN}"
     if not place:
         return
     diagrams = scene.engine.family.diagrams
     if scene.indicator is not None:
-        diagrams = (scene.indicator, *(one for one in diagrams if one.motored is never_burns))
+        diagrams = (scene.indicator,)
     for diagram in diagrams:
         try:
             motored(diagram)
