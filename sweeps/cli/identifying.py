@@ -90,7 +90,7 @@ def identify(
 
 
 def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Varied]:
-    """What is fitted, from the texts of the options."""
+    """The parameters to fit, read from the texts of the options."""
     from dataclasses import replace
 
     from sweeps.lab.speed.identification import Varied

@@ -412,7 +412,7 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
 
 
 def _resumed(done: Finished) -> str:
-    """What an interrupted run had left for this one, in brackets; empty for nothing."""
+    """Blocks that an interrupted run had finished, in brackets; empty without any."""
     parts = []
     if done.before:
         parts.append(f"{done.before} of {done.blocks} blocks had been computed before")

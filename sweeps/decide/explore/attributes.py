@@ -1,4 +1,4 @@
-"""What the attributes and dimensions of archives say, whoever wrote them."""
+"""Facts in the attributes and dimensions of archives, whoever wrote them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which columns a flat table of an archive has."""
+"""The columns of a flat table of an archive."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def columns_of(
     for name, coordinate in archive.coords.items():
         if str(name) in (*dims, *words.values()) or not set(coordinate.dims) <= set(dims):
             continue
-        # Of an axis of words that was cut the word is told, not its number.
+        # A cut axis of words is told by its word, not by its number.
         cut = coordinate.ndim == 0
         if (
             cut

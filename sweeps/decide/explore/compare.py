@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["beside", "compare", "Comparison", "Difference"]
 
 NAMES = ("the first", "the second")
-"""What two archives are called where their files are not known."""
+"""Names of two archives whose files are not known."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two archives have in common, and what differs.
+    """The common quantities of two archives, and their differences.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ def common_part(
 
 
 def _keys(dataset: xr.Dataset, dimension: str) -> list[Any]:
-    """What tells the points of an axis apart: its values, or words, or all columns of designs."""
+    """Keys of the points of an axis: its values, its words, or all columns of designs."""
     along = _columns(dataset, dimension)
     if not along:
         return list(range(dataset.sizes[dimension]))
@@ -262,7 +262,7 @@ def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -
 
 
 def _made(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str]) -> list[str]:
-    """What else differs in how the archives were made, by their own attributes."""
+    """Other differences in how the archives were made, by their attributes."""
     try:
         one, two = (json.loads(d.attrs["identity"]) for d in (first, second))
         return differences(one, two, words=(f"in {names[0]}", f"in {names[1]}"))

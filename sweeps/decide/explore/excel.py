@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["LONGEST", "check_rows", "not_computed", "unit_of", "workbook"]
 
 MOST_ROWS = 1_048_576
-"""Of a sheet of Excel."""
+"""Largest number of rows of a sheet of Excel."""
 
 HEADS = 2
 """Rows above the numbers: names and units."""

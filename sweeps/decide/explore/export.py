@@ -46,7 +46,7 @@ ROWS = 1 << 18
 
 @dataclass(frozen=True)
 class Exported:
-    """What an exported table contains.
+    """The choice of results for an exported table.
 
     Attributes
     ----------

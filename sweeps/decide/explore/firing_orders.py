@@ -64,13 +64,11 @@ BESIDE = (
     "delta", "torque_range", "torque_order", "phase_vector_sum", "first_mode_torque_order",
     "first_mode_vector_sum", "main_journal_load_max", "main_journal_load_rms",
 )  # fmt: skip
-"""What is computed beside them."""
+"""Quantities that are computed for every firing order besides those that rank it."""
 
 ALIKE = 1e-3
 """Relative difference up to which orders share a place: the model is no better than that."""
 
-_LEFT_OUT = ("designs", "sample", "uncertainty", "reference", "measured")
-"""Tables that do not go with all orders of one engine."""
 
 _OF_CYLINDERS = ("arrangement", "firing_angles")
 
@@ -210,7 +208,8 @@ def check_left_out(scene: Scene, name: str, compared: str) -> None:
     SceneError
         For the first of them.
     """
-    for table in _LEFT_OUT:
+    # These tables do not go with all firing orders of one engine.
+    for table in ("designs", "sample", "uncertainty", "reference", "measured"):
         if scene.source.get(table) is not None:
             raise SceneError(f"{name}: [{table}]: not allowed when {compared} are compared")
 

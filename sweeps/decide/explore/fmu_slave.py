@@ -1,4 +1,4 @@
-"""What runs in an exported FMU: curves over the crank angle, repeated and interpolated.
+"""The program of an exported FMU: curves over the crank angle, repeated and interpolated.
 
 The FMU has a copy of this file. It needs pythonfmu, which the FMU has as well, and nothing else.
 """

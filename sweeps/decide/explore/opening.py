@@ -78,7 +78,7 @@ def _open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:
     for each in paths:
         check_file(each)
     from sweeps.running.archive.contents import read_contents
-    from sweeps.running.join.places import find_places  # which brings the whole planner
+    from sweeps.running.join.places import find_places  # late: it loads the whole planner
 
     return _opened_as_one(find_places([read_contents(path) for path in paths]))
 
@@ -89,7 +89,7 @@ def _opened(path: Path) -> xr.Dataset:
     try:
         found = open_archive(path)
         if STATE in found:
-            del found[STATE]  # which only `merge` can read
+            del found[STATE]  # only `merge` can read it
         return found
     except MemoryError:
         raise

@@ -104,7 +104,7 @@ class Rows:
 
     @property
     def number(self) -> int:
-        """Of rows."""
+        """Number of rows."""
         return len(next(iter(self.table.values()), ()))
 
 
@@ -268,7 +268,7 @@ def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:
 
 
 def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
-    """Which uncertain parameters make up most of the variance of each quantity, the first one most.
+    """Uncertain parameters that make up most of the variance of each quantity, the first one most.
 
     As few as together have `MOSTLY` of what all of them have.
     """
@@ -287,7 +287,7 @@ def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
 
 
 def fixed_of(archive: xr.Dataset, part: xr.Dataset) -> dict[str, Any]:
-    """What was taken of an archive, by the names of its axes; of axes of words the word."""
+    """The values at which axes of an archive were cut, by axis; a word for an axis of words."""
     found = {}
     for name, coordinate in part.coords.items():
         if coordinate.ndim == 0 and archive[name].ndim and f"{name}_name" not in part.coords:

@@ -321,7 +321,7 @@ def _of_quantity(
 
 
 def _outcomes(archive: xr.Dataset) -> str:
-    """What became of the designs, as an addition to a message; empty without a status."""
+    """Counts of outcomes, as an addition to a message; empty without a status."""
     if "status" not in archive:
         return ""
     codes = archive["status"].values.reshape(-1).astype(np.int64)
@@ -380,7 +380,7 @@ def _of_groups(
 def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[str, Any]) -> Indices:
     """First-order indices from designs that were chosen in any way."""
     rbd_fast = library("SALib.analyze.rbd_fast", "SALib", "sensitivities", extra="study")
-    if study.group:  # of Saltelli's design, the points that were drawn independently of each other
+    if study.group:  # the points of Saltelli's design that were drawn independently
         place = np.arange(good.size) % study.group
         good = good & ((place == 0) | (place == study.group - 1))
     places = np.flatnonzero(good)

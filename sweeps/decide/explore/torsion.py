@@ -27,7 +27,7 @@ __all__ = ["QUANTITIES", "Excitation", "excitation"]
 
 
 QUANTITIES = ("throw_torque_order", "throw_torque_phase", "order_frequency")
-"""What an archive needs to hold."""
+"""Quantities that an archive needs for an excitation."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
             f"archive: has no {', '.join(missing)}; ask for {', '.join(QUANTITIES)} in [output]"
         )
     data = nearest(archive, **select)[list(QUANTITIES)]
-    throw = "throw" if "throw" in data.dims else "cylinder"  # of archives before 0.3
+    throw = "throw" if "throw" in data.dims else "cylinder"  # archives before 0.3
     several = [str(d) for d in data.dims if d not in (throw, "order") and data.sizes[d] > 1]
     if several:
         raise SceneError(f"archive: more than one design along {', '.join(several)}; choose one")

@@ -24,7 +24,7 @@ __all__ = ["CRANK_ANGLE", "conditions", "universal_file"]
 CRANK_ANGLE, ORDER = "crank_angle", "order"
 
 _KIND = {CRANK_ANGLE: 0, ORDER: 20}
-"""What a curve may lie over, with the number that data set 58 has for it (0: no other)."""
+"""Abscissas of curves, with the number that data set 58 has for each (0: no other)."""
 
 _MOMENT = {"ordinate_spec_data_type": 1, "ordinate_len_unit_exp": 1, "ordinate_force_unit_exp": 1}
 

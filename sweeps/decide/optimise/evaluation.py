@@ -26,12 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Designs", "Judgement"]
 
-FAILED = 1e3
-"""Violation of a design that fails at every point, in multiples of the limits: conditions that do
-not hold are better than results that are not there."""
-
-LEAST_VIOLATION = 1e-12
-"""That of a design exactly at a limit that it must not reach."""
 
 MOST_MEMORY = 0.7
 """Share of the free memory that the designs may take when they are put together."""
@@ -41,7 +35,7 @@ Columns = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Judgement:
-    """What is known of some designs.
+    """Judgement of some designs.
 
     Attributes
     ----------
@@ -96,7 +90,7 @@ class Designs:
 
     @property
     def all(self) -> Judgement:
-        """What is known of all designs, in the order in which they were computed."""
+        """Judgement of all designs, in the order in which they were computed."""
         return Judgement(self._wanted, self._violation, self._fulfilling)
 
     @property
@@ -234,8 +228,11 @@ def _judged(
     scale = np.array([abs(c.limit) or 1.0 for c in task.conditions])[:, None]
     excess = np.where(np.isfinite(found.excess), found.excess, 0.0) / scale
     holds = np.array(found.holds, dtype=bool).reshape(excess.shape)
-    excess = np.where(~holds & ~(excess > 0.0), LEAST_VIOLATION, excess)
-    lacking = FAILED * np.where(found.points, found.lacking / many, 1.0)
+    # A design that lies exactly at a limit that it must not reach violates it, if only a little.
+    excess = np.where(~holds & ~(excess > 0.0), 1e-12, excess)
+    # A point without a result counts as a thousand times its limit: conditions that do not hold
+    # are better than results that are not there.
+    lacking = 1e3 * np.where(found.points, found.lacking / many, 1.0)
     wanted = np.where(np.isfinite(found.worst), found.worst, 0.0)
     return Judgement(
         wanted.T, np.vstack([excess, lacking[None, :]]).T, np.asarray(found.fulfilling)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["ATTRIBUTE_OF_SEARCH", "optimise"]
 
 ATTRIBUTE_OF_SEARCH = "optimisation"
-"""What was searched and how, as JSON, in the archive of a search."""
+"""Attribute of the archive of a search: its task and its settings, as JSON."""
 
 
 @tables_in_signature
@@ -291,7 +291,7 @@ class _Search:
 
     @property
     def _exact(self) -> str:
-        """What is certain: "inverse", "all" designs were computed, "inertia" alone, or nothing."""
+        """Ground of certainty: "inverse", "all" designs computed, "inertia" alone, or empty."""
         if self.inverse is None:
             return "all" if self.whole else ""
         if not len(self.space):

@@ -1,4 +1,4 @@
-"""What a search may vary: parameters with ranges, whole numbers, lists of values, words."""
+"""Parameters that a search may vary: ranges, whole numbers, lists of values, words."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORMS = (
     "6, 8', 'arrangement = in-line 6 | V6 60 split-pin', or keys of the scene's [sample], such as "
     "'inertia,stroke'"
 )
-"""What a text of `over` may be."""
+"""Forms of a text of `over`, for messages."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a search is asked for: a scene, what may vary, what is least or most, and conditions.
+"""The task of a search: a scene, parameters that vary, aims, and conditions.
 
 Everything that can be seen to be wrong without computing is refused here.
 """
@@ -64,7 +64,7 @@ class Task:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What it is about: of which less or more is wanted, and what the conditions limit."""
+        """Quantities of the task: those wanted least or most, and those of conditions."""
         return tuple(
             dict.fromkeys((*(n for n, _ in self.wanted), *(c.name for c in self.conditions)))
         )
@@ -142,7 +142,7 @@ def read_task(
         if one in ALL_QUANTITIES and DESIGN not in plan.dims(one):
             raise SceneError(f"{one}: does not depend on any searched parameter: {_listed(space)}")
     curves = [q for q in own if q in plan.outputs and _curve(q, plan)]
-    # What is computed beside quantities, such as elasticities, is left out with them.
+    # Elasticities and the like are left out with the quantities that they belong to.
     curves += [q for q in own if q not in ALL_QUANTITIES]
     kept = [q for q in quantities if q not in curves]
     points = tuple(d for d in plan.scene.dimensions if d != DESIGN)

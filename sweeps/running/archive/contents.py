@@ -1,4 +1,4 @@
-"""What an archive contains beside its results: the scene, and all files that the scene names.
+"""Contents of an archive besides its results: the scene, and all files that the scene names.
 
 It is read without xarray, and without any file but the archive.
 """
@@ -56,7 +56,7 @@ _MOVED = {
 
 @dataclass(frozen=True)
 class Contents:
-    """What an archive says about the run that made it.
+    """Facts in an archive about the run that made it.
 
     Attributes
     ----------
@@ -218,7 +218,7 @@ def plan_of(
         folder = Path(archive.folder)
         scene = scene_of(raw, name, folder, Path(name), archive.files, columns=drawn)
         scene = replace(scene, source=source)
-        # What is joined has the modes that the archive has, whatever new values would ask for.
+        # Joined parts have the modes of the archive, whatever new values would ask for.
         joined = (axis or coordinates is not None) and not scene.beside and scene.engine.shaft
         if joined and len(archive.values.get("mode", ())):
             scene = replace(scene, modes=len(archive.values["mode"]), modes_below=None)

@@ -428,7 +428,7 @@ def _about_engine(plan: Plan) -> dict[str, str]:
 
 @lru_cache(maxsize=16)
 def _of_engine(engine: Engine) -> dict[str, str]:
-    """What every plan of an engine says of it."""
+    """Attributes that every plan of an engine gives its archive."""
     return {
         "references": "; ".join(engine.sources),
         "engine": engine.name,

@@ -34,10 +34,6 @@ from sweeps.base.files.regular_files import regular_bytes
 __all__ = ["Damaged", "made_folder", "Partial", "sync_folder"]
 
 
-_NO_SUCH_THING = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
-"""What file systems say that cannot sync folders, some of the network among them."""
-
-
 def made_folder(path: Path) -> None:
     """Make a folder that may exist, and those above it, so that their names last."""
     if path.is_dir():
@@ -65,7 +61,8 @@ def sync_folder(path: Path) -> None:
     try:
         os.fsync(handle)
     except OSError as error:
-        if error.errno not in _NO_SUCH_THING:
+        # File systems that cannot sync folders answer so, some network ones among them.
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP):
             raise
     finally:
         with contextlib.suppress(OSError):  # nothing is lost by this
@@ -191,7 +188,7 @@ class Partial:
             return "" if _lock(stream) else _holder(stream) or "another process"
 
     def header(self) -> dict[str, Any] | None:
-        """What is computed here; None where nothing has begun.
+        """Header of the run in this folder; None where nothing has begun.
 
         Raises
         ------
@@ -280,7 +277,7 @@ class Partial:
         self._write_arrays(_SCENE, {"scene": about}, columns)
 
     def read_scene(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-        """What `write_scene` wrote.
+        """The scene that `write_scene` wrote.
 
         Raises
         ------
@@ -401,7 +398,7 @@ _MEMBERS: Mapping[str, Callable[[Any], bool]] = {
     "command_line": _text,
     "started": _text,
 }
-"""What `run.json` must hold; without that, it says nothing."""
+"""Members that `run.json` must hold, each with its check; without them it counts as empty."""
 
 _KINDS = {kind: kind for kind in ("<f8", "<f4", "<i8", "|i1", "|b1")}
 """Kinds of numbers in blocks and columns."""
@@ -429,7 +426,7 @@ def _closed_at_the_end(stream: IO[str]) -> Iterator[None]:
 
 
 def _holder(stream: IO[str]) -> str:
-    """What the process that has the lock wrote into its file."""
+    """Text that the process with the lock wrote into its file."""
     stream.seek(0)
     return one_line(stream.read(200))
 

@@ -91,7 +91,7 @@ def versions() -> dict[str, str]:
 
 
 def machine_kind() -> dict[str, str]:
-    """What determines the last digits beside the versions: processor, its instructions, libm."""
+    """Causes of different last digits besides versions: processor, instructions, libm."""
     library = " ".join(platform.libc_ver()).strip()
     return {
         "processor": processor(),
@@ -101,7 +101,7 @@ def machine_kind() -> dict[str, str]:
 
 
 def kind_differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    """What differs between two kinds of machine, in words; nothing where they are the same."""
+    """Differences of two kinds of machine, in words; empty where they are the same."""
     found: list[str] = []
     for key in dict.fromkeys((*before, *now)):
         was, new = before.get(key, "not known"), now.get(key, "not known")
@@ -139,7 +139,7 @@ def differences(
     before: Mapping[str, Any], now: Mapping[str, Any], *, but: str = "",
     words: tuple[str, str] = ("was", "is"),
 ) -> list[str]:  # fmt: skip
-    """What differs between two identities, in words; nothing where they are the same.
+    """Differences of two identities, in words; empty where they are the same.
 
     `but` names an axis in which they may differ. `words` stand before the two values, such as "in
     first.nc" and "in second.nc" where neither is the earlier one.

@@ -1,4 +1,4 @@
-"""What an archive of several engines says of each of them, in the attributes of one engine.
+"""Attributes of an archive of several engines: those of one engine, for each of them.
 
 `engine`, `engine_title` and `references` list all. Assumptions and parameters that differ are told
 by engine, those that all share as of one. `arrangement` is a list, one for each engine or
@@ -17,7 +17,7 @@ __all__ = ["about_several", "engine_of"]
 
 
 def engine_of(part: Part) -> str:
-    """What one of several engines is called, with its arrangement where that is another too."""
+    """Name of one of several engines, with its arrangement where that differs too."""
     engine = part.plan.scene.engine.name
     own = part.plan.scene.own_cylinders
     named = own is not None and own.arrangement is not None and "arrangement" in _given(part)

@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["StoredDataset", "StoredVariable", "stored_dataset"]
 
 Places = int | range | npt.NDArray[np.int64]
-"""What is taken along a dimension: one place, which takes the dimension away, or several."""
-
-_PACKED = ("scale_factor", "add_offset", "missing_value", "_FillValue")
-"""Attributes of values that mean other numbers, or none. `run` writes NaN as the last one alone."""
+"""Places taken along a dimension: one, which takes the dimension away, or several."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +203,13 @@ def _dataset_of(file: Any, path: str) -> StoredDataset:
 
 def _variable_of(variable: Any, attrs: dict[str, Any], path: str) -> StoredVariable:
     """One variable; what other programs have packed will be read as what it means."""
-    packed = {key: attrs.pop(key) for key in _PACKED if key in attrs}
+    # With these attributes, stored values stand for other numbers, or for none; `run` writes NaN as
+    # the last one alone.
+    packed = {
+        key: attrs.pop(key)
+        for key in ("scale_factor", "add_offset", "missing_value", "_FillValue")
+        if key in attrs
+    }
     dims, dtype = variable.dimensions, variable.dtype
     letters = dtype == "S1" and bool(dims)
     if letters:  # along the last dimension, as netCDF-3 has it

@@ -48,7 +48,7 @@ class _Values(NetCDF4ArrayWrapper):
         with damaged_values(self.datastore.ds.filepath(), self.variable_name):
             try:
                 return super().__getitem__(key)
-            except IndexError as error:  # of whoever asked for them
+            except IndexError as error:  # a wrong index of the caller, no damage
                 wrong_index = error
         raise wrong_index
 

@@ -32,7 +32,7 @@ def lines_of(path: Path) -> list[str]:
 
 
 def of_results(lines: Iterable[str]) -> list[str]:
-    """Those of some lines that are about results."""
+    """The lines that are about results."""
     names = tuple(f"{check.name}: " for check in RESULT_CHECKS)
     return [line for line in lines if line.startswith(names)]
 

@@ -53,13 +53,9 @@ FEWEST = 64
 LATE = 60.0
 """Seconds after which a file that another machine has written is visible."""
 
-_SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 
 _TICK = 0.05
 """Seconds between two checks for finished blocks."""
-
-_QUIET = 5.0
-"""Seconds between two checks that there are workers."""
 
 
 class Lost(Exception):
@@ -77,7 +73,7 @@ def check_address(text: str) -> int:
     found = re.fullmatch(rf"{LOCAL}(\d{{1,9}})", text, re.ASCII)
     if found and 1 <= int(found[1]) <= MOST:
         return int(found[1])
-    if re.fullmatch(rf"({'|'.join(_SCHEMES)})://\S+", text):
+    if re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+", text):
         return 0
     raise SceneError(
         f"--scheduler {one_line(text, 100)}: must be the address of a dask scheduler such as "
@@ -306,7 +302,8 @@ class DaskWorkers:
                     raise Lost(f"{self.address}: the scheduler has disappeared")
                 if not finished.has_ready():
                     time.sleep(_TICK)
-                    if time.monotonic() - heard > _QUIET and not warned and not self._any_worker():
+                    # Seconds between two checks that there are workers
+                    if time.monotonic() - heard > 5.0 and not warned and not self._any_worker():
                         self.tell(
                             f"{self.address}: all workers have disappeared; waiting for others"
                         )

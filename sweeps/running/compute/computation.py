@@ -42,7 +42,7 @@ MOST_CHECKED = 1 << 20
 """Values of a quantity that are computed to see whether the physics refuses any."""
 
 _COMBINE = {PARAMETER: elasticities_of, UNCERTAIN: bands_of}
-"""What follows from the results of a plan and of plans with other values."""
+"""Functions that combine the results of a plan and of plans with other values."""
 
 
 class Computation:
@@ -105,7 +105,7 @@ class Computation:
         self.known = {name: v if v.dims else Value(v.si) for name, v in given}
         self.varying = [s for s in self.stages if not lengths.keys().isdisjoint(s.dims)]
         self.common: set[str] = set()
-        if lengths or all_in_each:  # what no block changes is needed in all of them
+        if lengths or all_in_each:  # results that no block changes are needed in all of them
             self.known = {name: _read_only(value) for name, value in self.known.items()}
             once = [stage for stage in self.stages if stage not in self.varying]
             again = {need for stage in self.varying for need in stage.node.needs}
@@ -219,7 +219,7 @@ def _made(plan: Plan, stage: Stage, arguments: Mapping[str, Any]) -> Value:
     assert stage.node.make is not None
     try:
         data = stage.node.make(**arguments)
-    except ValueError as error:  # what only the physics can refuse, in its own words
+    except ValueError as error:  # refused by the physics, in its own words
         raise SceneError(f"{plan.name}: {error}") from None
     return Value(np.asarray(data), stage.dims)
 
@@ -297,7 +297,7 @@ class _Bars:
         self.bars: dict[str, Any] = {}
 
     def of(self, stage: Stage) -> Callable[[int], None] | None:
-        """What to call with the number of designs done."""
+        """Function to call with the number of designs done."""
         if not self.show:
             return None
         name = stage.node.name
@@ -349,7 +349,7 @@ def plan(
     """
     made = make_plan(read_scene(scene, **tables))
     if made.scene.reduce is not None:
-        from sweeps.running.reduce.reduction import Reduction  # which brings labels
+        from sweeps.running.reduce.reduction import Reduction  # late: it loads labels
 
         Reduction(made)  # checks conditions and searches
     check_given(made)

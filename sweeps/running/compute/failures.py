@@ -1,4 +1,4 @@
-"""What becomes of a run that is interrupted, or whose disk or workers fail."""
+"""The end of a run that is interrupted, or whose disk or workers fail."""
 
 from __future__ import annotations
 

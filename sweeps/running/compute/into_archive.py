@@ -75,8 +75,6 @@ T = TypeVar("T")
 _Written = tuple[int, Block, Results | None]
 """A block with its number, and its arrays unless they are damaged."""
 
-TRIES = 3
-"""How often blocks that turn out to be damaged are computed again."""
 
 _COUNTED = 1_000_000
 """Outcomes that are read at a time."""
@@ -144,7 +142,7 @@ class _Run:
     def complete(self, now: dict[str, Any]) -> Finished:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
-        if self.options.device != "cpu":  # which has other bits
+        if self.options.device != "cpu":  # a card has other bits
             kind["device"] = self.options.device
         header = self._interrupted(now, kind)
         lengths, limit = self._lengths(header)
@@ -247,7 +245,7 @@ class _Run:
         return check_disk(self.plan, self.output, count, finished, single=self.options.single)
 
     def _remains(self, count: int) -> str:
-        """What is kept of an interrupted run, and how to go on."""
+        """The blocks that an interrupted run keeps, and the command that goes on."""
         finished = len(self.partial.finished())
         if not finished:
             return "nothing written"
@@ -272,7 +270,8 @@ class _Run:
         self, lengths: dict[str, int], done: Finished, *, one_piece: bool, discard: bool
     ) -> None:
         """Compute the blocks that are missing, then put all of them together."""
-        for _ in range(TRIES):
+        # How often blocks that turn out to be damaged are computed again
+        for _ in range(3):
             began = time.perf_counter()
             written = self._all_blocks(lengths, one_piece=one_piece)
             done.computing += time.perf_counter() - began
@@ -416,7 +415,7 @@ class _ReducedRun(_Run):
         return len(self._units(lengths))
 
     def _check_disk(self, count: int, finished: int) -> bool:
-        return False  # what is kept is little
+        return False  # the designs that are kept are few
 
     def _every(self, lengths: Mapping[str, int]) -> dict[int, Block]:
         return {number: {} for number in range(self._count(lengths))}
@@ -478,7 +477,7 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
             before = json.loads(file.getncattr("identity"))
             told = getattr(file, ATTRIBUTE) if ATTRIBUTE in file.ncattrs() else ""
             done = Finished(already=True, warnings=tuple(str(told).splitlines()))
-            if "outcomes" in file.variables:  # of all designs; status is of those kept
+            if "outcomes" in file.variables:  # counts of all designs; `status` has those kept
                 counts = np.asarray(file.variables["outcomes"][...])
                 codes = [MEANINGS.index(word) for word in file.variables["outcome"][...]]
                 done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)

@@ -28,9 +28,6 @@ SMALLEST_BLOCK = 4e6
 AT_ONCE = 4
 """Times the arrays of one block exist: computed once for all, computed, written, the kernels'."""
 
-OTHER_SHARE = 0.03
-"""Fraction of an archive that is neither results nor coordinates, at most: see `netcdf.WASTE`."""
-
 
 def block_bytes(plan: Plan, memory: float | None) -> float:
     """Bytes that the arrays of one block may take, so that a run takes no more than `memory`.
@@ -94,7 +91,8 @@ def check_disk(
         check_room(plan, output, size, size)
         return False
     missing = size * (count - finished) / count
-    check_room(plan, output, size, missing + (OTHER_SHARE + 1.0 / count) * size)
+    # Fraction of an archive that is neither results nor coordinates, at most: see `netcdf.WASTE`
+    check_room(plan, output, size, missing + (0.03 + 1.0 / count) * size)
     return size + missing > shutil.disk_usage(output.parent).free
 
 

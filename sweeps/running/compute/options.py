@@ -1,4 +1,4 @@
-"""What a run into an archive is asked for, what it did, and how it stops."""
+"""Options of a run into an archive, its summary, and how it stops."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Options:
 
 @dataclass(repr=False)
 class Finished:
-    """What a run did.
+    """Summary of a finished run.
 
     Attributes
     ----------

@@ -93,7 +93,7 @@ class Units:
 def reduced(
     plan: Plan, *, progress: bool = False, threads: int | None = None, device: str = "cpu"
 ) -> xr.Dataset:
-    """What [reduce] asks for, of a plan that is computed in memory."""
+    """The reduction that [reduce] asks for, of a plan that is computed in memory."""
     units = Units(
         plan, lengths_within(plan, LARGEST_BLOCK), threads=threads, device=device,
         progress=progress,

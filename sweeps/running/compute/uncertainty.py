@@ -91,7 +91,8 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     variance = squares / number[:, 0] - mean[:, 0] ** 2
     covariance = products / number[..., None] - means[:, :, None] * means[:, None, :]
     crossed = crossed / number - mean * means
-    enough = (count > many + 2) & (variance > _LEAST_VARIANCE)
+    # A variance below this share of the largest value's square is rounding.
+    enough = (count > many + 2) & (variance > 1e-20)
     slope = np.zeros_like(crossed)
     if enough.any():
         # Where draws without a number leave only one value of a parameter, it has no slope.
@@ -105,7 +106,4 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 _SMALLEST_EIGENVALUE = 1e-10
-"""Of the covariance of the parameters, as a share of the largest; less is rounding."""
-
-_LEAST_VARIANCE = 1e-20
-"""Of results over their largest value; less is rounding, and due to nothing."""
+"""Least eigenvalue of the covariance of parameters, as a share of the largest; less is rounding."""

@@ -1,4 +1,4 @@
-"""What processes on a cluster do: compute blocks of a run, and write them into its folder.
+"""Work of processes on a cluster: they compute blocks of a run, and write them into its folder.
 
 A worker gets the folder, the run's key and the number of a block, nothing else: the scene lies in
 the folder as plain data, in the form that archives have, and a worker makes its own plan of it. The

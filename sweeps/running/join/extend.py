@@ -103,7 +103,7 @@ def extend_sample(path: Path, number: int, options: Options) -> Plan:
 
 @dataclass(frozen=True)
 class _Longer:
-    """What an archive is extended to.
+    """The larger scene that an archive is extended to.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ def _replaced(
 ) -> Plan:
     """Compute what `longer` says of an archive, and replace the archive by the joined one."""
     partial = Partial.of(path)
-    with partial.locked(path):  # what is in the archive now is what is extended
+    with partial.locked(path):  # nobody changes the archive meanwhile
         if partial.header() is not None and partial.finished():
             raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
         if options.overwrite:

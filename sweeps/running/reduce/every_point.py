@@ -96,7 +96,7 @@ class Judged:
 
     @property
     def fulfilling(self) -> Booleans:
-        """Which designs fulfil all conditions."""
+        """Whether each design fulfils all conditions."""
         return self.good & self.points
 
 
@@ -168,7 +168,7 @@ class EveryPoint:
             yield place, designs
 
     def _read(self, place: Mapping[str, slice]) -> Judged:
-        """What some designs are at all points."""
+        """Values and outcomes of some designs at all points."""
         variables = {
             name: v.isel({d: s for d, s in place.items() if d in v.dims})
             for name, v in self.variables.items()

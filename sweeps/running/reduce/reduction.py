@@ -1,4 +1,4 @@
-"""What [reduce] asks for, of blocks of designs as they are computed, of parts, of archives.
+"""The results of [reduce], from blocks of designs as they are computed, from parts, from archives.
 
 A `Reduction` takes blocks and other reductions in any order and division; what it knows are plain
 arrays, which blocks on the disk and archives hold. `dataset` makes the archive of it.
@@ -49,7 +49,7 @@ State = dict[str, npt.NDArray[Any]]
 
 
 class Reduction:
-    """What is known of the designs that were added so far.
+    """Sums, counts and kept designs of all blocks that were added so far.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ class Reduction:
 
     @property
     def found(self) -> tuple[str, ...]:
-        """What searches found, a line each."""
+        """Results of the searches, a line each."""
         return tuple(f"{one.asked}: {one.text()}" for one in self.searches)
 
     @property
@@ -281,7 +281,7 @@ class Reduction:
         self.dataset(seconds).to_netcdf(path, format="NETCDF4", engine="netcdf4")
 
     def _described(self) -> dict[str, Any]:
-        """What was asked for, for those who look for it in the archive."""
+        """The request, as the archive states it."""
         return {
             "designs": self.designs,
             "at_every": self.asked.at_every,
@@ -454,7 +454,7 @@ def _packed(state: State) -> bytes:
 
 
 def state_in(archive: xr.Dataset, where: str) -> State:
-    """What an archive says for `Reduction.merge`.
+    """The state of an archive for `Reduction.merge`.
 
     Raises
     ------

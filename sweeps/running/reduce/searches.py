@@ -46,7 +46,7 @@ class Front:
 
     @property
     def places(self) -> Integers:
-        """Which designs they are."""
+        """Numbers of the designs."""
         self._compare()
         return self._places
 
@@ -91,7 +91,7 @@ Designs = tuple[Floats, Integers, Rows]
 
 
 class Search:
-    """What one search has kept so far.
+    """Designs that one search has kept so far.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ class Search:
         return self._kept[2]
 
     def _unbeaten(self, values: Floats) -> npt.NDArray[Any]:
-        """Which designs may be among those that are kept; those of a block come in their order."""
+        """Candidates among the designs of a block, in their order."""
         least, places, _ = self._kept
         if self.asked.number:
             number = self.asked.number
