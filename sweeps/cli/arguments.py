@@ -166,14 +166,14 @@ def file_size(text: str) -> float:
 def _bytes(text: str, units: Iterable[str]) -> float:
     """Bytes of a number with one of some units; 0 for any other text."""
     pattern = rf"\s*(\d+(?:\.\d*)?)\s*({'|'.join(units)})\s*"
-    found = re.fullmatch(pattern, text, re.IGNORECASE | re.ASCII)
-    return float(found[1]) * {"KB": 1e3, "MB": 1e6, "GB": 1e9}[found[2].upper()] if found else 0.0
+    match = re.fullmatch(pattern, text, re.IGNORECASE | re.ASCII)
+    return float(match[1]) * {"KB": 1e3, "MB": 1e6, "GB": 1e9}[match[2].upper()] if match else 0.0
 
 
 def shard_number(text: str) -> tuple[int, int]:
     """Return the number and the count of "2/8", the second of eight shards."""
-    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip(), re.ASCII)
-    number, count = (int(found[1]), int(found[2])) if found else (0, 0)
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip(), re.ASCII)
+    number, count = (int(match[1]), int(match[2])) if match else (0, 0)
     if not 1 <= number <= count:
         why = f"{number} is more than {count}; " if number > count else ""
         raise SceneError(
@@ -187,19 +187,19 @@ def new_points(text: str) -> tuple[str, list[float]]:
     """Return the axis and the values of "speed=1600,1700"."""
     name, _, values = text.partition("=")
     try:
-        found = [number_or_ratio(value) for value in values.split(",")]
+        points = [number_or_ratio(value) for value in values.split(",")]
     except ValueError:
-        found = []
+        points = []
     if name.strip() in LABELS[1:]:
         raise SceneError(
             f"--axis {name.strip()}: {name.strip()} cannot be added to an archive; run a scene "
             "with all of them"
         )
-    if not name.strip() or not found or not all(math.isfinite(value) for value in found):
+    if not name.strip() or not points or not all(math.isfinite(value) for value in points):
         raise SceneError(
             f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"
         )
-    return name.strip(), found
+    return name.strip(), points
 
 
 def number_of(text: str, option: str) -> float:
@@ -247,10 +247,10 @@ def axis_slice(text: str, option: str = "--select") -> tuple[str, str]:
 
 def axis_slices(texts: Iterable[str], option: str = "--select") -> dict[str, str]:
     """Return the axes and values of several texts such as "load=50,speed=1500"."""
-    found: dict[str, str] = {}
+    slices: dict[str, str] = {}
     for part in (part for text in texts for part in re.split(r",(?=\s*\w+\s*=)", text)):
         axis, value = axis_slice(part, option)
-        if axis in found:
+        if axis in slices:
             raise SceneError(f"{option} {axis}: given twice; must be given once")
-        found[axis] = value
-    return found
+        slices[axis] = value
+    return slices

@@ -38,10 +38,10 @@ def _words(
         del context, parameter
         before, comma, last = incomplete.rpartition(",") if several else ("", "", incomplete)
         try:
-            found = [(word, text) for word, text in words() if word.startswith(last)]
+            matching = [(word, text) for word, text in words() if word.startswith(last)]
         except Exception:
-            found = []
-        items = [CompletionItem(f"{before}{comma}{word}", help=text) for word, text in found]
+            matching = []
+        items = [CompletionItem(f"{before}{comma}{word}", help=text) for word, text in matching]
         # The shell completes files itself.
         return items or ([CompletionItem(incomplete, type="file")] if files else [])
 

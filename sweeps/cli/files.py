@@ -153,13 +153,13 @@ def writing(output: Path) -> Iterator[None]:
         end(f"{output}: cannot be written ({named}{reason})", FAILURE)
 
 
-def write_archive(found: xr.Dataset, output: Path | None, overwrite: bool) -> None:
+def write_archive(dataset: xr.Dataset, output: Path | None, overwrite: bool) -> None:
     """Write what was computed, where an output is given."""
     from sweeps.running.archive.netcdf import write
 
     if output is not None:
         with writing(output):
-            write(found, output, overwrite=overwrite)
+            write(dataset, output, overwrite=overwrite)
 
 
 @contextmanager

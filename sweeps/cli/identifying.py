@@ -80,13 +80,13 @@ def identify(
     from sweeps.lab.speed.identification import identify as fit
     from sweeps.view.texts.lab_texts import fit_text
 
-    found = fit(
+    fitted = fit(
         scene, wanted, teeth=teeth if perfect else "estimated", tooth_deviation=deviation,
         loss=loss, predict=not no_predictions,  # type: ignore[arg-type]
     )  # fmt: skip
-    write_archive(found, output, overwrite)
+    write_archive(fitted, output, overwrite)
     if not quiet:
-        say(fit_text(found))
+        say(fit_text(fitted))
 
 
 def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Varied]:
@@ -95,34 +95,34 @@ def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Va
 
     from sweeps.lab.speed.identification import Varied
 
-    found: dict[str, Varied] = {}
+    varied: dict[str, Varied] = {}
     for part in vary.split(","):
         key, separator, bounds = (text.strip() for text in part.partition("="))
         low, dots, high = bounds.partition("..")
         where = f"--vary {one_line(part.strip(), 60)}"
-        if not key or key in found or bool(separator) != bool(dots):
+        if not key or key in varied or bool(separator) != bool(dots):
             raise SceneError(f"{where}: must be KEY or KEY=LOW..HIGH, such as inertia=0.01..0.05")
         how = Varied()
         if dots:
             how = Varied(low=_number(low, where), high=_number(high, where))
-        found[key] = how
+        varied[key] = how
     for text in priors:
         where = f"--prior {one_line(text, 60)}"
         key, _, known = (part.strip() for part in text.partition("="))
         value, sign, deviation = known.partition("+-")
-        if key not in found or not sign:
+        if key not in varied or not sign:
             raise SceneError(
                 f"{where}: must be KEY=VALUE+-DEVIATION, and KEY one of --vary, such as "
                 "pegging=0+-0.05"
             )
-        found[key] = replace(
-            found[key], prior=_number(value, where), deviation=_number(deviation, where)
+        varied[key] = replace(
+            varied[key], prior=_number(value, where), deviation=_number(deviation, where)
         )
     for key in () if own is None else (part.strip() for part in own.split(",")):
-        if key not in found:
+        if key not in varied:
             raise SceneError(f"--own {one_line(key, 60)}: must be one of --vary")
-        found[key] = replace(found[key], own=True)
-    return found
+        varied[key] = replace(varied[key], own=True)
+    return varied
 
 
 def _deviation(teeth: str) -> float:

@@ -139,8 +139,8 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
     from sweeps.scene.engine.engine_files import catalogue, load_engine
     from sweeps.scene.engine.engine_tables import DIAGRAMS
 
-    found = load_engine(engine, None, "--for")
-    if not found.family.diagrams and found.torque is None:
+    read = load_engine(engine, None, "--for")
+    if not read.family.diagrams and read.torque is None:
         raise SceneError(
             f"--for {engine}: diagram: missing; must be {DIAGRAMS} (`engine-dyn calibrate` makes "
             "them from [data_sheet])"
@@ -151,4 +151,4 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
         path, folder = Path(engine).resolve(), file.parent.resolve()
         inside = path.is_relative_to(folder)
         named = path.relative_to(folder).as_posix() if inside else str(path)
-    return starting_scene(found, named)
+    return starting_scene(read, named)

@@ -35,17 +35,17 @@ class _WithKeys(click.Command):
 def _key_options() -> tuple[click.Option, ...]:
     from sweeps.base.columns.pressure_options import ImportOptions
 
-    found = []
+    options = []
     for name, field in ImportOptions.model_fields.items():
         words = [f"--{name.replace('_', '-')}", name]
         if field.annotation is bool:
-            found.append(click.Option(words, is_flag=True, help=_FLAGS[name]))
+            options.append(click.Option(words, is_flag=True, help=_FLAGS[name]))
             continue
         several = name == "pressure_column"
         how = " (several: repeat the option)" if several else ""
         about = f"{field.description or ''}{how}"
-        found.append(click.Option(words, multiple=several, metavar="VALUE", help=about))
-    return tuple(found)
+        options.append(click.Option(words, multiple=several, metavar="VALUE", help=about))
+    return tuple(options)
 
 
 _FLAGS = {
@@ -75,11 +75,11 @@ def import_(
     from sweeps.lab.pressure.reading import read_pressure
 
     chosen = {name: v for name, v in given.items() if v not in (None, False, ())}
-    found = read_pressure(raw, **{name: _value(name, v) for name, v in chosen.items()})
+    imported = read_pressure(raw, **{name: _value(name, v) for name, v in chosen.items()})
     check_output(output, overwrite)
     if figures is not None:
         check_folder(figures)
-    text = found.text()
+    text = imported.text()
     with writing(output):
         output.parent.mkdir(parents=True, exist_ok=True)
         unfinished = output.with_name(f".{output.name}.unfinished")
@@ -90,31 +90,31 @@ def import_(
             unfinished.unlink(missing_ok=True)
     if figures is not None:
         with writing(figures):
-            _draw(found, figures)
+            _draw(imported, figures)
     if not quiet:
-        for step in found.steps:
+        for step in imported.steps:
             tell(step)
-        tell(f"{output}: {len(found.mean.angle)} points")
-        if figures is not None and not found.sized:
+        tell(f"{output}: {len(imported.mean.angle)} points")
+        if figures is not None and not imported.sized:
             from sweeps.lab.pressure.evaluation import NOT_SIZED
 
             tell(f"{figures}: {NOT_SIZED}; give engine")
-    warn(f"{raw}: {warning}" for warning in found.warnings)
+    warn(f"{raw}: {warning}" for warning in imported.warnings)
 
 
-def _draw(found: ImportedPressure, folder: Path) -> None:
+def _draw(imported: ImportedPressure, folder: Path) -> None:
     """Draw the sheet of each cylinder, in folders of their own where there are several."""
     from engine_dyn.recordings.signal_checks import examine
     from sweeps.lab.pressure.evaluation import evaluated
     from sweeps.view.figures import draw
 
-    for number, (name, cycles) in enumerate(found.recorded.items(), start=1):
-        findings = examine(cycles, found.geometry, level=found.levels.get(name))
+    for number, (name, cycles) in enumerate(imported.recorded.items(), start=1):
+        findings = examine(cycles, imported.geometry, level=imported.levels.get(name))
         sheet = evaluated(
-            cycles, found.geometry, title=one_line(f"{found.file}, {name}", 60), findings=findings,
-            sized=found.sized, pegged=found.pegged,
+            cycles, imported.geometry, title=one_line(f"{imported.file}, {name}", 60),
+            findings=findings, sized=imported.sized, pegged=imported.pegged,
         )  # fmt: skip
-        draw(sheet, folder / f"cylinder_{number}" if len(found.recorded) > 1 else folder)
+        draw(sheet, folder / f"cylinder_{number}" if len(imported.recorded) > 1 else folder)
 
 
 def _value(name: str, text: Any) -> Any:

@@ -156,9 +156,9 @@ def show(
             known = {str(n): str(v.attrs.get("units", "1")) for n, v in part.variables.items()}
             text = "\n".join(reduction_lines(part, unit_choices(units, known))[1:])
         else:
-            found = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
+            table = rows(dataset, select=select, quantities=names, sort=sort, limit=limit,
                          relative_to=base)  # fmt: skip
-            text = rows_text(found, units, terminal_width())
+            text = rows_text(table, units, terminal_width())
     say(text)
 
 
@@ -196,8 +196,8 @@ def compare(
         from sweeps.decide.explore.compare import compare as compare_archives
         from sweeps.view.texts.comparison import comparison_text
 
-        found = compare_archives(one, two, (str(first), str(second)))
-        described = comparison_text(found)
+        comparison = compare_archives(one, two, (str(first), str(second)))
+        described = comparison_text(comparison)
         if folder is not None:
             from sweeps.view.texts.comparison import draw_comparison
 
@@ -208,7 +208,7 @@ def compare(
         tell(path)
     if folder is not None and not paths:
         tell("nothing to draw: both archives have the same values", err=True)
-    if limit is not None and not found.within(limit):
+    if limit is not None and not comparison.within(limit):
         end(f"{first} and {second} differ by more than {limit:g} (relative)", FAILURE)
 
 

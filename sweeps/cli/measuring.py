@@ -36,10 +36,10 @@ def _write(
 ) -> None:  # fmt: skip
     """Compute a result, write it, and tell it."""
     with writing(output):
-        found = make()
-    write_archive(found, output, overwrite)
+        dataset = make()
+    write_archive(dataset, output, overwrite)
     if not quiet:
-        say(text(found))
+        say(text(dataset))
 
 
 @click.command()

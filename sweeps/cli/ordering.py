@@ -93,14 +93,14 @@ def firing_orders(
     from sweeps.view.texts.firing_orders import orders_text
 
     with _warnings_told_later():
-        found = ranked(
+        archive = ranked(
             what, arrangement=arrangement, settings=given, crank=crank, by=by, sample=sample,
             seed=seed, threads=threads, progress=not quiet,
         )  # fmt: skip
-    write_archive(found, output, overwrite)
+    write_archive(archive, output, overwrite)
     if not quiet:
-        warn(found.attrs["warnings"].splitlines())
-        say(orders_text(found, limit, units, terminal_width()))
+        warn(archive.attrs["warnings"].splitlines())
+        say(orders_text(archive, limit, units, terminal_width()))
 
 
 @click.command("firing-patterns")
@@ -178,14 +178,14 @@ def firing_patterns(
     from sweeps.view.texts.firing_orders import patterns_text
 
     with _warnings_told_later():
-        found = ranked(
+        archive = ranked(
             what, density, longest=longest, by=by, order=order, valves_shut=valves_shut,
             keep_torque=not any_torque, settings=given, threads=threads, progress=not quiet,
         )  # fmt: skip
-    write_archive(found, output, overwrite)
+    write_archive(archive, output, overwrite)
     if not quiet:
-        warn(found.attrs["warnings"].splitlines())
-        say(patterns_text(found, limit, units, terminal_width()))
+        warn(archive.attrs["warnings"].splitlines())
+        say(patterns_text(archive, limit, units, terminal_width()))
 
 
 @contextmanager

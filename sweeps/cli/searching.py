@@ -97,11 +97,11 @@ def best(
 
         check_slices(dataset, select)
         part = nearest(dataset, **select)
-        found = best_of(
+        designs = best_of(
             part, least=least, most=most, within=within, at_every=names_of(at_every) or (),
             not_counted=names_of(not_counted) or (),
         )  # fmt: skip
-        text = found_text(dataset, found, names_of(quantities), units, terminal_width(), within)
+        text = found_text(dataset, designs, names_of(quantities), units, terminal_width(), within)
     say(text)
 
 
@@ -193,19 +193,19 @@ def optimise(
     announce_compiling(quiet)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the archive has them, and they are printed below
-        found = search(
+        archive = search(
             scene, least=_several(least), most=_several(most), within=within,
             over=list(over) or None, not_counted=names_of(not_counted) or (), number=designs,
             generations=generations, restarts=restarts, seed=seed, threads=threads,
             progress=not quiet and sys.stderr.isatty(),
         )  # fmt: skip
-    write_archive(found, output, overwrite)
+    write_archive(archive, output, overwrite)
     if not quiet:
-        warn(found.attrs["warnings"].splitlines())
-        say(optimised_text(found))
+        warn(archive.attrs["warnings"].splitlines())
+        say(optimised_text(archive))
         if output is not None:
             tell(f"{output}: all computed designs; use engine-dyn show, plot and best with it")
-    if not found[FOUND].values.any():
+    if not archive[FOUND].values.any():
         end("no computed design meets the conditions", FAILURE)
 
 
@@ -255,10 +255,10 @@ def sensitivities(
         from sweeps.view.texts.sensitivities import sensitivities_text
 
         names = names_of(quantities)
-        found = indices_of(
+        indices = indices_of(
             dataset, names, confidence=level, resamples=resamples, seed=seed,
             progress=not quiet and sys.stderr.isatty(),
         )  # fmt: skip
-    write_archive(found, output, overwrite)
+    write_archive(indices, output, overwrite)
     if not quiet:
-        say(sensitivities_text(found))
+        say(sensitivities_text(indices))

@@ -18,10 +18,10 @@ __all__ = ["axes_of", "count_of_designs", "dims_of_designs", "members_of", "of_d
 def members_of(archive: xr.Dataset, key: str) -> dict[str, Any]:
     """Members of an attribute in JSON; none where it is something else."""
     try:
-        found = json.loads(str(archive.attrs.get(key, "{}")))
+        members = json.loads(str(archive.attrs.get(key, "{}")))
     except (ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return members if isinstance(members, dict) else {}
 
 
 def of_designs(archive: xr.Dataset) -> list[str]:

@@ -143,15 +143,15 @@ def dims_of(archive: xr.Dataset, names: Sequence[str]) -> list[str]:
 
 def words_for_numbers(columns: Mapping[str, xr.Variable]) -> dict[str, npt.NDArray[Any]]:
     """Words that 0, 1, 2 ... stand for in the columns of the outcome and of verdicts."""
-    found = {}
+    words_of = {}
     for name, variable in columns.items():
         words = str(variable.attrs.get("flag_meanings", "")).split()
         values = np.atleast_1d(variable.attrs.get("flag_values", []))
         if name == "status":
-            found[name] = np.array(MEANINGS, dtype=object)
+            words_of[name] = np.array(MEANINGS, dtype=object)
         elif words and variable.dtype.kind == "f" and values.tolist() == [*range(len(words))]:
-            found[name] = np.array(words, dtype=object)
-    return found
+            words_of[name] = np.array(words, dtype=object)
+    return words_of
 
 
 def in_words(values: npt.NDArray[Any], words: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -204,12 +204,12 @@ def ranks_of(archive: xr.Dataset) -> dict[str, xr.Variable]:
         return {}
     ranks = archive[RANK].values
     texts = [str(text) for text in archive["search"].values]
-    found = {}
+    columns = {}
     for number, (values, text) in enumerate(zip(ranks, texts, strict=True), start=1):
         about = {"long_name": f"rank of {text}", "units": "1"}
         name = RANK if len(texts) == 1 else f"{RANK}_{number}"
-        found[name] = xr.Variable((DESIGN,), np.where(values > 0, values, np.nan), about)
-    return found
+        columns[name] = xr.Variable((DESIGN,), np.where(values > 0, values, np.nan), about)
+    return columns
 
 
 def _numbered(archive: xr.Dataset, dimension: str) -> xr.Variable:

@@ -211,7 +211,7 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
     pairs = {"one": one[name].variable, "two": two[name].variable}
     units = str(one[name].attrs.get("units", ""))
     count = differing = only_one = 0
-    found: dict[str, Any] = {"largest": 0.0, "relative": 0.0}
+    largest: dict[str, Any] = {"largest": 0.0, "relative": 0.0}
     for begin, _, arrays in ranges(pairs, dims, shape):
         a, b = (np.asarray(arrays[key], dtype=np.float64) for key in ("one", "two"))
         missing = np.isnan(a) != np.isnan(b)
@@ -219,7 +219,7 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
         count += a.size
         differing += int(unequal.sum())
         if missing.any() and not only_one:
-            found["only_at"] = _where(one, dims, begin, missing)
+            largest["only_at"] = _where(one, dims, begin, missing)
         only_one += int(missing.sum())
         if not (unequal & ~missing).any():
             continue
@@ -230,12 +230,12 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
         over[np.isinf(gap)] = math.inf
         for key, values, pair in (("largest", gap, "pair"), ("relative", over, "relative_pair")):
             here = float(values.max())
-            if here > found[key]:
-                found[key] = here
+            if here > largest[key]:
+                largest[key] = here
                 at = np.unravel_index(int(values.argmax()), values.shape)
-                found[f"{key}_at"] = _at(one, dims, begin, at)
-                found[pair] = (float(a[at]), float(b[at]))
-    return Difference(name, units, count, differing, only_one, **found)
+                largest[f"{key}_at"] = _at(one, dims, begin, at)
+                largest[pair] = (float(a[at]), float(b[at]))
+    return Difference(name, units, count, differing, only_one, **largest)
 
 
 def _where(

@@ -163,5 +163,5 @@ def _plain(text: str) -> Any:
 
 def _members(archive: xr.Dataset, key: str) -> list[tuple[str, str]]:
     """Members of an attribute in JSON, as texts."""
-    found = members_of(archive, key)
-    return [(str(k), v if isinstance(v, str) else json.dumps(v)) for k, v in found.items()]
+    members = members_of(archive, key)
+    return [(str(k), v if isinstance(v, str) else json.dumps(v)) for k, v in members.items()]

@@ -164,9 +164,9 @@ def firing_orders(
             "cylinder_spacing [m] in the scene or the settings, or choose the quantities to "
             "compare with by"
         )
-    found = run(read(possible), threads=threads, progress=progress)
+    computed = run(read(possible), threads=threads, progress=progress)
     own_order = "-".join(map(str, own.firing_order))
-    return _ranked(found, orders, total, crank, asked, own_order)
+    return _ranked(computed, orders, total, crank, asked, own_order)
 
 
 # --- what is asked -------------------------------------------------------------------------------
@@ -335,18 +335,18 @@ def _same(one: Arrangement, other: Arrangement) -> bool:
 # --- ranks ---------------------------------------------------------------------------------------
 
 
-def compared_criteria(found: xr.Dataset) -> list[str]:
+def compared_criteria(archive: xr.Dataset) -> list[str]:
     """Criteria that an archive has and that tell its orders apart."""
-    return [name for name in _criteria(found) if _differs(worst_of_orders(found, name))]
+    return [name for name in _criteria(archive) if _differs(worst_of_orders(archive, name))]
 
 
-def _criteria(found: xr.Dataset) -> list[str]:
-    return [name for name in CRITERIA if name in found and ARRANGEMENT in found[name].dims]
+def _criteria(archive: xr.Dataset) -> list[str]:
+    return [name for name in CRITERIA if name in archive and ARRANGEMENT in archive[name].dims]
 
 
-def worst_of_orders(found: xr.Dataset, name: str) -> Floats:
+def worst_of_orders(archive: xr.Dataset, name: str) -> Floats:
     """Largest value of each order over all other dimensions; NaN where one is missing."""
-    array = found[name]
+    array = archive[name]
     others = [dim for dim in array.dims if dim != ARRANGEMENT]
     worst: Floats = array.max(others, skipna=False).values.astype(np.float64)
     return worst
@@ -366,14 +366,14 @@ def _places(values: Floats) -> Floats:
 
 
 def _ranked(
-    found: xr.Dataset, orders: Sequence[PossibleOrder], total: int, crank: str,
+    archive: xr.Dataset, orders: Sequence[PossibleOrder], total: int, crank: str,
     asked: Sequence[str], own_order: str,
 ) -> xr.Dataset:  # fmt: skip
     for quantity in asked:
-        _check_ranks(found, quantity)
+        _check_ranks(archive, quantity)
     # Where nothing tells them apart all have the first place, by whatever there is.
-    by = list(asked) or compared_criteria(found) or _criteria(found)
-    summed = np.sum([_places(worst_of_orders(found, quantity)) for quantity in by], axis=0)
+    by = list(asked) or compared_criteria(archive) or _criteria(archive)
+    summed = np.sum([_places(worst_of_orders(archive, quantity)) for quantity in by], axis=0)
     own_crank = [one.own_crank for one in orders]
     numbers = {
         "rank": (_places(summed), "rank of the firing order, 1 is best"),
@@ -392,42 +392,42 @@ def _ranked(
         for key, (values, text) in numbers.items()
     } | {key: (ARRANGEMENT, texts[key], {"long_name": text}) for key, text in meanings.items()}
     ranks = {key: along.pop(key) for key in ("rank", "rank_sum")}
-    made = found.assign(ranks).assign_coords(along)
+    made = archive.assign(ranks).assign_coords(along)
     about = {"crank": crank, "own_order": own_order, "orders": total, "computed": len(orders),
              "by": by, **_alike(orders, total)}  # fmt: skip
     made.attrs[OF_ORDERS] = json.dumps(about)
     return made
 
 
-def _check_ranks(found: xr.Dataset, quantity: str) -> None:
-    if quantity not in found or found[quantity].dtype.kind != "f":
+def _check_ranks(archive: xr.Dataset, quantity: str) -> None:
+    if quantity not in archive or archive[quantity].dtype.kind != "f":
         raise SceneError(f"by {shown(quantity)}: must be a quantity with numbers")
-    if ARRANGEMENT not in found[quantity].dims:
+    if ARRANGEMENT not in archive[quantity].dims:
         raise SceneError(
             f"by {quantity}: is the same for all firing orders; must be one of "
-            f"{', '.join(compared_criteria(found)) or 'another engine'}"
+            f"{', '.join(compared_criteria(archive)) or 'another engine'}"
         )
 
 
 def _texts(orders: Sequence[PossibleOrder]) -> dict[str, list[str]]:
     """Labels of the orders: who builds them, and what they are called otherwise."""
-    found: dict[str, list[str]] = {
+    texts: dict[str, list[str]] = {
         "firing_order": [], "known_order": [], "from_other_end": [], "other_way": [],
     }  # fmt: skip
     for one in orders:
-        found["firing_order"].append(one.arrangement.name)
+        texts["firing_order"].append(one.arrangement.name)
         known = known_order_of(one.arrangement)
         if known is None:
-            found["known_order"].append("")
+            texts["known_order"].append("")
         else:
             entry, way = known
-            found["known_order"].append(f"{entry.source}{f' ({way})' if way else ''}")
+            texts["known_order"].append(f"{entry.source}{f' ({way})' if way else ''}")
         for key, turned in (
             ("from_other_end", numbered_from_other_end(one.arrangement)),
             ("other_way", turning_other_way(one.arrangement)),
         ):
-            found[key].append("" if turned is None else turned.name)
-    return found
+            texts[key].append("" if turned is None else turned.name)
+    return texts
 
 
 def _alike(orders: Sequence[PossibleOrder], total: int) -> dict[str, int]:

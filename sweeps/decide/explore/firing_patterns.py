@@ -101,14 +101,16 @@ def firing_patterns(
         factor = _factor_of_torque(given, name, tables, words[0], idle, float(share))
     texts = [_text(word, factor, idle) for word in words]
     tables["axes"] = {FIRING_PATTERN: texts, **tables["axes"]}
-    found = run(read_scene(given, **tables), threads=threads, progress=progress)
-    values = _ranked_by(found, by, order)
+    computed = run(read_scene(given, **tables), threads=threads, progress=progress)
+    values = _ranked_by(computed, by, order)
     sequence = np.argsort(values, kind="stable")
     firings = [words[i].replace("0", idle) for i in sequence]
     about = {"density": str(share), "by": by, "order": order, "pressure_factor": factor}
-    kept = {key: found[by].attrs[key] for key in ("units", "long_name") if key in found[by].attrs}
+    kept = {
+        key: computed[by].attrs[key] for key in ("units", "long_name") if key in computed[by].attrs
+    }
     text = {"long_name": "firings in sequence"}
-    made = found.isel({FIRING_PATTERN: sequence}).assign_coords(
+    made = computed.isel({FIRING_PATTERN: sequence}).assign_coords(
         firings=(FIRING_PATTERN, firings, text),
         ranked_by=(FIRING_PATTERN, values[sequence], kept),
     )
@@ -161,13 +163,13 @@ def _necklaces(length: int, ones: int) -> int:
 
 def _turned_once(length: int, ones: int) -> list[str]:
     """Patterns of which none is another one turned: the largest of all turned ones."""
-    found = []
+    patterns = []
     for places in combinations(range(1, length), ones - 1):
         fires = {0, *places}
         word = "".join("1" if i in fires else "0" for i in range(length))
         if word == max(word[i:] + word[:i] for i in range(length)):
-            found.append(word)
-    return sorted(found, reverse=True)
+            patterns.append(word)
+    return sorted(patterns, reverse=True)
 
 
 def _tables(given: Any, name: str, replaced: dict[str, Any], by: str) -> dict[str, Any]:
@@ -228,9 +230,9 @@ def _text(word: str, factor: float, idle: str) -> str:
     return " ".join(f"{factor:.6g}" if letter == "1" else idle for letter in word)
 
 
-def _ranked_by(found: xr.Dataset, by: str, order: float | None) -> Any:
+def _ranked_by(archive: xr.Dataset, by: str, order: float | None) -> Any:
     """Value of each pattern that counts: the largest over all other axes."""
-    array = found[by]
+    array = archive[by]
     if order is not None:
         if "order" not in array.dims:
             raise SceneError(f"order: only with a quantity over orders; {by} is none")

@@ -87,10 +87,10 @@ def _opened(path: Path) -> xr.Dataset:
     with opened_archive(path):  # checks it before anything is read
         pass
     try:
-        found = open_archive(path)
-        if STATE in found:
-            del found[STATE]  # only `merge` can read it
-        return found
+        archive = open_archive(path)
+        if STATE in archive:
+            del archive[STATE]  # only `merge` can read it
+        return archive
     except MemoryError:
         raise
     except Exception as error:  # attributes that direct xarray may have any type
@@ -236,4 +236,6 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     """
     check_dataset(archive)
     places = selected_places(archive, values)
-    return archive.isel({d: found[0] if len(found) == 1 else found for d, found in places.items()})
+    return archive.isel(
+        {d: chosen[0] if len(chosen) == 1 else chosen for d, chosen in places.items()}
+    )

@@ -158,8 +158,8 @@ def rows(
     if sort is None and quantities is None and REDUCTION in part.attrs:
         sort = next((name for name in ranks_of(part) if name in columns), None)
     _check_sort(sort, columns | ends)
-    found = _first(columns | ends, dims, shape, sort, limit)
-    table = {name: found[name] for name in columns}
+    first = _first(columns | ends, dims, shape, sort, limit)
+    table = {name: first[name] for name in columns}
     words = words_for_numbers(columns)
     changes = frozenset[str]()
     if relative_to is not None:
@@ -184,7 +184,7 @@ def rows(
         curves=curves,
         changes=changes,
         elasticities=_elasticities(part, names),
-        bands={n: (found[f"{n} low"], found[f"{n} high"]) for n in uncertain if ends},
+        bands={n: (first[f"{n} low"], first[f"{n} high"]) for n in uncertain if ends},
         mainly=_mainly(part, uncertain),
         several=several,
         listed=tuple(d for d in dims if d in DIMENSIONS or d not in axes_of(part)),
@@ -272,7 +272,7 @@ def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
 
     As few as together have `MOSTLY` of what all of them have.
     """
-    found = {}
+    causes = {}
     for name in uncertain:
         share = part[name + SHARE]
         over = tuple(i for i, d in enumerate(share.dims) if d != UNCERTAIN)
@@ -282,18 +282,18 @@ def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
             together = np.cumsum(total[order])
             few = order[: 1 + int(np.argmax(together >= MOSTLY * together[-1]))]
             *before, last = part[UNCERTAIN].values[few].tolist()
-            found[name] = f"{', '.join(before)} and {last}" if before else last
-    return found
+            causes[name] = f"{', '.join(before)} and {last}" if before else last
+    return causes
 
 
 def fixed_of(archive: xr.Dataset, part: xr.Dataset) -> dict[str, Any]:
     """The values at which axes of an archive were cut, by axis; a word for an axis of words."""
-    found = {}
+    fixed = {}
     for name, coordinate in part.coords.items():
         if coordinate.ndim == 0 and archive[name].ndim and f"{name}_name" not in part.coords:
             own = str(name).removesuffix("_name")
-            found[own if own in part.coords else str(name)] = coordinate.values.item()
-    return found
+            fixed[own if own in part.coords else str(name)] = coordinate.values.item()
+    return fixed
 
 
 def _first(
@@ -400,10 +400,10 @@ def _own_place(archive: xr.Dataset, dim: str, value: float | None) -> int:
             f"relative to nominal: {dim}: the archive has no value of the engine for it; select "
             "the design by values of its axes instead"
         )
-    found = np.flatnonzero(np.isclose(archive[dim].values.astype(float), value, rtol=1e-9))
-    if not found.size:
+    near = np.flatnonzero(np.isclose(archive[dim].values.astype(float), value, rtol=1e-9))
+    if not near.size:
         raise SceneError(
             f"relative to nominal: {dim} = {value:g}, the engine's own value, is not on the axis; "
             "select the design by values of its axes instead"
         )
-    return int(found[0])
+    return int(near[0])

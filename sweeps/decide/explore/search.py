@@ -71,8 +71,8 @@ def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
     """Designs that a search kept, and their results alone."""
     places = np.flatnonzero(archive[RANK].values[number])
     results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != RANK]
-    found = archive[results].isel({DESIGN: places})
-    return found.drop_vars("search", errors="ignore")
+    kept = archive[results].isel({DESIGN: places})
+    return kept.drop_vars("search", errors="ignore")
 
 
 def best(
@@ -139,7 +139,7 @@ def best(
         raise SceneError("best: not_counted is only used with at_every; failed designs never count")
     archive, told = kept_for(archive, [(name, sign)], conditions, at_every, front=False)
     search = EveryPoint(archive, [(name, sign)], conditions, at_every, not_counted)
-    found: dict[str, int] | None = None
+    best_place: dict[str, int] | None = None
     smallest, equal = math.inf, 0
     for place, designs in search.judged():
         if not designs.fulfilling.any():
@@ -149,12 +149,14 @@ def best(
         if here < smallest:
             smallest, equal = here, 0
             at = np.unravel_index(int(np.argmin(values)), values.shape)
-            found = {d: int(i) + s.start for d, i, s in zip(search.own, at, place, strict=True)}
+            best_place = {
+                d: int(i) + s.start for d, i, s in zip(search.own, at, place, strict=True)
+            }
         if here == smallest:
             equal += int(np.count_nonzero(values == smallest))
-    if found is None:
+    if best_place is None:
         raise SceneError(search.nothing() + (OF_KEPT if REDUCTION in archive.attrs else ""))
-    best = archive.isel(found)
+    best = archive.isel(best_place)
     if at_every:
         best.attrs[TEXT] = told or search.text(equal)
     return best
@@ -234,7 +236,7 @@ def pareto(
         front.add(designs.worst[:, designs.fulfilling], np.asarray(places, dtype=np.int64))
     if not front.places.size:
         raise SceneError(search.nothing())
-    found = front.taken_of(archive, search.own)
+    designs_on_front = front.taken_of(archive, search.own)
     if at_every:
-        found.attrs[TEXT] = told or search.text()
-    return found
+        designs_on_front.attrs[TEXT] = told or search.text()
+    return designs_on_front

@@ -169,17 +169,17 @@ def sensitivities(
         what = missing[0] if missing else "no quantity"
         raise SceneError(f"{what}: does not vary with any of {', '.join(study.parameters)}")
     settings = {"num_resamples": resamples, "conf_level": confidence, "seed": seed}
-    found: dict[str, Any] = {}
+    indices: dict[str, Any] = {}
     methods: dict[str, str] = {}
     with progress_bar(total=len(names), unit=" quantities", disable=not progress) as bar:
         for name in names:
             bar.set_description(name)
             variables, methods[name] = _of_quantity(archive, name, study, settings)
-            found |= variables
+            indices |= variables
             bar.update()
-    rest = {d for v in found.values() for d in v[0]} - {PARAMETER}
+    rest = {d for v in indices.values() for d in v[0]} - {PARAMETER}
     coordinates = {d: archive[d] for d in rest if d in archive.coords}
-    dataset = xr.Dataset(found, coords=coordinates)
+    dataset = xr.Dataset(indices, coords=coordinates)
     keys = [*study.parameters]
     meanings = [str(archive[key].attrs.get("long_name", key)) for key in keys]
     dataset = dataset.assign_coords(
@@ -229,8 +229,8 @@ def _reduced(
         )
     ends = ("left_out", *(f"{key}{end}" for key in NAMES for end in ("", "_conditional")))
     names = [f"{name}_{end}" for name in asked for end in ends]
-    found = archive[[name for name in names if name in archive]].load()
-    return _titled(found, archive, dict.fromkeys(asked, REDUCED), CONFIDENCE)
+    indices = archive[[name for name in names if name in archive]].load()
+    return _titled(indices, archive, dict.fromkeys(asked, REDUCED), CONFIDENCE)
 
 
 def _study_of(archive: xr.Dataset) -> _Study:
@@ -304,7 +304,7 @@ def _of_quantity(
     ending = "_conditional" if conditional else ""
     said = ", only designs with results" if conditional else ""
     label = str(array.attrs.get("long_name", name))
-    found: dict[str, Any] = {
+    indices: dict[str, Any] = {
         f"{name}_{key}{ending}": (
             (*rest, PARAMETER),
             np.reshape([one[key] for one in each], (*shape, len(study.parameters))),
@@ -312,12 +312,12 @@ def _of_quantity(
         )
         for key in each[0]
     }
-    found[f"{name}_left_out"] = (
+    indices[f"{name}_left_out"] = (
         tuple(rest),
         (~good).reshape(len(good), -1).sum(axis=1).reshape(shape).astype(np.int64),
         {"long_name": f"designs without a number of the {label}", "units": "1"},
     )
-    return found, method
+    return indices, method
 
 
 def _outcomes(archive: xr.Dataset) -> str:
@@ -366,14 +366,14 @@ def _of_groups(
     many = len(study.parameters)
     if kept.std() == 0.0:
         return {key: np.zeros(many) for key in (FIRST, FIRST_CONFIDENCE, TOTAL, TOTAL_CONFIDENCE)}
-    found = sobol.analyze(
+    indices = sobol.analyze(
         _problem(study), kept, calc_second_order=False, print_to_console=False, **settings
     )
     return {
-        FIRST: np.asarray(found["S1"]),
-        FIRST_CONFIDENCE: np.asarray(found["S1_conf"]),
-        TOTAL: np.asarray(found["ST"]),
-        TOTAL_CONFIDENCE: np.asarray(found["ST_conf"]),
+        FIRST: np.asarray(indices["S1"]),
+        FIRST_CONFIDENCE: np.asarray(indices["S1_conf"]),
+        TOTAL: np.asarray(indices["ST"]),
+        TOTAL_CONFIDENCE: np.asarray(indices["ST_conf"]),
     }
 
 
@@ -398,10 +398,10 @@ def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[st
         return {key: np.zeros(len(columns)) for key in (FIRST, FIRST_CONFIDENCE)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = rbd_fast.analyze(
+        indices = rbd_fast.analyze(
             _problem(study), np.column_stack(columns).astype(float), chosen, **settings
         )
-    return {FIRST: np.asarray(found["S1"]), FIRST_CONFIDENCE: np.asarray(found["S1_conf"])}
+    return {FIRST: np.asarray(indices["S1"]), FIRST_CONFIDENCE: np.asarray(indices["S1_conf"])}
 
 
 def _problem(study: _Study) -> dict[str, Any]:

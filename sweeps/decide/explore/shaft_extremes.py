@@ -103,7 +103,7 @@ def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:
     >>> worst.place, round(worst.value, -2), worst.at["speed"]
     ('throw 4 - throw 5', 8300.0, 2170.0)
     """
-    found = []
+    extremes = []
     for name, data in _of_places(archive).items():
         place = next(d for d in PLACES if d in data.dims)
         sign = -1.0 if name in LEAST else 1.0
@@ -119,8 +119,8 @@ def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:
             }  # fmt: skip
             called = str(archive[f"{place}_name"].values[number])
             value = float(part.values[where])
-            found.append(Worst(name, str(data.attrs.get("units", "")), called, value, at))
-    return found
+            extremes.append(Worst(name, str(data.attrs.get("units", "")), called, value, at))
+    return extremes
 
 
 def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
@@ -135,7 +135,7 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
     names = [name for name in OVER_LIMITS if name in archive]
     if not names:
         raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
-    found = []
+    barred = []
     for name in names:
         data = archive[name]
         if "speed" not in data.dims:
@@ -145,15 +145,15 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
         speed = archive["speed"].values[order]
         for number, called in enumerate(archive["shaft_name"].values):
             values = worst.isel(shaft=number).values[order]
-            found += _ranges(name, str(called), speed, values)
-    return found
+            barred += _ranges(name, str(called), speed, values)
+    return barred
 
 
 def _ranges(name: str, place: str, speed: Any, values: Any) -> list[BarredSpeeds]:
     """Ranges where a line through points is above 1."""
     over = np.nan_to_num(values, nan=0.0) > 1.0
     edges = np.diff(np.concatenate([[False], over, [False]]).astype(int))
-    found = []
+    ranges = []
     for first, end in zip(
         *(np.flatnonzero(edges == side).tolist() for side in (1, -1)), strict=True
     ):
@@ -162,8 +162,8 @@ def _ranges(name: str, place: str, speed: Any, values: Any) -> list[BarredSpeeds
             low = _crossing(speed, values, first - 1)
         if end < speed.size and np.isfinite(values[end]):
             high = _crossing(speed, values, end - 1)
-        found.append(BarredSpeeds(name, place, float(low), float(high), values[first:end].max()))
-    return found
+        ranges.append(BarredSpeeds(name, place, float(low), float(high), values[first:end].max()))
+    return ranges
 
 
 def _crossing(speed: Any, values: Any, at: int) -> Any:
@@ -173,11 +173,11 @@ def _crossing(speed: Any, values: Any, at: int) -> Any:
 
 def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     check_dataset(archive)
-    found = {
+    extremes = {
         str(name): data for name, data in archive.data_vars.items()
         if not set(PLACES).isdisjoint(data.dims)
         and name not in NOT_WORST and not str(name).endswith("_phase")
     }  # fmt: skip
-    if not found:
+    if not extremes:
         raise SceneError("archive: has no quantities of discs or shafts")
-    return found
+    return extremes

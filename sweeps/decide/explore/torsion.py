@@ -82,10 +82,10 @@ class Excitation:
     def matrix(self, dofs: int) -> npt.NDArray[np.complex128]:
         """U for every degree of freedom, shape (dofs, n); errors as `for_opentorsion`."""
         self._check(dofs)
-        found = np.zeros((dofs, self.omega.size), dtype=np.complex128)
+        torques = np.zeros((dofs, self.omega.size), dtype=np.complex128)
         for node, line in zip(self.nodes, self.complexes, strict=True):
-            found[node] += line
-        return found
+            torques[node] += line
+        return torques
 
     def _check(self, dofs: int) -> None:
         for node in self.nodes:

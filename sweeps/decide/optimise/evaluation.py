@@ -157,13 +157,13 @@ class Designs:
 
     def columns(self) -> dict[str, Any]:
         """Values of all designs, by the keys of what is searched."""
-        found: dict[str, Any] = {}
+        columns: dict[str, Any] = {}
         for key, parts in self._columns.items():
             if isinstance(parts[0], list):
-                found[key] = [text for part in parts for text in part]
+                columns[key] = [text for part in parts for text in part]
             else:
-                found[key] = np.concatenate(parts)
-        return found
+                columns[key] = np.concatenate(parts)
+        return columns
 
     def archive(self, seconds: float) -> xr.Dataset:
         """The archive of all designs; their results leave this object."""
@@ -222,20 +222,20 @@ def _judged(
     points = [d for d in task.points if d in dims]
     codes = task.not_counted if "status" in dataset else ()
     search = EveryPoint(dataset, task.wanted, task.conditions, points, codes)
-    ((_, found),) = search.judged()
+    ((_, designs),) = search.judged()
     many = max(1, int(np.prod([search.sizes[d] for d in search.axes])))
 
     scale = np.array([abs(c.limit) or 1.0 for c in task.conditions])[:, None]
-    excess = np.where(np.isfinite(found.excess), found.excess, 0.0) / scale
-    holds = np.array(found.holds, dtype=bool).reshape(excess.shape)
+    excess = np.where(np.isfinite(designs.excess), designs.excess, 0.0) / scale
+    holds = np.array(designs.holds, dtype=bool).reshape(excess.shape)
     # A design that lies exactly at a limit that it must not reach violates it, if only a little.
     excess = np.where(~holds & ~(excess > 0.0), 1e-12, excess)
     # A point without a result counts as a thousand times its limit: conditions that do not hold
     # are better than results that are not there.
-    lacking = 1e3 * np.where(found.points, found.lacking / many, 1.0)
-    wanted = np.where(np.isfinite(found.worst), found.worst, 0.0)
+    lacking = 1e3 * np.where(designs.points, designs.lacking / many, 1.0)
+    wanted = np.where(np.isfinite(designs.worst), designs.worst, 0.0)
     return Judgement(
-        wanted.T, np.vstack([excess, lacking[None, :]]).T, np.asarray(found.fulfilling)
+        wanted.T, np.vstack([excess, lacking[None, :]]).T, np.asarray(designs.fulfilling)
     )
 
 

@@ -60,8 +60,8 @@ def search_generations(
     while algorithm.has_next():
         number += 1
         designs = algorithm.ask()
-        found = judge(np.clip(designs.get("X"), 0.0, 1.0), number)
-        known = static(problem, F=found.wanted, G=found.violation)
+        judgement = judge(np.clip(designs.get("X"), 0.0, 1.0), number)
+        known = static(problem, F=judgement.wanted, G=judgement.violation)
         evaluator().eval(known, designs)
         algorithm.tell(infills=designs)
 

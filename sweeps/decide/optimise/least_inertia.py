@@ -60,9 +60,9 @@ class LeastInertia:
         largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
         law = self.task.space.parameters[KEY]
         assert not isinstance(law, Choice)
-        found = np.clip(np.broadcast_to(largest, count), law.low, law.high)  # type: ignore[attr-defined]
+        least = np.clip(np.broadcast_to(largest, count), law.low, law.high)  # type: ignore[attr-defined]
         return {
-            key: np.array(found, dtype=np.float64) if key == KEY else columns[key]
+            key: np.array(least, dtype=np.float64) if key == KEY else columns[key]
             for key in self.task.space.parameters
         }
 
@@ -96,15 +96,15 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
         return None
     names = [n for n, _ in task.wanted if n != KEY]
     names += [c.name for c in task.conditions if not (c.name == LIMITED and c.above)]
-    found = LeastInertia(task, min(limits), threads)
+    inverse = LeastInertia(task, min(limits), threads)
     few = task.space.without(KEY).one_of_each()
     try:
         if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
             return None
-        found.plan(task.space.without(KEY).columns(few), len(few))
+        inverse.plan(task.space.without(KEY).columns(few), len(few))
     except SceneError:  # a scene whose inertia is not one number, a method that searches nothing
         return None
-    return found
+    return inverse
 
 
 def _changes_with_inertia(task: Task, name: str) -> bool:

@@ -237,8 +237,8 @@ class _Search:
 
         judged, points = self.designs.all, self.designs.points
         places = self._found(np.arange(len(self.designs)))
-        found: Booleans = np.zeros(len(self.designs), dtype=np.int8)
-        found[places] = 1
+        chosen: Booleans = np.zeros(len(self.designs), dtype=np.int8)
+        chosen[places] = 1
         signs = [sign for _, sign in self.task.wanted]
         of_restarts = []
         for seen in self.seen:
@@ -247,7 +247,7 @@ class _Search:
             of_restarts.append({
                 "fulfilling": int(judged.fulfilling[seen].sum()),
                 "found": int(own.size),
-                "of_the_found": int(found[seen].sum()),
+                "of_the_found": int(chosen[seen].sum()),
                 "best": None if best is None else [s * float(v) for s, v in
                                                    zip(signs, best, strict=True)],
             })  # fmt: skip
@@ -282,7 +282,7 @@ class _Search:
         fulfils = flags("whether the design meets all conditions at every point", ("no", "yes"))
         archive = archive.assign_coords(
             {
-                FOUND: xr.Variable((DESIGN,), found, attributes),
+                FOUND: xr.Variable((DESIGN,), chosen, attributes),
                 FULFILLING: xr.Variable((DESIGN,), judged.fulfilling.astype(np.int8), fulfils),
             }
         )

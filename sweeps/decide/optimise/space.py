@@ -156,7 +156,7 @@ def _in_place(over: Any, of_scene: Mapping[str, Any], name: str) -> dict[str, An
 def _of_text(text: str, of_scene: Mapping[str, Any], name: str) -> list[tuple[str, Any]]:
     key, sign, values = (part.strip() for part in text.partition("="))
     if not sign:
-        found = []
+        parts = []
         for one in (part.strip() for part in text.split(",")):
             if one not in of_scene:
                 allowed = f", which has {', '.join(of_scene)}" if of_scene else ""
@@ -165,8 +165,8 @@ def _of_text(text: str, of_scene: Mapping[str, Any], name: str) -> list[tuple[st
                     f"search it too, such as '{one if one.isidentifier() else 'inertia'} = 0.2 to "
                     "5'"
                 )
-            found.append((one, of_scene[one]))
-        return found
+            parts.append((one, of_scene[one]))
+        return parts
     if key in WORDS:
         return [(key, [part.strip() for part in values.split("|")])]
     try:

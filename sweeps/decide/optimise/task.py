@@ -215,11 +215,11 @@ def _check_number(name: str, plan: Plan) -> None:
 
 def _without(raw: Mapping[str, Any], space: Space) -> dict[str, Any]:
     """Tables of a scene without [sample] and without values of what is searched."""
-    found = {key: table for key, table in raw.items() if key not in ("sample", *space.parameters)}
+    tables = {key: table for key, table in raw.items() if key not in ("sample", *space.parameters)}
     settings = raw.get("set")
     if isinstance(settings, Mapping):
-        found["set"] = {key: v for key, v in settings.items() if key not in space.parameters}
-    return found
+        tables["set"] = {key: v for key, v in settings.items() if key not in space.parameters}
+    return tables
 
 
 def _listed(space: Space) -> str:

@@ -178,12 +178,12 @@ def files_as_now(
         home = PurePath(name).parent.as_posix()
         return f"{moved[home]}/{PurePath(name).name}" if home in moved else name
 
-    found = {name_now(name): data for name, data in files.items()}
+    current = {name_now(name): data for name, data in files.items()}
     place = "/".join(PurePath(folder).parts[-(2 if version == 1 else 3) :])
     place = moved.get(place, place)
-    if any(PurePath(name).parent.as_posix() == place for name in found):
+    if any(PurePath(name).parent.as_posix() == place for name in current):
         folder = str(PACKAGE.parent / place)
-    return folder, found
+    return folder, current
 
 
 def plan_of(
@@ -237,8 +237,8 @@ def _scene_tables(
     divided = "" if coordinates is not None else archive.piece.get("axis", "")
 
     def texts_or_numbers(key: str) -> Any:
-        found = filled("designs", key)
-        return [str(text) for text in found] if key in LABELS else found
+        labels = filled("designs", key)
+        return [str(text) for text in labels] if key in LABELS else labels
 
     def filled(table: str, key: str) -> Any:
         if "reduce" in raw:
@@ -319,11 +319,11 @@ def check_confidential(archive: Contents, plan: Plan) -> None:
         Where its hash differs.
     """
     for name, expected in archive.confidential.items():
-        found = samples_hash(plan.scene.files.get(name, b""))
-        if found != expected:
+        actual = samples_hash(plan.scene.files.get(name, b""))
+        if actual != expected:
             raise SceneError(
                 f"{archive.path}: --indicator: not the diagram with which the archive was made "
-                f"(sha256 {found[:16]}, must be {expected[:16]})"
+                f"(sha256 {actual[:16]}, must be {expected[:16]})"
             )
 
 

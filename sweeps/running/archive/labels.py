@@ -216,15 +216,15 @@ def as_stored(labels: Labels, results: dict[str, npt.NDArray[Any]]) -> dict[str,
 
     They are in SI units, and are converted in place where that is possible.
     """
-    found = {}
+    stored = {}
     for name in list(results):
         variable = labels.variables[name]
         array = to_file_units(variable, results.pop(name))
         if array.dtype.str[1:] != variable.kind:
             with np.errstate(over="ignore"):  # a number too large for 32 bits becomes infinite
                 array = array.astype(variable.kind)
-        found[name] = array
-    return found
+        stored[name] = array
+    return stored
 
 
 def label(
@@ -329,37 +329,41 @@ def flags(long_name: str, meanings: Sequence[str], kind: str = "i1") -> dict[str
 def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
     """Coordinates of the axes of a scene, and of other dimensions that are used."""
     scene = plan.scene
-    found: dict[str, Variable] = {}
+    coordinates: dict[str, Variable] = {}
     for name in scene.dimensions:
         if name in PARAMETERS:
-            found[name] = _of_values(name, scene.axes[name], PARAMETERS[name])
+            coordinates[name] = _of_values(name, scene.axes[name], PARAMETERS[name])
             continue
         what = "design" if name == DESIGN else _NAMES[name]
         about = {"long_name": f"number of the {what}", "units": "1"}
-        found[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
+        coordinates[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
         if name != DESIGN:
-            found[f"{name}_name"] = _of_texts(name, _called(scene, name, scene.axes[name]), what)
+            coordinates[f"{name}_name"] = _of_texts(
+                name, _called(scene, name, scene.axes[name]), what
+            )
             continue
         for column, values in scene.designs.items():
-            found[column] = _of_values(DESIGN, values, PARAMETERS[column])
+            coordinates[column] = _of_values(DESIGN, values, PARAMETERS[column])
         for column, texts in scene.labels.items():
-            found[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
+            coordinates[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
     for name, points in plan.points.items():
         if name in used:
-            found[name] = _of_values(name, points, DIMENSIONS[name])
+            coordinates[name] = _of_values(name, points, DIMENSIONS[name])
             if name == "mode" and (told := plan.modes):
-                about = {**found[name].attributes, "comment": told}
-                found[name] = replace(found[name], attributes=about)
+                about = {**coordinates[name].attributes, "comment": told}
+                coordinates[name] = replace(coordinates[name], attributes=about)
     shaft = scene.engine.shaft
     if shaft is not None and not plan.parts:
         for name, texts in (("disc", shaft.discs), ("shaft", shaft.shaft_names)):
             if name in used:
-                found[f"{name}_name"] = _of_texts(name, texts, f"name of the {name}")
+                coordinates[f"{name}_name"] = _of_texts(name, texts, f"name of the {name}")
     for dimension in (d for d in (PARAMETER, UNCERTAIN) if d in used):
         for fact, text in (("unit", "unit"), ("long_name", "meaning")):
             facts = [getattr(PARAMETERS[key], fact) for key in plan.points[dimension]]
-            found[f"{dimension}_{fact}"] = _of_texts(dimension, facts, f"{text} of the parameter")
-    return found
+            coordinates[f"{dimension}_{fact}"] = _of_texts(
+                dimension, facts, f"{text} of the parameter"
+            )
+    return coordinates
 
 
 def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
@@ -466,7 +470,7 @@ def _shaft(scene: Scene) -> str:
     if shaft is None:
         return ""
     pairs = {"shafts": shaft.shafts, "gears": shaft.gears}
-    joined = {key: [[a + 1, b + 1] for a, b in found] for key, found in pairs.items()}
+    joined = {key: [[a + 1, b + 1] for a, b in numbers] for key, numbers in pairs.items()}
     return json.dumps({**joined, "throws": [disc + 1 for disc in shaft.throws]})
 
 

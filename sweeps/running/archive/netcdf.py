@@ -103,13 +103,13 @@ def open_archive(path: str | Path) -> xr.Dataset:
     path = a_path(path, "path")
     check_structure(path)
     with netcdf_library:
-        found = dataset_from(path)
+        archive = dataset_from(path)
     try:
-        check_format(found.attrs, path)
+        check_format(archive.attrs, path)
     except SceneError:
-        found.close()
+        archive.close()
         raise
-    return found
+    return archive
 
 
 def publish(partial: Path, path: Path) -> None:

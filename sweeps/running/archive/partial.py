@@ -197,19 +197,19 @@ class Partial:
         """
         try:
             data = regular_bytes(self.path / _HEADER, MOST_HEADER)
-            found = json.loads(data.decode("utf-8", "surrogateescape"))
+            header = json.loads(data.decode("utf-8", "surrogateescape"))
         except (ValueError, RecursionError):
             return None
         except OSError as error:
             if error.errno in (errno.ENOENT, errno.EFBIG, *NAMED_BADLY):
                 return None
             raise
-        if not isinstance(found, dict) or not all(
-            key in found and right(found[key]) for key, right in _MEMBERS.items()
+        if not isinstance(header, dict) or not all(
+            key in header and right(header[key]) for key, right in _MEMBERS.items()
         ):
             return None
-        self.key = found["key"]
-        return found
+        self.key = header["key"]
+        return header
 
     def begin(self, header: Mapping[str, Any]) -> None:
         """Say what is computed here, before the first block."""
@@ -250,8 +250,8 @@ class Partial:
         """Numbers of the finished blocks, in order; whether they are damaged is not checked."""
         if not self.path.is_dir():
             return []
-        found = (_BLOCK.fullmatch(path.name) for path in self.path.iterdir())
-        return sorted(int(match.group(1)) for match in found if match)
+        matches = (_BLOCK.fullmatch(path.name) for path in self.path.iterdir())
+        return sorted(int(match.group(1)) for match in matches if match)
 
     def write(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> int:
         """Write a finished block; returns the bytes of its values."""

@@ -102,7 +102,7 @@ def machine_kind() -> dict[str, str]:
 
 def kind_differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
     """Differences of two kinds of machine, in words; empty where they are the same."""
-    found: list[str] = []
+    unequal: list[str] = []
     for key in dict.fromkeys((*before, *now)):
         was, new = before.get(key, "not known"), now.get(key, "not known")
         if was == new:
@@ -111,10 +111,10 @@ def kind_differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[
             one, other = set(was.split()), set(new.split())
             lacking = [f"without {w}" for w in sorted(one - other)]
             more = [f"with {w}" for w in sorted(other - one)]
-            found.append(one_line(f"{key} ({', '.join(lacking + more)})", 200))
+            unequal.append(one_line(f"{key} ({', '.join(lacking + more)})", 200))
         else:
-            found.append(f"{key} (was {was}, is {new})")
-    return found
+            unequal.append(f"{key} (was {was}, is {new})")
+    return unequal
 
 
 def check_identity(known: Any) -> None:
@@ -145,17 +145,17 @@ def differences(
     first.nc" and "in second.nc" where neither is the earlier one.
     """
     earlier, later = words
-    found: list[str] = []
+    unequal: list[str] = []
     for table, what in (("versions", "version of {}"), ("files", "file {}")):
         one, other = before.get(table, {}), now.get(table, {})
         for key in dict.fromkeys((*one, *other)):
             if one.get(key) != other.get(key):
                 was, new = one.get(key, "missing"), other.get(key, "missing")
                 text = f"({earlier} {was[:16]}, {later} {new[:16]})"
-                found.append(f"{what.format(key)} {text}")
+                unequal.append(f"{what.format(key)} {text}")
     in_scene = list(_unequal(before.get("scene", {}), now.get("scene", {}), "", words))
     left_out = (f"[axes] {but}", f"[axes] {but} ")
-    found += [
+    unequal += [
         f"scene: {text}"
         for where, text in in_scene
         if where != left_out[0] and not where.startswith(left_out[1])
@@ -164,12 +164,12 @@ def differences(
     one, other = before.get("values", {}), now.get("values", {})
     for key in dict.fromkeys((*one, *other)):
         if one.get(key) != other.get(key) and key not in (but, *named):
-            found.append(f"values of {key}")
+            unequal.append(f"values of {key}")
     rest = [k for k in dict.fromkeys((*before, *now)) if k not in ("scene", *_TABLES)]
     for key in rest:
         if before.get(key) != now.get(key):
-            found.append(f"{key} ({earlier} {before.get(key)}, {later} {now.get(key)})")
-    return found
+            unequal.append(f"{key} ({earlier} {before.get(key)}, {later} {now.get(key)})")
+    return unequal
 
 
 _TABLES = ("values", "files", "versions")
@@ -288,9 +288,9 @@ def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
         Where the content of a file does not have its hash.
     """
     files: dict[str, bytes] = {}
-    found = json.loads(text)
+    listing = json.loads(text)
     room = MOST
-    for name, entry in found["files"].items():
+    for name, entry in listing["files"].items():
         if "zlib" in entry:
             data = _inflated(base64.b64decode(entry["zlib"]), room)
             room -= len(data)
@@ -301,7 +301,7 @@ def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
         if sha256(data) != entry["sha256"]:
             raise ValueError(f"{name}: its text is damaged")
         files[name] = data
-    return str(found["folder"]), files
+    return str(listing["folder"]), files
 
 
 def confidential_hashes(text: str) -> dict[str, str]:
@@ -321,12 +321,12 @@ def _inflated(data: bytes, room: int) -> bytes:
     stream = zlib.decompressobj()
     try:
         # For `room`, 0 would mean as much as there is.
-        found = stream.decompress(data, room + 1)
+        content = stream.decompress(data, room + 1)
     except zlib.error as error:
         raise ValueError(str(error)) from None
-    if len(found) > room:
+    if len(content) > room:
         raise ValueError(f"files of more than {MOST} bytes")
-    return found
+    return content
 
 
 def _hash_of(values: Any) -> str:
@@ -338,14 +338,14 @@ def _hash_of(values: Any) -> str:
 
 def _by_name(scene: Scene) -> dict[str, bytes]:
     """Files by their names alone: the same files in another folder are the same."""
-    found: dict[str, bytes] = {}
+    contents: dict[str, bytes] = {}
     for path, data in scene.files.items():
         name = PurePath(path).name
         number = 2
-        while name in found:
+        while name in contents:
             name, number = f"{PurePath(path).name} ({number})", number + 1
-        found[name] = data
-    return found
+        contents[name] = data
+    return contents
 
 
 def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
@@ -358,9 +358,9 @@ def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
         return PurePath(scene.folder).relative_to(PACKAGE.parent).as_posix(), scene.files
 
     def short(name: str) -> str:
-        found = _within(name, scene.folder)
-        given = found is None or (os.path.isabs(name) and _is_given(name, scene))
-        return name if given else str(found)
+        inside = _within(name, scene.folder)
+        given = inside is None or (os.path.isabs(name) and _is_given(name, scene))
+        return name if given else str(inside)
 
     return "", {short(name): data for name, data in scene.files.items()}
 

@@ -25,8 +25,8 @@ def engine_of(part: Part) -> str:
 
 
 def _given(part: Part) -> Mapping[str, Any]:
-    found: Mapping[str, Any] = part.plan.scene.source.get("set") or {}
-    return found
+    settings: Mapping[str, Any] = part.plan.scene.source.get("set") or {}
+    return settings
 
 
 def about_several(plan: Plan, about: Callable[[Plan], Mapping[str, str]]) -> dict[str, str]:

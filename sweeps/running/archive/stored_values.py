@@ -57,6 +57,6 @@ class _Store(NetCDF4DataStore):
     """xarray's own way to a netCDF file, with these values."""
 
     def open_store_variable(self, name: str, var: Any) -> xr.Variable:
-        found = super().open_store_variable(name, var)
+        variable = super().open_store_variable(name, var)
         values = LazilyIndexedArray(_Values(name, self))
-        return xr.Variable(found.dims, values, found.attrs, found.encoding)
+        return xr.Variable(variable.dims, values, variable.attrs, variable.encoding)

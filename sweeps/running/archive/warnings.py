@@ -96,13 +96,13 @@ class Watch:
 
     def lines(self) -> list[str]:
         """All lines of the archive."""
-        found = list(self._lines)
+        lines = list(self._lines)
         for name, seen in self._seen.items():
             if seen.count:
                 size = math.prod(self._sizes[name].values())
                 one = Implausible(seen.check, seen.worst, (), "", name, seen.count, size)
-                found.append(one.text(self._where(name, seen, size)))
-        return found
+                lines.append(one.text(self._where(name, seen, size)))
+        return lines
 
     def text(self) -> str:
         """The attribute."""

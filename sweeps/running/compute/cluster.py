@@ -70,9 +70,9 @@ def check_address(text: str) -> int:
     SceneError
         With what is allowed.
     """
-    found = re.fullmatch(rf"{LOCAL}(\d{{1,9}})", text, re.ASCII)
-    if found and 1 <= int(found[1]) <= MOST:
-        return int(found[1])
+    local = re.fullmatch(rf"{LOCAL}(\d{{1,9}})", text, re.ASCII)
+    if local and 1 <= int(local[1]) <= MOST:
+        return int(local[1])
     if re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+", text):
         return 0
     raise SceneError(
@@ -178,21 +178,21 @@ def _checked(client: Any, address: str, tell: Callable[[str], None]) -> DaskWork
         client.wait_for_workers(1)
     answers = _asked(client, address, worker.about)
     first, own = next(iter(answers.values())), versions()
-    for where, found in answers.items():
-        named = f"--scheduler {address}: worker {where} on {found['host']}"
+    for where, answer in answers.items():
+        named = f"--scheduler {address}: worker {where} on {answer['host']}"
         other = [
-            f"{name} (is {found['versions'].get(name, 'missing')}, here {version})"
+            f"{name} (is {answer['versions'].get(name, 'missing')}, here {version})"
             for name, version in own.items()
-            if found["versions"].get(name) != version
+            if answer["versions"].get(name) != version
         ]
         if other:
             raise SceneError(f"{named}: versions differ from those here: {', '.join(other)}")
-        if found["threads"] != 1:
+        if answer["threads"] != 1:
             raise SceneError(
-                f"{named}: has {found['threads']} threads; must have one (--nthreads 1, and more "
+                f"{named}: has {answer['threads']} threads; must have one (--nthreads 1, and more "
                 "workers instead)"
             )
-        kind = kind_differences(first["kind"], found["kind"])
+        kind = kind_differences(first["kind"], answer["kind"])
         if kind:
             raise SceneError(
                 f"{named}: a different kind of machine from {first['host']}, which would give "

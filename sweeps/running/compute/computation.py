@@ -163,17 +163,19 @@ class Computation:
             again = {name: _read_only(values[name]) for name in self.common}
             values, self.known = values | again, self.known | again
             self.stages, self.common = self.varying, set()
-        found: Results = {}
+        results: Results = {}
         for name, dims in self.dims.items():
             if self.all_in_each or belongs(block, dims):
                 array = _filled(values.pop(name).si, dims, shape_in(self.plan, dims, block))
-                found[name] = array if array.flags.writeable else array.copy()
+                results[name] = array if array.flags.writeable else array.copy()
         if self.of_periods is not None:
-            found |= self.of_periods.results(block)
+            results |= self.of_periods.results(block)
         for variation, others in zip(self.plan.variations, self.varied, strict=True):
             combine = _COMBINE[variation.dimension]
-            found |= combine(self.plan, variation, block, found, [o.results(block) for o in others])
-        return found
+            results |= combine(
+                self.plan, variation, block, results, [o.results(block) for o in others]
+            )
+        return results
 
 
 def check_given(plan: Plan) -> None:
@@ -253,8 +255,8 @@ def _dims_taken(plan: Plan, stage: Stage) -> tuple[str, ...]:
         return stage.axes
     if not (node.adds or node.removes):
         return stage.dims
-    found = {*stage.dims, *node.removes} - {*node.adds}
-    return tuple(d for d in (*plan.scene.dimensions, *DIMENSIONS) if d in found)
+    taken = {*stage.dims, *node.removes} - {*node.adds}
+    return tuple(d for d in (*plan.scene.dimensions, *DIMENSIONS) if d in taken)
 
 
 def _filled(

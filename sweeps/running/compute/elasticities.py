@@ -118,7 +118,7 @@ def elasticities_of(
     plan: Plan, variation: Variation, block: Block, results: Results, others: Sequence[Results]
 ) -> Results:
     """All variables of elasticities in a block, from its results and those of the changed plans."""
-    found: Results = {}
+    elasticities: Results = {}
     count = 2 * len(STEPS)
     for quantity in variation.quantities:
         if quantity not in results:  # it depends on no axis that is divided: the first block has it
@@ -126,7 +126,9 @@ def elasticities_of(
         middle = results[quantity]
         for ending in ENDINGS:
             kind = np.int8 if ending == KIND else np.float64
-            found[quantity + ending] = np.zeros((*middle.shape, len(variation.keys)), dtype=kind)
+            elasticities[quantity + ending] = np.zeros(
+                (*middle.shape, len(variation.keys)), dtype=kind
+            )
         for place, key in enumerate(variation.keys):
             leaf, dims = plan.leaves[key], plan.dims(quantity)
             if not set(leaf.dims) <= set(dims):
@@ -136,8 +138,8 @@ def elasticities_of(
             here = _of_parameter(PARAMETERS[key], values, middle, changed)
             here["_derivative"] /= plan.computed[quantity].node.si
             for ending, one in here.items():
-                found[quantity + ending][..., place] = one
-    return found
+                elasticities[quantity + ending][..., place] = one
+    return elasticities
 
 
 def _of_parameter(

@@ -173,15 +173,15 @@ class _Run:
         if self.options.resume:
             try:
                 check_identity(header["identity"])
-                found = differences(header["identity"], now)
-                found += kind_differences(header.get("kind", {}), kind)
+                unequal = differences(header["identity"], now)
+                unequal += kind_differences(header.get("kind", {}), kind)
             except (ValueError, KeyError, TypeError, AttributeError):
-                found = ["its description is damaged"]
-            if found:
+                unequal = ["its description is damaged"]
+            if unequal:
                 raise SceneError(
                     f"{self.partial.path}: cannot be resumed, because it belongs to a different "
                     "run: "
-                    f"{'; '.join(found)}; use --overwrite instead of --resume to start again"
+                    f"{'; '.join(unequal)}; use --overwrite instead of --resume to start again"
                 )
             return header
         if self.options.overwrite:
@@ -389,8 +389,8 @@ class _Run:
             arrays = self.partial.read(number, size)
         except Damaged:
             return number, block, None
-        found = {name: (array.shape, array.dtype.str[1:]) for name, array in arrays.items()}
-        return number, block, arrays if found == expected else None
+        layout = {name: (array.shape, array.dtype.str[1:]) for name, array in arrays.items()}
+        return number, block, arrays if layout == expected else None
 
     def _publish(self) -> None:
         """Give the archive its name, unless somebody else has taken it meanwhile."""
@@ -485,16 +485,16 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
                 status = file.variables["status"]
                 for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):
                     done.count(np.asarray(status[place if place else ...]))
-            found = differences(before, now)
+            unequal = differences(before, now)
     except DAMAGE as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         raise SceneError(
             f"{output}: exists and is not an archive of this scene ({reason}); "
             "use --overwrite to replace it"
         ) from None
-    if found:
+    if unequal:
         raise SceneError(
-            f"{output}: exists and is an archive of something else: {'; '.join(found)}; "
+            f"{output}: exists and is an archive of something else: {'; '.join(unequal)}; "
             "use --overwrite to replace it"
         )
     return done

@@ -48,9 +48,9 @@ class Units:
 
     def empty(self) -> Reduction:
         """Reduction of nothing, to which units are added."""
-        found = Reduction(self.plan, self.labels)
-        self.labels = found.labels
-        return found
+        reduction = Reduction(self.plan, self.labels)
+        self.labels = reduction.labels
+        return reduction
 
     def states(self, numbers: list[int]) -> Iterator[tuple[int, State]]:
         """Reduce units; yields each with its number."""
@@ -59,11 +59,11 @@ class Units:
             disable=not self.progress, file=sys.stderr,
         ) as bar:  # fmt: skip
             for number in numbers:
-                found = self.empty()
-                self._add(found, number, bar.update)
-                yield number, found.state()
+                reduction = self.empty()
+                self._add(reduction, number, bar.update)
+                yield number, reduction.state()
 
-    def _add(self, found: Reduction, number: int, show: Callable[[int], object]) -> None:
+    def _add(self, reduction: Reduction, number: int, show: Callable[[int], object]) -> None:
         """Add the blocks of a unit; the designs that are done are shown, within blocks too."""
         left = 0
 
@@ -85,7 +85,7 @@ class Units:
                 for block in blocks(plan, self.lengths):
                     if begin <= piece < end:
                         left = math.prod(shape_in(plan, plan.scene.dimensions, block))
-                        found.add(plan, first, block, computation.results(block))
+                        reduction.add(plan, first, block, computation.results(block))
                         show(left)
                     piece += 1
 

@@ -35,7 +35,7 @@ def side_by_side(
     """
     every = {name: plan.dims(name) for name in plan.outputs}
     outputs = {n: dims for n, dims in every.items() if all_in_each or belongs(block, dims)}
-    found: Results = {}
+    results: Results = {}
     for part, compute_block in zip(plan.parts, compute, strict=True):
         places = {
             d: _places(part, d, block.get(d, slice(0, plan.sizes[d])))
@@ -46,16 +46,16 @@ def side_by_side(
         own = {d: places[d][1] for d in block if d in part.plan.scene.dimensions}
         for name, values in compute_block(own).items():
             if name in outputs:
-                if name not in found:
-                    found[name] = _empty(plan, name, block, values.dtype)
+                if name not in results:
+                    results[name] = _empty(plan, name, block, values.dtype)
                 dims = outputs[name]
                 here = np.ix_(*(places[d][0] for d in dims))
                 own_values = aligned(values, part.plan.dims(name), dims)
-                found[name][here] = _spread(own_values, part, dims)
+                results[name][here] = _spread(own_values, part, dims)
     for name in outputs:
-        if name not in found:
-            found[name] = _empty(plan, name, block, np.int8 if name == "status" else np.float64)
-    return found
+        if name not in results:
+            results[name] = _empty(plan, name, block, np.int8 if name == "status" else np.float64)
+    return results
 
 
 def _spread(values: npt.NDArray[Any], part: Part, dims: tuple[str, ...]) -> npt.NDArray[Any]:

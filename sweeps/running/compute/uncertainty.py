@@ -23,17 +23,17 @@ def bands_of(
     """All variables of bands in a block, from the results of its draws."""
     del plan, block  # as for elasticities, which need them
     assert variation.draws is not None
-    found: Results = {}
+    bands: Results = {}
     for name in variation.quantities:
         if name not in results:  # it depends on no axis that is divided: the first block has it
             continue
         values = np.stack([draw[name] for draw in others])
-        found[name + LOW], found[name + HIGH] = _quantiles(values)
-        found[name + EXPLAINED], found[name + SHARE] = shares(variation.draws, values)
+        bands[name + LOW], bands[name + HIGH] = _quantiles(values)
+        bands[name + EXPLAINED], bands[name + SHARE] = shares(variation.draws, values)
     if "status" in results:
         failed = [~np.isin(draw["status"], status.WITH_NUMBERS) for draw in others]
-        found[FAILED_DRAWS] = np.sum(failed, axis=0).astype(float)
-    return found
+        bands[FAILED_DRAWS] = np.sum(failed, axis=0).astype(float)
+    return bands
 
 
 def _quantiles(values: Floats) -> tuple[Floats, Floats]:

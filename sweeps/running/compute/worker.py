@@ -158,10 +158,10 @@ class _Work:
             raise SceneError(f"has {threads} threads; must have one (--nthreads 1)")
         wanted = header["identity"]
         self.plan = plan_of_folder(self.partial)
-        found = differences(wanted, identity(self.plan, numbers=wanted["numbers"]))
-        found += kind_differences(header["kind"], machine_kind())
-        if found:
-            raise SceneError(f"is of a different kind from the run: {'; '.join(found)}")
+        unequal = differences(wanted, identity(self.plan, numbers=wanted["numbers"]))
+        unequal += kind_differences(header["kind"], machine_kind())
+        if unequal:
+            raise SceneError(f"is of a different kind from the run: {'; '.join(unequal)}")
         self.labels = describe(self.plan, single=wanted["numbers"] == "float32")
         lengths = {str(d): int(n) for d, n in header["lengths"].items()}
         self.units = None

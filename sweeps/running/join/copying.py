@@ -107,16 +107,21 @@ def _copy(
     dims, shape = labels.variables[name].dims, labels.shape(name)
     kind = np.dtype(labels.variables[name].kind)
     for source in sources:
-        found = source.file.variables.get(name)
+        stored = source.file.variables.get(name)
         own = tuple(len(source.places) if d == axis else labels.sizes[d] for d in dims)
-        if found is not None and found.dimensions == dims:
-            for d, there, wanted in zip(dims, found.shape, own, strict=True):
+        if stored is not None and stored.dimensions == dims:
+            for d, there, wanted in zip(dims, stored.shape, own, strict=True):
                 if there != wanted:
                     raise SceneError(
                         f"{source.archive.path}: {name} has {counted(there, d)}, where {wanted} "
                         "are joined"
                     )
-        if found is None or found.dimensions != dims or found.shape != own or found.dtype != kind:
+        if (
+            stored is None
+            or stored.dimensions != dims
+            or stored.shape != own
+            or stored.dtype != kind
+        ):
             raise SceneError(f"{source.archive.path}: has no {name} over ({', '.join(dims)})")
     axis_at = dims.index(axis) if axis in dims else -1
     for place in slabs(shape, netcdf.chunks_of(dims, shape, {}), kind.itemsize):

@@ -140,8 +140,8 @@ def _replaced(
                 raise SceneError(f"{path}: is a shard; merge all shards first")
             if "reduce" in old.source:
                 raise refused("extend", "[reduce]", str(path))
-            found = longer(old, partial)
-            plan = found if isinstance(found, Plan) else _joined(old, found, options, partial)
+            larger = longer(old, partial)
+            plan = larger if isinstance(larger, Plan) else _joined(old, larger, options, partial)
         except Stopped as error:
             reason = re.split(r"; (?=\d+ of |nothing written)", str(error))[0]
             kept = f", finished blocks are kept in {partial.path}; to continue: "
@@ -249,11 +249,11 @@ def _computed(partial: Partial, axis: str, values: Sequence[float]) -> bool:
     if not partial.added.exists():
         return False
     try:
-        found = read_contents(partial.added).values.get(axis, ())
+        computed = read_contents(partial.added).values.get(axis, ())
     except SceneError:  # it cannot be read: it is computed again
         partial.added.unlink()
         return False
-    return np.array_equal(np.sort(np.asarray(found)), np.sort(values))
+    return np.array_equal(np.sort(np.asarray(computed)), np.sort(values))
 
 
 def _check_new(path: Path, axis: str, values: Sequence[float], before: np.ndarray) -> None:
@@ -268,10 +268,10 @@ def _check_new(path: Path, axis: str, values: Sequence[float], before: np.ndarra
 def _check_version(archive: Contents, plan: Plan) -> None:
     """Check that the numbers of an archive are those that would be computed now."""
     numbers = str(archive.identity.get("numbers"))
-    found = differences(archive.identity, identity(plan, numbers=numbers))
-    if found:
+    unequal = differences(archive.identity, identity(plan, numbers=numbers))
+    if unequal:
         raise SceneError(
-            f"{archive.path}: would be made in a different way now: {'; '.join(found)}; "
+            f"{archive.path}: would be made in a different way now: {'; '.join(unequal)}; "
             "`engine-dyn rerun` computes it again"
         )
 
@@ -312,7 +312,7 @@ def rerun(
         old = with_confidential(old, indicator)
     plan = part_of(old, plan_of(old))
     check_confidential(old, plan)
-    found = differences(old.identity, identity(plan, numbers=str(old.identity["numbers"])))
+    unequal = differences(old.identity, identity(plan, numbers=str(old.identity["numbers"])))
     level = old.level if options.level is None else options.level
     run(plan, output, replace(options, single=old.single, level=level))
-    return plan, found
+    return plan, unequal

@@ -178,10 +178,10 @@ def check_same(first: Contents, other: Contents, *, axis: str = "", shards: bool
         {key: value for key, value in a.identity.items() if key not in ignored}
         for a in (first, other)
     )
-    found = differences(one, two, but=axis, words=(f"in {first.path}", f"in {other.path}"))
-    if found:
+    unequal = differences(one, two, but=axis, words=(f"in {first.path}", f"in {other.path}"))
+    if unequal:
         raise SceneError(
-            f"{other.path}: its scene differs from that of {first.path}: {'; '.join(found)}"
+            f"{other.path}: its scene differs from that of {first.path}: {'; '.join(unequal)}"
         )
 
 

@@ -155,7 +155,7 @@ class Indices:
         NaN where no group, or for the intervals no second batch, has numbers; 0 where nothing
         varies.
         """
-        found = np.full((len(NAMES), len(self.counts), self.many), np.nan)
+        estimates = np.full((len(NAMES), len(self.counts), self.many), np.nan)
         student = library("scipy.special", "SciPy", "[reduce]", extra="study").stdtrit
         for cell, counts in enumerate(self.counts):
             if not counts.any():
@@ -163,15 +163,15 @@ class Indices:
             used = np.flatnonzero(counts)
             each, groups = in_units(self.sums[cell, used]), counts[used].astype(object)
             whole, every = each.sum(axis=0), groups.sum()
-            found[::2, cell] = self._of(whole, every)
+            estimates[::2, cell] = self._of(whole, every)
             if used.size > 1:
                 without = [
                     self._of(whole - one, every - n) for one, n in zip(each, groups, strict=True)
                 ]
                 deviation = np.std(without, axis=0) * math.sqrt(used.size - 1)
-                found[1::2, cell] = student(used.size - 1, 0.5 + 0.5 * CONFIDENCE) * deviation
+                estimates[1::2, cell] = student(used.size - 1, 0.5 + 0.5 * CONFIDENCE) * deviation
         shape = (*self.shape, self.many)
-        return {key: found[i].reshape(shape) for i, key in enumerate(NAMES)}
+        return {key: estimates[i].reshape(shape) for i, key in enumerate(NAMES)}
 
     def _of(self, sums: npt.NDArray[Any], groups: int) -> Floats:
         """First-order and total indices, shape (2, parameters), rounded once.

@@ -185,8 +185,8 @@ class Reduction:
                 kind = self.labels.variables[name].kind
                 data = np.broadcast_to(np.zeros((), kind), [plan.sizes[d] for d in dims])
             inside[name] = xr.Variable(dims, data, self._about(name), fastpath=True)
-        found = xr.Dataset({n: v for n, v in inside.items() if n in plan.outputs})
-        return found.assign_coords({n: v for n, v in inside.items() if n not in plan.outputs})
+        designs = xr.Dataset({n: v for n, v in inside.items() if n in plan.outputs})
+        return designs.assign_coords({n: v for n, v in inside.items() if n not in plan.outputs})
 
     def _about(self, name: str) -> Mapping[str, Any]:
         known = self.labels.variables.get(name) or self.labels.coordinates.get(name)
@@ -196,10 +196,10 @@ class Reduction:
 
     def state(self) -> State:
         """All that is known, for `merge`."""
-        found: State = {"outcomes": self.outcomes, "within": self.within}
+        arrays: State = {"outcomes": self.outcomes, "within": self.within}
         for name, one in self._parts.items():
-            found |= {f"{name}: {key}": array for key, array in one.state().items()}
-        return found
+            arrays |= {f"{name}: {key}": array for key, array in one.state().items()}
+        return arrays
 
     def merge(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Add what another part knows.
@@ -246,15 +246,15 @@ class Reduction:
             ("state_byte",), {"long_name": "what merging needs", "units": "1"},
             np.frombuffer(_packed(self.state()), np.int8),
         )  # fmt: skip
-        found = dataset_of(replace(self.labels, variables=variables, coordinates=coordinates), {})
-        for one in found.variables.values():
+        dataset = dataset_of(replace(self.labels, variables=variables, coordinates=coordinates), {})
+        for one in dataset.variables.values():
             one.encoding["_FillValue"] = None
-        found.attrs |= {
+        dataset.attrs |= {
             REDUCTION: json.dumps(self._described()), ATTRIBUTE: "\n".join(self.warnings),
         }  # fmt: skip
         if seconds is not None:
-            found.attrs["seconds"] = round(seconds, 3)
-        return found
+            dataset.attrs["seconds"] = round(seconds, 3)
+        return dataset
 
     @property
     def found(self) -> tuple[str, ...]:

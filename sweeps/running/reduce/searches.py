@@ -140,11 +140,11 @@ class Search:
         """Add a block of designs, which begins at these places of the whole scene's axes."""
         search = self._judge(designs)
         for part, judged in search.judged():
-            found = np.flatnonzero(judged.fulfilling)
+            fulfilling = np.flatnonzero(judged.fulfilling)
             shape = judged.fulfilling.shape
-            good = np.unravel_index(found, shape) if shape else ()
+            good = np.unravel_index(fulfilling, shape) if shape else ()
             at = {d: i + s.start for d, i, s in zip(search.own, good, part, strict=True)}
-            values = judged.worst.reshape(len(judged.worst), -1)[:, found]
+            values = judged.worst.reshape(len(judged.worst), -1)[:, fulfilling]
             wanted = self._unbeaten(values)
             at = {d: i[wanted] for d, i in at.items()}
             inside = [at[d] + begin.get(d, 0) for d in self.own]
@@ -174,11 +174,11 @@ class Search:
         least, places, _ = self._kept
         if self.asked.number:
             number = self.asked.number
-            found = values[0] <= (least[0, -1] if places.size >= number else math.inf)
-            if np.count_nonzero(found) > number:
-                limit = np.partition(values[0, found], number - 1)[number - 1]
-                found &= values[0] <= limit
-            return np.asarray(found)
+            candidates = values[0] <= (least[0, -1] if places.size >= number else math.inf)
+            if np.count_nonzero(candidates) > number:
+                limit = np.partition(values[0, candidates], number - 1)[number - 1]
+                candidates &= values[0] <= limit
+            return np.asarray(candidates)
         return unbeaten(least, values)
 
     def _keep(self, *designs: *Designs) -> None:

@@ -106,10 +106,10 @@ class Statistics:
 
     def _add_counts(self, bins: Integers, counts: Integers) -> None:
         together = np.union1d(self.bins, bins)
-        found = np.zeros((len(self.low), together.size), np.int64)
-        found[:, np.searchsorted(together, self.bins)] = self.counts
-        found[:, np.searchsorted(together, bins)] += counts
-        self.bins, self.counts = together, found
+        summed = np.zeros((len(self.low), together.size), np.int64)
+        summed[:, np.searchsorted(together, self.bins)] = self.counts
+        summed[:, np.searchsorted(together, bins)] += counts
+        self.bins, self.counts = together, summed
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """All that is known, for `merge`."""
@@ -139,7 +139,7 @@ class Statistics:
             first, second = (exact(self.sums[k, cell]) / number for k in (0, 1))
             mean[cell] = float(first)
             deviation[cell] = math.sqrt(max(0.0, float(second - first * first)))
-        found, error = self._quantiles(count, np.asarray(quantiles))
+        quantile, error = self._quantiles(count, np.asarray(quantiles))
         none = count == 0
         each = {
             "mean": mean, "deviation": deviation,
@@ -148,7 +148,11 @@ class Statistics:
         }  # fmt: skip
         shaped = {name: array.reshape(self.shape) for name, array in each.items()}
         shape = (*self.shape, len(quantiles))
-        return {**shaped, "quantile": found.reshape(shape), "quantile_error": error.reshape(shape)}
+        return {
+            **shaped,
+            "quantile": quantile.reshape(shape),
+            "quantile_error": error.reshape(shape),
+        }
 
     def histogram(self, most: int = MOST_BINS) -> tuple[Floats, Integers]:
         """Edges of bins for people, `most` or fewer, and how many values each cell has in them.
@@ -185,7 +189,7 @@ class Statistics:
 
     def _quantiles(self, count: Integers, shares: Floats) -> tuple[Floats, Floats]:
         """Quantiles of each cell, and the most that they can be away."""
-        found, error = np.full((2, count.size, shares.size), np.nan)
+        quantile, error = np.full((2, count.size, shares.size), np.nan)
         edges = bin_edges(self.bins, self.bits)
         for cell in np.flatnonzero(count):
             ends = np.clip(edges, self.low[cell], self.high[cell])
@@ -200,5 +204,5 @@ class Statistics:
                 least += weight * ends[0, place]
                 most += weight * ends[1, place]
                 middle += weight * (ends[0, place] + inside * (ends[1, place] - ends[0, place]))
-            found[cell], error[cell] = middle, np.maximum(middle - least, most - middle)
-        return found, error
+            quantile[cell], error[cell] = middle, np.maximum(middle - least, most - middle)
+        return quantile, error
