@@ -251,7 +251,7 @@ def crossings() -> str:
         [("what a scene gives", "replaces"), *REPLACED],
     )
     # Names of tables would be links.
-    return re.sub(r"(\[\[?\w+\]\]?)", r"`\1`", "\n\n".join(map(markdown, tables)))
+    return re.sub(r"(\[\[?\w+\]\]?)", r"`\1`", "\n\n".join(markdown(rows) for rows in tables))
 
 
 def of_the_checkout(make: Callable[[], str]) -> Callable[[], str]:
