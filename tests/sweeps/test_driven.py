@@ -181,6 +181,14 @@ def test_a_setting_without_effect_is_reported(tmp_path: Path) -> None:
     file.write_text('engine = "ntua"\n[set]\ngear_ratio = 2\n[output]\nquantities = ["imep"]\n')
     printed = ok("run", file, "-o", tmp_path / "out.nc")
     assert "no requested quantity depends on:  gear_ratio" in printed
+    shaft = scene(
+        engine="diesel_105x137",
+        shaft="diesel_105x137",
+        output={"quantities": ["delta"], "modes": 2},
+    )
+    plan = make_plan(read_scene(shaft))
+    assert plan.unused_settings == ("[output] modes",)
+    assert "[output] modes: no requested quantity depends on it" in forecast.text(plan)
     # What stands behind other values has an effect.
     for key, value in (("heat", 12.0), ("misfire", 1), ("mass_factor_2", 1.1), ("cylinders", 4)):
         other = scene(engine="si_four_87x101", set={key: value})

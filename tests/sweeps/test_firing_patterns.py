@@ -122,6 +122,17 @@ def test_search_by_an_order() -> None:
     assert found.ranked_by.values.tolist() == sorted(amplitude.values.tolist())
 
 
+def test_a_rounded_order_means_the_fraction() -> None:
+    scene = {"engine": "ntua", "set": FOUR}
+    third, rounded = (
+        sweeps.firing_patterns(scene, "2/3", longest=3, by="torque_order", order=order)
+        for order in (1.0 / 3.0, 0.3333)
+    )
+    assert rounded.ranked_by.values.tolist() == third.ranked_by.values.tolist()
+    with pytest.raises(sweeps.SceneError, match=r"order = 0.33: must be one of the orders"):
+        sweeps.firing_patterns(scene, "2/3", longest=3, by="torque_order", order=0.33)
+
+
 def test_search_among_patterns_that_repeat_together_after_very_many_cycles() -> None:
     """After 210, of which no pattern needs more than 7: each has its own orders alone."""
     scene = {

@@ -77,6 +77,12 @@ def changed(**changes: Any) -> dict[str, Any]:
     return shaft
 
 
+BARE = changed(
+    shafts=[{"stiffness": 1e6}] * 7 + [{"between": ["wheel", "propeller"], "stiffness": 1e5}]
+)
+"""Without a number that only stresses, limits and heat need."""
+
+
 def throw_torques(archive: xr.Dataset) -> Any:
     """Complex harmonics of the torque on each throw, (throw, order)."""
     phase = np.radians(archive.throw_torque_phase.values)
@@ -685,6 +691,17 @@ def test_no_shaft(shaft: Any, expected: str) -> None:
         ({"axes": {"cylinders": [4, 6]}}, "not allowed to vary with a shaft"),
         ({"set": {"cylinders": 4}}, "has discs for 6 throws"),
         ({"set": {"load_damping": 1.0, "load_damping_factor": 1.0}}, "give one of them"),
+        ({"shaft": changed(auxiliaries="wheel")},
+         r"\[shaft\] auxiliaries = 'wheel': has no effect: neither scene nor engine"),
+        *(
+            ({"shaft": BARE, "output": {"quantities": [name]}}, f"'{name}' needs {number} of a")
+            for name, number in (
+                ("shaft_stress_half_range", "diameter"), ("shaft_stress_limit", "stress_limit"),
+                ("shaft_torque_over_limit", "torque_limit"),
+                ("propulsion_stress_limit", "diameter"), ("pendulum_swing_half_range", "mass"),
+                ("pendulum_swing_over_stop", "stop_angle"), ("damper_heat_per_area", "surface"),
+            )
+        ),
         ({"shaft": None}, "'natural_frequency' needs a shaft"),
         ({"shaft": None, "set": {"disc_inertia_1": 1.0}, "output": {"quantities": ["delta"]}},
          r"\[set\] disc_inertia_1: the scene has no shaft"),
