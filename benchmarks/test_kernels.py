@@ -23,7 +23,7 @@ from benchmarks.studies import RANGES, STUDIES, Study, columns
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.system import shaft_system
-from sweeps.scene.engine.shaft_tables import read_shaft
+from sweeps.scene.features.shaft import read_shaft
 
 THREADS = 1  # the kernels, not the system's scheduling
 

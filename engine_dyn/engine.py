@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from engine_dyn.forces.mounts import Mounts
-from engine_dyn.forces.web_weights import WebWeights
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.pressure.cycle_table import ModelledDiagram
@@ -50,16 +48,11 @@ class Engine:
         Torque over the crank angle that is given in place of diagrams, with its mean.
     load_table : TorqueOverAngle or TorqueOverSpeed, optional
         What the engine drives, where that is more than a + k omega^alpha.
-    auxiliaries : TorqueOverAngle, optional
-        Torque of all auxiliaries over the crank angle of the cycle.
     driver_table : TorqueOverSpeed, optional
         What drives it; a motor's numbers are among the values instead.
-    shaft : Shaft, optional
-        Discs and shafts that twist; their numbers are among the values.
-    counterweights : WebWeights, optional
-        Counterweights on the webs.
-    mounts : Mounts, optional
-        Mounts of the block.
+    parts : mapping
+        Structured parts by the names of their features, which `engine_dyn.quantities.features`
+        lists; `of` of a feature returns its part.
     assumed : mapping
         Reason for every value that the sources do not give.
     sources : tuple of str
@@ -73,8 +66,6 @@ class Engine:
         known.
     diagram_warnings : tuple of str
         What the checks of recordings said of its diagrams, as their files tell.
-    auxiliary_warnings : tuple of str
-        What was evened out in the torques of its auxiliaries.
     """
 
     name: str
@@ -90,14 +81,15 @@ class Engine:
     torque: TorqueOverAngle | None = None
     load_table: TorqueOverAngle | TorqueOverSpeed | None = None
     driver_table: TorqueOverSpeed | None = None
-    auxiliaries: TorqueOverAngle | None = None
-    shaft: Shaft | None = None
-    counterweights: WebWeights | None = None
-    mounts: Mounts | None = None
+    parts: Mapping[str, Any] = field(default_factory=dict)
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     silenced_warnings: tuple[str, ...] = ()
     uncertainty: Mapping[str, Any] = field(default_factory=dict)
     diagram_speeds: tuple[tuple[float, float] | None, ...] = ()
     diagram_warnings: tuple[str, ...] = ()
-    auxiliary_warnings: tuple[str, ...] = ()
+
+    @property
+    def shaft(self) -> Shaft | None:
+        """Discs and shafts that twist, where the engine has them; their numbers are values."""
+        return self.parts.get("shaft")

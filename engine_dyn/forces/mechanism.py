@@ -20,7 +20,7 @@ R          P cos(theta + beta)/cos(beta)  of the rod on the crank pin, towards t
 P_g = (p - p_c) A is that of the gas, P_l = -m b that of the reciprocating masses. They hold for
 each of the two as for their sum: the components are linear in P. The torque on the crank is T r;
 the frame bears the opposite moment -T r, the overturning moment, as a couple: N acts at the height
-H above the crank's axis and N H = T r. The force P_l reaches the engine's mounts too, along the
+H above the crank's axis and N H = T r. The force P_l reaches the block's supports too, along the
 line of the pin; P_g does not, the cylinder head has its opposite.
 
 Over the area of the piston the forces are "pressures", p_T = T/A and so on; over the displacement

@@ -7,12 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.forces import bearings, torque, web_weights
+from engine_dyn.forces import bearings, torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.quantities.features.web_weights import (
+    BENDING,
+    OF_WEBS,
+    bending_over_angle,
+    crankshaft,
+    on_journals,
+)
 from engine_dyn.quantities.node import Node, hidden, parameter
-from engine_dyn.quantities.web_weights import BENDING, OF_WEBS, crankshaft
 from engine_dyn.units import DEGREE, MPA
 
 __all__ = ["NODES", "PARAMETERS"]
@@ -216,7 +222,7 @@ def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
 
 def _bending_over_angle(*, crank_angle: Any, **needs: Any) -> Any:
     factors = _journal_factors(needs)
-    return web_weights.bending_over_angle(
+    return bending_over_angle(
         crankshaft(needs), needs["bay"], needs["speed"], crank_angle,
         lambda engine: bearings.pin_forces(
             crank_angle, engine, needs["crank_ratio"], needs["offset_ratio"], needs["family"],
@@ -231,7 +237,7 @@ def _of_all_with_webs(threads: int | None = 1, **needs: Any) -> Any:
     return bearings.of_all_journals(
         needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
         _journal_factors(needs), *_engines(needs), needs["curve_period"], threads,
-        lambda journals: web_weights.on_journals(shaft, journals) * square,
+        lambda journals: on_journals(shaft, journals) * square,
     )  # fmt: skip
 
 

@@ -15,7 +15,6 @@ from types import MappingProxyType
 from engine_dyn.quantities import (
     balance,
     bearing_loads,
-    characteristics,
     curve_means,
     each_cylinder,
     flywheels,
@@ -24,22 +23,20 @@ from engine_dyn.quantities import (
     generator,
     loads,
     mechanism_forces,
-    mounts,
     orders,
     parameters,
     pressure,
     rod_loads,
     running_gear,
     series,
-    shaft_limits,
     shaft_numbers,
     single_cylinders,
     speed,
     torque,
-    torsion,
-    web_weights,
 )
+from engine_dyn.quantities.features import FEATURES
 from engine_dyn.quantities.node import Dimension, Node, check_needs
+from engine_dyn.quantities.variants import check_words
 from engine_dyn.units import DEGREE
 
 __all__ = [
@@ -63,13 +60,11 @@ _PARAMETERS: tuple[Node, ...] = (
     *single_cylinders.PARAMETERS,
     *balance.PARAMETERS,
     *flywheels.PARAMETERS,
-    *characteristics.PARAMETERS,
     *friction_components.PARAMETERS,
     *bearing_loads.PARAMETERS,
     *mechanism_forces.PARAMETERS,
-    *shaft_numbers.PARAMETERS,
     *generator.PARAMETERS,
-    *web_weights.PARAMETERS,
+    *(key for feature in FEATURES for key in feature.parameters),
 )
 
 _QUANTITIES: tuple[Node, ...] = (
@@ -82,17 +77,13 @@ _QUANTITIES: tuple[Node, ...] = (
     *speed.NODES,
     *balance.NODES,
     *flywheels.NODES,
-    *characteristics.NODES,
     *series.NODES,
     *mechanism_forces.NODES,
     *rod_loads.NODES,
     *orders.NODES,
     *bearing_loads.NODES,
-    *torsion.NODES,
-    *shaft_limits.NODES,
     *generator.NODES,
-    *web_weights.NODES,
-    *mounts.NODES,
+    *(node for feature in FEATURES for node in feature.nodes),
     *each_cylinder.NODES,
 )
 """What is computed; the subject files also hold what only stands on the way, which is not public.
@@ -115,11 +106,8 @@ _CONSTANTS = tuple(
         ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),
-        ("characteristic", "power and torque over speed"),
-        ("shaft_system", "discs and shafts that twist"),
         ("double_acting", "pressures of both ends of double-acting cylinders"),
-        ("counterweights", "counterweights on the webs"),
-        ("mounts", "mounts of the engine block"),
+        *((one.constant, one.long_name) for one in FEATURES if one.constant is not None),
         ("variant_of", "which variant of a node the scene has"),
     )
 )
@@ -143,15 +131,7 @@ _DIMENSIONS = (
     Dimension(
         "mode", "m", "1", "elastic mode of the shaft, counted from the lowest", whole=True,
     ),
-    Dimension(
-        "disc", "", "1", "disc of the shaft, counted from 1; rings of dampers come last",
-        whole=True,
-    ),
-    Dimension(
-        "shaft", "", "1", "shaft between two discs, counted from 1; what holds the rings of "
-        "dampers comes last", whole=True,
-    ),
-    Dimension("mount", "", "1", "mount of the engine block, counted from 1", whole=True),
+    *(dimension for feature in FEATURES for dimension in feature.dimensions),
     Dimension(
         "order", r"\nu", "1", "order, periods per crankshaft revolution, from 1/2 (two-stroke: 1)",
     ),
@@ -200,6 +180,8 @@ for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_QUANTITIES, *_CURVE_MEANS):
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
 check_needs(NODES)
+for _node in (variant for variants in NODES.values() for variant in variants):
+    check_words(_node.name, _node.when)
 
 PARAMETERS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _PARAMETERS})
 """What a scene may set or vary."""

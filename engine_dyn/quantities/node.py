@@ -10,7 +10,6 @@ from inspect import CO_VARARGS, CO_VARKEYWORDS
 from typing import Any
 
 from engine_dyn.parameters import PARAMETERS
-from engine_dyn.quantities.variants import check_words
 
 __all__ = ["EXTREMES", "Dimension", "Node", "check_needs", "given", "hidden", "parameter"]
 
@@ -122,7 +121,7 @@ class Node:
     Raises
     ------
     ValueError
-        For a word in `when` that no scene can have.
+        For a kind of extreme that is none of `EXTREMES`.
     """
 
     name: str
@@ -158,7 +157,6 @@ class Node:
     extreme_of: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
-        check_words(self.name, self.when)
         if not self.needs and self.make is not None:
             object.__setattr__(self, "needs", _arguments(self.make))
         if self.extreme_of is not None and self.extreme_of[1] not in EXTREMES:

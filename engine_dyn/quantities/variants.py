@@ -3,7 +3,7 @@
 A name of the graph may have several nodes, its variants: `imep` is one formula for a centred
 mechanism and another for an offset one. A scene has exactly one word of each group below, and a
 variant holds where the scene has all words of its `when`. A word that stands in no group is refused
-when the node is made, so that a typing error cannot wait for a scene that reaches it.
+when the graph is made, so that a typing error cannot wait for a scene that reaches it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from engine_dyn.loads.laws import LAWS
+from engine_dyn.quantities.features import FEATURES
 
 __all__ = ["ALTERNATIVES", "WORDS", "check_words"]
 
@@ -63,14 +64,6 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "over_cycles": "the diagrams are recorded cycles, chosen by their numbers",
     },
     {
-        "bare": "no auxiliaries take torque",
-        "auxiliaries": "auxiliaries take torque, which is part of the friction",
-    },
-    {
-        "steady_auxiliaries": "their torque is the same over the whole cycle",
-        "angle_auxiliaries": "it is given over the angle of each",
-    },
-    {
         "given_cycles": "the diagrams are those of the engine or of the scene",
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },
@@ -96,10 +89,6 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "motor_of_slip": "it follows from the nominal speed and the motor's slip there",
     },
     {
-        "given_load": "the load that names the diagram is given",
-        "characteristic": "it follows from a speed characteristic",
-    },
-    {
         "given_speed": "the nominal speed is given",
         "speed_of_largest": "it follows from the largest speed over the cycle",
         "speed_of_smallest": "it follows from the smallest speed over the cycle",
@@ -121,35 +110,7 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "no_load_inertia": "the load has no moment of inertia of its own",
         "load_inertia": "the load has a moment of inertia at its own shaft",
     },
-    {
-        "weights_by_fraction": "counterweights balance a fraction of the reciprocating mass",
-        "weights_given": "the mass of the counterweights is given",
-        "weights_of_webs": "mass, place and direction of each counterweight are given",
-    },
-    {
-        "reciprocating_included": "discs of throws include the mean of their reciprocating masses",
-        "reciprocating_added": "the mean of the reciprocating masses is added to them",
-    },
-    {
-        "no_pendulums": "no pendulums swing on the shaft",
-        "pendulums": "pendulums swing on the shaft, whose modes then depend on the speed",
-    },
-    {
-        "linear_couplings": "no coupling has a table of its stiffness",
-        "coupling_tables": "the mean torque chooses the stiffness of a coupling in its table",
-    },
-    {
-        "damping_of_law": "the load damps the shaft by the slope of its torque over the speed",
-        "damping_by_factor": "it damps by a factor on its torque over the speed",
-    },
-    {
-        "no_counterweights": "nothing says what the counterweights are",
-        "counterweights": "scene or engine says what the counterweights are",
-    },
-    {
-        "mounts_without_pitch": "mounts have no places along the shaft, or there are none",
-        "mounts_with_pitch": "mounts have places along the shaft too",
-    },
+    *(group for feature in FEATURES for group in feature.words),
     {
         "no_shaft": "no balance shaft at the crank's speed",
         "shaft": "a balance shaft turns backwards at the crank's speed",

@@ -16,7 +16,7 @@ from sweeps.base.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, M
 from sweeps.base.errors import SceneError, shown
 from sweeps.scene.cylinders import read_arrangement_axis
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.firing_patterns import FiringPattern, read_pattern_axis
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 

@@ -220,6 +220,11 @@ CROSSINGS = (
         "not allowed to vary with a shaft, which has a disc for each throw",
     ),
     Crossing(
+        "[[idler_gears]]", "[shaft]",
+        f"{NOT_WITH} a shaft, whose discs have all inertia; give each gear as a disc that gears of "
+        "the shaft join",
+    ),
+    Crossing(
         "counterweight_fraction or counterweight_mass", "[[counterweights]]",
         f"{NOT_WITH} [[counterweights]]; give one of them",
     ),
@@ -254,6 +259,7 @@ REPLACED = (
     ("[shaft]", "the shaft of the engine, its inertia and the parts of it"),
     ("[[auxiliaries]]", "the [[auxiliaries]] of the engine"),
     ("[[mounts]]", "the [[mounts]] of the engine"),
+    ("[[idler_gears]]", "the [[idler_gears]] of the engine"),
     (
         "[[counterweights]]",
         "[[counterweights]], counterweight_fraction and counterweight_mass of the engine",

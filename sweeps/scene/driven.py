@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
-from sweeps.scene.engine.torque_tables import TorqueTables
+from engine_dyn.quantities.features import auxiliaries
+from sweeps.scene.features.torque_tables import TorqueTables
 from sweeps.scene.values import GivenValues
 
 __all__ = ["driven_machine", "motor_of_slip"]
@@ -21,6 +22,7 @@ def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
         values.gives(*MOTOR_KEYS)
         or (engine.driver_table is None and values.engine_gives(*MOTOR_KEYS))
     )
+    given = auxiliaries.of(engine)
     return DrivenMachine(
         over_angle=load if isinstance(load, TorqueOverAngle) else None,
         load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
@@ -28,7 +30,7 @@ def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
         motor=motor,
         load_law=_load_law(values),
         engine_torque=engine.torque,
-        auxiliaries=engine.auxiliaries,
+        auxiliaries=None if given is None else given.torque,
     )
 
 

@@ -16,17 +16,17 @@ from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.data_sheets import KNOWN_OF_CYCLE
 from sweeps.scene.engine.diagram_speeds import MEANING, SPEEDS
-from sweeps.scene.engine.engine_files import SHAFT_KEYS, TORQUE
+from sweeps.scene.engine.engine_files import TORQUE
 from sweeps.scene.engine.engine_tables import EngineFile
 from sweeps.scene.engine.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.scene.engine.silenced_warnings import KNOWN
-from sweeps.scene.engine.torque_diagrams import TorqueDiagram
+from sweeps.scene.features.shaft import SHAFT_KEYS
+from sweeps.scene.features.torque_diagrams import TorqueDiagram
 from sweeps.scene.schema_parts import (
     DRAFT,
     Schema,
     closed,
     key_of_cylinders,
-    key_of_shaft,
     keys_of_torque_tables,
     model_schema,
     plain_schema,
@@ -49,7 +49,6 @@ def engine_schema() -> Schema:
     for name in CYLINDER_KEYS:
         properties[name] = key_of_cylinders(name)
     properties |= keys_of_torque_tables()
-    properties["shaft"] = key_of_shaft()
     properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
     head: Schema = {
         "load": reference("load"),

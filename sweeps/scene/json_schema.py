@@ -24,7 +24,6 @@ from sweeps.scene.schema_parts import (
     Schema,
     closed,
     key_of_cylinders,
-    key_of_shaft,
     keys_of_torque_tables,
     list_of,
     list_of_different,
@@ -85,7 +84,6 @@ def scene_schema() -> Schema:
             },
         }
     )
-    properties["shaft"] = key_of_shaft()
     properties["designs"] = {
         "description": properties["designs"]["description"],
         "anyOf": [

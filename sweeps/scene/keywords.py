@@ -34,6 +34,7 @@ class TablesButOutput(TypedDict, total=False):
     auxiliaries: Any  # a list of mappings
     counterweights: Any  # a list of mappings
     mounts: Any  # a list of mappings
+    idler_gears: Any  # a list of mappings
     silenced_warnings: Any  # names of checks
     set: Mapping[str, Any] | None
     axes: Mapping[str, Any] | None

@@ -18,6 +18,8 @@ from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.quantities.curve_extremes import is_of_curve, of_curve
+from engine_dyn.quantities.features import FEATURES, characteristic
+from engine_dyn.quantities.features.feature import Addition, with_additions
 from engine_dyn.quantities.graph import Variants, variants_of
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
@@ -26,7 +28,7 @@ from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, one_line
 from sweeps.scene.driven import driven_machine
 from sweeps.scene.engine.engine_files import RATIO
-from sweeps.scene.engine.torque_tables import TorqueTables
+from sweeps.scene.features.torque_tables import TorqueTables
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.known_values import Value, known_values
 from sweeps.scene.measured import Measured
@@ -102,8 +104,6 @@ class Scene(GivenValues):
         Lowest and highest speed [rpm] for which the measured diagram holds, where that is known.
     confidential : tuple of str
         Names in `files` of which archives hold the hash alone.
-    characteristic : Characteristic, optional
-        Torque over speed that the load follows.
     measured : Measured, optional
         Recordings of the speed to compare with.
     methods, inertia_models : tuple of str
@@ -170,7 +170,6 @@ class Scene(GivenValues):
     indicator_notes: tuple[str, ...]
     indicator_speeds: tuple[float, float] | None
     confidential: tuple[str, ...]
-    characteristic: Characteristic | None
     measured: Measured | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
@@ -219,7 +218,6 @@ class Scene(GivenValues):
         return variant_words(
             self, closure=self.closure, measured=self.indicator is not None,
             described=self.described, patterns=self.firing_patterns, driven=self.driven,
-            follows=self.characteristic is not None,
         )  # fmt: skip
 
     @cached_property
@@ -234,6 +232,11 @@ class Scene(GivenValues):
         single = {key: value for key, value in more.items() if value is not None}
         return known_values(self, self.words, single)
 
+    @property
+    def characteristic(self) -> Characteristic | None:
+        """Torque over speed that the load follows, where the scene has one."""
+        return characteristic.of(self.engine)
+
     @cached_property
     def driven(self) -> DrivenMachine:
         """What loads and drives the crankshaft."""
@@ -242,12 +245,22 @@ class Scene(GivenValues):
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""
         found = self.variants[name]
+        if self._additions:
+            found = with_additions(found, self._additions)
         if is_of_curve(found):
             return of_curve(found, self.node)
         if not found.of_shaft:
             return found
         of_shaft = [key for key in self.shaft_keys if self._enters(key, found)]
         return replace(found, needs=(*found.needs, *of_shaft))
+
+    @cached_property
+    def _additions(self) -> tuple[Addition, ...]:
+        """Amounts that parts of the engine add to parameters."""
+        parts = (one for one in FEATURES if one.of(self.engine) is not None)
+        return tuple(
+            one for part in parts for one in part.adds if set(one.when.split()) <= set(self.words)
+        )
 
     def _enters(self, key: str, node: Node) -> bool:
         """Whether a node needs a number of the shaft; of a given stiffness, no section does."""

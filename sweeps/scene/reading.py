@@ -27,7 +27,6 @@ from sweeps.base.files.regular_files import reading
 from sweeps.base.files.toml_files import MOST_BYTES, parse_toml, toml_of_text
 from sweeps.catalogue import SCENES
 from sweeps.scene.axes import read_axes, read_settings
-from sweeps.scene.characteristic import read_characteristic
 from sweeps.scene.confidential import check_quantities
 from sweeps.scene.consistency.features import check_tables
 from sweeps.scene.consistency.outputs import check_output
@@ -36,19 +35,17 @@ from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.derived_quantities import elasticities_in, ordinary
 from sweeps.scene.designs import read_designs_table
-from sweeps.scene.engine.auxiliary_tables import with_auxiliaries
-from sweeps.scene.engine.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.scene.engine.cylinder_keys import read_cylinder_keys
-from sweeps.scene.engine.engine_files import load_engine, with_shaft
-from sweeps.scene.engine.shaft_tables import read_shaft
+from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.engine.silenced_warnings import read_silenced
-from sweeps.scene.engine.torque_tables import read_torque_tables
 from sweeps.scene.engine_choices import (
     EngineChoice,
     EngineChoices,
     check_engine_given,
     engine_choices,
 )
+from sweeps.scene.features import with_features, without_dropped
+from sweeps.scene.features.torque_tables import read_torque_tables
 from sweeps.scene.firing_patterns import read_firing_patterns
 from sweeps.scene.indicator import Indicated, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
@@ -368,11 +365,7 @@ def _assembled(
     """
     assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
-    shaft = read_shaft(given.shaft, base, f"{name}: ")
-    if shaft is not None:
-        engine = with_shaft(engine, shaft)
-    engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
-    engine = with_auxiliaries(engine, given.auxiliaries, base, f"{name}: ")
+    engine = with_features(engine, given, base, f"{name}: ")
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
@@ -382,8 +375,7 @@ def _assembled(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
     )
     check_places(values, solver.start, name)
-    if values.gives(*WEIGHT_KEYS):
-        engine = replace(engine, counterweights=None)  # nothing may count what is replaced
+    engine = without_dropped(values)
     dimensions = _dimensions(axes, raw, solver.axes)
     _check_size(values, dimensions, name)
     check_output(given.output, engine, name)
@@ -405,7 +397,6 @@ def _assembled(
         indicator_notes=indicated.notes,
         indicator_speeds=indicated.speeds,
         confidential=indicated.confidential,
-        characteristic=read_characteristic(given, name),
         measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
         arrangements=cylinders_along_axis(arrangements, cylinder_keys, values, name),

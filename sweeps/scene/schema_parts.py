@@ -7,10 +7,9 @@ from typing import Any
 
 from engine_dyn.quantities.node import Node
 from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
-from sweeps.scene.engine.auxiliary_tables import AuxiliaryTable
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
-from sweeps.scene.engine.shaft_tables import SHAFT, ShaftTable
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
+from sweeps.scene.features import GIVEN_FEATURES
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
 
 __all__ = [
     "DRAFT",
@@ -18,7 +17,6 @@ __all__ = [
     "Schema",
     "closed",
     "key_of_cylinders",
-    "key_of_shaft",
     "keys_of_torque_tables",
     "list_of",
     "list_of_different",
@@ -42,10 +40,19 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
     """Schema of a file, and those of tables in it, of arrangements and shafts, by their names."""
     schema: Schema = plain_schema(model.model_json_schema())
     tables = schema.pop("$defs")
-    for part in (ArrangementTable, RodTable, ShaftTable, LoadInClosedForm, AuxiliaryTable):
+    keys = schema["properties"]
+    features = {name: one for name, one in GIVEN_FEATURES.items() if name in keys and one.table}
+    written = [one.table for one in features.values() if one.table is not None]
+    parts: list[type[Strict]] = [ArrangementTable, RodTable, LoadInClosedForm, *written]
+    for part in parts:
         own: Schema = plain_schema(part.model_json_schema())
         tables |= {**own.pop("$defs", {}), part.__name__: own}
-    schema["properties"]["auxiliaries"]["items"] = reference(AuxiliaryTable.__name__)
+    for name, table in zip(features, written, strict=True):
+        if features[name].most is None:
+            text: Schema = {"type": "string", "minLength": 1}
+            keys[name] |= {"anyOf": [text, reference(table.__name__)]}
+        else:
+            keys[name]["items"] = reference(table.__name__)
     return schema, tables
 
 
@@ -136,14 +143,6 @@ def key_of_cylinders(name: str) -> Schema:
     if name == "articulated_rods":
         return {**reference("RodTable"), "description": CYLINDER_KEYS[name]}
     return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
-
-
-def key_of_shaft() -> Schema:
-    """Schema of the key `shaft`."""
-    return {
-        "description": SHAFT,
-        "anyOf": [{"type": "string", "minLength": 1}, reference("ShaftTable")],
-    }
 
 
 def closed(properties: Schema, *required: str) -> Schema:

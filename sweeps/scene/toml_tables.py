@@ -11,21 +11,12 @@ from typing import Any, Literal
 from pydantic import Field
 
 from engine_dyn import status
-from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import Strict
 from sweeps.base.columns.pressure_options import PressureOptions
-from sweeps.scene.engine.auxiliary_tables import AUXILIARIES
-from sweeps.scene.engine.auxiliary_tables import MOST as MOST_AUXILIARIES
-from sweeps.scene.engine.block_tables import (
-    COUNTERWEIGHTS,
-    MOST,
-    MOUNTS,
-    CounterweightTable,
-    MountTable,
-)
 from sweeps.scene.engine.diagram_speeds import MEANING
 from sweeps.scene.engine.silenced_warnings import SILENCED
+from sweeps.scene.features import SceneFeatureTables
 from sweeps.scene.measured import MeasuredTable
 from sweeps.scene.reduce import ReduceTable
 
@@ -35,7 +26,6 @@ __all__ = [
     "LARGEST_ORDER",
     "LARGEST_TOLERANCE",
     "SMALLEST_TOLERANCE",
-    "Characteristic",
     "File",
     "Indicator",
     "Output",
@@ -128,18 +118,7 @@ class Output(Strict):
     )
 
 
-class Characteristic(Strict):
-    """Torque over speed that the load follows."""
-
-    kind: str | None = Field(default=None, description=f"one of {', '.join(CHARACTERISTICS)}")
-    coefficients: list[float] | None = Field(
-        default=None, description="a list of two numbers, A and C in N_e = N_max x [A + C x - "
-                                  "x^2], x = n/n_max", min_length=2,
-        max_length=2,
-    )  # fmt: skip
-
-
-class SceneFile(Strict):
+class SceneFile(SceneFeatureTables):
     """Tables and keys of a scene, before parameters and quantities are looked at."""
 
     title: str | None = Field(default=None, description="a string")
@@ -147,19 +126,6 @@ class SceneFile(Strict):
         default=None,
         description="a string: an engine of the catalogue or the path of an engine file; several "
         "as a list, here or in [axes] or [designs]",
-    )
-    shaft: Any = Field(
-        default=None,
-        description="a table [shaft] with discs and shafts, or the name or file of one",
-    )
-    auxiliaries: list[dict[str, Any]] | None = Field(
-        default=None, description=AUXILIARIES, min_length=1, max_length=MOST_AUXILIARIES
-    )
-    counterweights: list[CounterweightTable] | None = Field(
-        default=None, description=COUNTERWEIGHTS, min_length=1, max_length=MOST
-    )
-    mounts: list[MountTable] | None = Field(
-        default=None, description=MOUNTS, min_length=1, max_length=MOST
     )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     set: dict[str, Any] = Field(default={}, description="a table of single values")
@@ -182,9 +148,6 @@ class SceneFile(Strict):
     )
     measured: MeasuredTable | None = Field(
         default=None, description="a table with file, kind and wheel: recordings of the speed"
-    )
-    characteristic: Characteristic | None = Field(
-        default=None, description="a table with kind = 'diesel', or coefficients = [A, C]"
     )
     solver: Solver = Field(default=Solver(), description="a table")
     output: Output = Field(description="a table [output] with quantities = ['delta', ...]")

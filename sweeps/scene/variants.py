@@ -15,6 +15,7 @@ from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.scene.driven import motor_of_slip
 from sweeps.scene.engine.engine_files import GEOMETRIC
+from sweeps.scene.features import feature_words
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.friction_law import friction_law, over_stroke
 from sweeps.scene.values import GivenValues
@@ -28,7 +29,7 @@ OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_
 
 def variant_words(
     values: GivenValues, *, closure: str, measured: bool, described: Sequence[Cylinders],
-    patterns: FiringPatterns | None, driven: DrivenMachine, follows: bool,
+    patterns: FiringPatterns | None, driven: DrivenMachine,
 ) -> tuple[str, ...]:  # fmt: skip
     """Words that select variants: one of each group of `engine_dyn.quantities.variants`.
 
@@ -46,8 +47,6 @@ def variant_words(
         Which firings happen.
     driven : DrivenMachine
         What loads and drives the crankshaft.
-    follows : bool
-        Whether the load follows from a torque over the speed.
     """
     over_speed = not measured and isinstance(values.engine.family, FamilyGrid)
     if values.gives("recorded_cycle"):
@@ -62,7 +61,6 @@ def variant_words(
         *_cylinder_words(values, described, patterns),
         friction_law(values),
         diagrams,
-        *_auxiliary_words(values, driven),
         "own_cycles" if values.cycle_keys else "given_cycles",
         "volume_given" if values.gives(GEOMETRIC) else "volume_of_diagrams",
         "scale_over_speed" if scaled else "one_scale",
@@ -70,12 +68,11 @@ def variant_words(
         "with_driver" if driven.has_driver else "no_driver",
         "steady_load" if driven.over_angle is None else "angle_load",
         "motor_of_slip" if motor_of_slip(values) else "motor_of_speed",
-        "characteristic" if follows else "given_load",
         _speed_word(values),
         *_inertia_words(values),
-        *_shaft_words(values),
         "load_inertia" if values.nonzero("load_inertia") else "no_load_inertia",
         *_balance_words(values),
+        *feature_words(values),
     )
 
 
@@ -102,14 +99,6 @@ def _cylinder_words(
     )
 
 
-def _auxiliary_words(values: GivenValues, driven: DrivenMachine) -> tuple[str, ...]:
-    over_angle = driven.auxiliaries is not None
-    return (
-        "auxiliaries" if over_angle or values.nonzero("auxiliary_torque") else "bare",
-        "angle_auxiliaries" if over_angle else "steady_auxiliaries",
-    )
-
-
 def _speed_word(values: GivenValues) -> str:
     for gives in (values.gives, values.engine_gives):
         for key, word in OF_EXTREMES.items():
@@ -132,23 +121,6 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
     )
 
 
-def _shaft_words(values: GivenValues) -> tuple[str, ...]:
-    shaft = values.engine.shaft
-    factor = "load_damping_factor"
-    # A damping of the scene replaces the engine's factor.
-    by_factor = values.gives(factor) or (
-        values.engine_gives(factor) and not values.gives("load_damping")
-    )
-    return (
-        "reciprocating_included"
-        if shaft is None or shaft.includes_reciprocating
-        else "reciprocating_added",
-        "damping_by_factor" if by_factor else "damping_of_law",
-        "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
-        "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
-    )
-
-
 def _throw_given(values: GivenValues) -> bool:
     """Whether the throws' mass is given as it is, in the scene or, without one there, the engine.
 
@@ -159,19 +131,7 @@ def _throw_given(values: GivenValues) -> bool:
 
 
 def _balance_words(values: GivenValues) -> tuple[str, ...]:
-    fraction, mass = "counterweight_fraction", "counterweight_mass"
-    # A fraction of the scene replaces the engine's mass.
-    weights_given = not values.gives(fraction) and (values.gives(mass) or values.engine_gives(mass))
-    of_webs = values.engine.counterweights is not None
-    # A fraction of 0 is given too.
-    counterweights = weights_given or values.gives(fraction) or values.engine_gives(fraction)
-    mounts = values.engine.mounts
-    pitch = mounts is not None and mounts.position is not None
-    sized = "weights_given" if weights_given else "weights_by_fraction"
     return (
-        "weights_of_webs" if of_webs else sized,
-        "mounts_with_pitch" if pitch else "mounts_without_pitch",
-        "counterweights" if counterweights or of_webs else "no_counterweights",
         "shaft" if values.nonzero("balance_shaft_mass") else "no_shaft",
         "pair" if values.nonzero("second_shaft_mass") else "no_pair",
     )

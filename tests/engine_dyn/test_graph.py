@@ -19,7 +19,7 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node, check_needs
 from engine_dyn.quantities.parameters import CYCLE_KEYS
-from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
+from engine_dyn.quantities.variants import ALTERNATIVES, WORDS, check_words
 from tests.support.scenes import NOT_OF_AN_ENGINE, computed
 
 pytestmark = pytest.mark.compiled
@@ -42,7 +42,7 @@ def test_a_word_that_does_not_exist_is_refused() -> None:
     message = "node 'imep': when = 'equal centered': 'centered' is no word of "
     message += "engine_dyn.quantities.variants; did you mean 'centred'?"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        Node("imep", "p_i", "bar", "indicated mean effective pressure", when="equal centered")
+        check_words("imep", "equal centered")
 
 
 OF_EXTREMES = "speed_of_largest", "speed_of_smallest"

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.forces import web_weights
-from engine_dyn.forces.web_weights import Crankshaft, WebWeights
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
+from engine_dyn.quantities.features import web_weights
+from engine_dyn.quantities.features.web_weights import Crankshaft, WebWeights
 
 RATIO, RADIUS = 0.28, 0.05
 

@@ -22,7 +22,7 @@ from oracle import solution
 from sweeps.running.compute import in_memory, into_archive, limits
 from sweeps.running.compute.options import Options
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.shards import shard

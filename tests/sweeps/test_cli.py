@@ -26,8 +26,8 @@ from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from sweeps.scene.engine.shaft_tables import built_in_shafts
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features.shaft import built_in_shafts
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.view.report.sections import assumed
 from sweeps.view.texts.archives import archive_text

@@ -12,8 +12,8 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from engine_dyn.loads.auxiliaries import Auxiliary, over_crank
 from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
+from engine_dyn.quantities.features.auxiliaries import Auxiliary, over_crank
 from sweeps.scene.engine.engine_files import load_engine
 from tests.support.commands import ok, refused
 from tests.support.scenes import asking, computed, refusal

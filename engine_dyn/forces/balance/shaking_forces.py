@@ -93,7 +93,7 @@ class RunningGear:
         on a pin, and for the two throws of a boxer's pair. See `lines.default_bank_offset`.
     webs, web_couple : array_like
         Unbalance of the counterweights on the webs [kg m], and that times the distance from the
-        middle of the crank [kg m2], both complex: see `engine_dyn.forces.web_weights`.
+        middle of the crank [kg m2], both complex: see `engine_dyn.quantities.features.web_weights`.
 
     Notes
     -----

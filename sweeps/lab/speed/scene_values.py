@@ -22,6 +22,7 @@ LEFT_OUT: Mapping[str, str] = {
     "offset": "pin_offset and crank_offset must be 0",
     "unequal": "cylinders must be equal, and all must burn",
     "unequal_throws": "the crank radii of all cylinders must be equal",
+    "idler_gears": "[[idler_gears]] are not allowed; inertia and load_offset must have their parts",
     "wanted_delta": "wanted_delta is not allowed; inertia must be given",
 }
 """Words of scenes (`engine_dyn.quantities.variants`) whose engines are not followed here."""

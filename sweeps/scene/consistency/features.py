@@ -13,6 +13,7 @@ from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
+from engine_dyn.quantities.features import idler_gears
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.speed.methods import METHODS, STEPPING
@@ -20,8 +21,7 @@ from sweeps.base.dimensions import FIRING_PATTERN, LABELS
 from sweeps.scene.consistency.pressure import burning_less
 from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused
 from sweeps.scene.derived_quantities import elasticities_in
-from sweeps.scene.engine.block_tables import WEIGHT_KEYS
-from sweeps.scene.engine.engine_files import INERTIA_KEYS
+from sweeps.scene.features import shaft, web_weights
 from sweeps.scene.friction_law import BY_COMPONENT, friction_law
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import SceneFile
@@ -116,9 +116,10 @@ FEATURES: Mapping[str, Feature] = {
         scene.closure == "cycle_time" and "[solver] closure = 'cycle_time'"
     ),
     "[shaft]": lambda scene: scene.engine.shaft is not None,
-    "inertia or its parts": _keys(*INERTIA_KEYS),
+    "inertia or its parts": _keys(*shaft.INERTIA_KEYS),
+    "[[idler_gears]]": lambda scene: idler_gears.of(scene.engine) is not None and "[[idler_gears]]",
     "[[counterweights]]": lambda scene: scene.source.get("counterweights") is not None,
-    "counterweight_fraction or counterweight_mass": _keys(*WEIGHT_KEYS),
+    "counterweight_fraction or counterweight_mass": _keys(*web_weights.GIVEN.excludes),
 }
 """Features of scenes that are read; those of `check_tables` stand there."""
 

@@ -12,6 +12,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED
+from engine_dyn.quantities.features import web_weights
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
@@ -30,8 +31,8 @@ from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
 from sweeps.scene.crossings import refused
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.engine.block_tables import MOUNTS
 from sweeps.scene.engine.engine_files import GEOMETRIC, RATIO
+from sweeps.scene.features import NEEDED
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 
@@ -132,22 +133,15 @@ def check_needs(scene: Scene, name: str) -> None:
         while waiting:
             need = waiting.pop()
             along_shaft |= need in ALONG_SHAFT
-            if need == "characteristic" and scene.characteristic is None:
+            feature = NEEDED.get(need)
+            if feature is not None and feature.feature.of(scene.engine) is None:
                 raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs a table [characteristic] "
-                    "with a kind, such as 'diesel'"
-                )
-            if need == "shaft_system" and scene.engine.shaft is None:
-                raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs a shaft: a table [shaft] "
-                    "with discs and shafts, or shaft = its name or file"
+                    f"{name}: [output] quantities: '{quantity}' needs {feature.missing}"
                 )
             if need == "counterweights" and _of_another_crank(scene):
                 where = f"{name}: [output] quantities: '{quantity}'"
                 two = "another crankshaft", "[[counterweights]] of the engine"
                 raise refused(*two, where, engine=scene.engine.name)
-            if need == "mounts" and scene.engine.mounts is None:
-                raise SceneError(f"{name}: [output] quantities: '{quantity}' needs {MOUNTS}")
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs a four-stroke engine; a "
@@ -211,7 +205,7 @@ def _missing_of_shaft(node: Node, scene: Scene) -> str:
 def _of_another_crank(scene: Scene) -> bool:
     """Whether a scene has other throws than those that the engine's counterweights are for."""
     engine = scene.engine
-    if engine.counterweights is None or scene.source.get("counterweights") is not None:
+    if web_weights.of(engine) is None or scene.source.get("counterweights") is not None:
         return False
     own = engine.own_cylinders or even_cylinders(int(engine.values["cylinders"]), engine.period)
     made = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.torsion.shaft import Shaft
 from sweeps.base.errors import SceneError, counted, shown
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.engine.engine_files import SHAFT_KEYS
+from sweeps.scene.features.shaft import SHAFT_KEYS
 from sweeps.scene.model import Scene
 
 __all__ = ["check_shaft"]
@@ -32,7 +33,7 @@ def check_shaft(scene: Scene, name: str) -> None:
         return
     for key in (key for key in given if key in OF_SHAFT):
         _check_key(scene, shaft, key, f"{name}: [{scene.table_of(key)}] {key}")
-    if shaft.auxiliaries != shaft.free_end and scene.engine.auxiliaries is None:
+    if shaft.auxiliaries != shaft.free_end and auxiliaries.of(scene.engine) is None:
         raise SceneError(
             f"{name}: [shaft] auxiliaries = {shown(shaft.discs[shaft.auxiliaries])}: has no "
             "effect: neither scene nor engine has [[auxiliaries]], the torque that acts there"

@@ -20,7 +20,7 @@ from sweeps.scene.engine.engine_files import PERIODS, engine_file_of, read_cylin
 from sweeps.scene.engine.engine_tables import DataSheet
 from sweeps.scene.engine.modelled_diagrams import KINDS
 from sweeps.scene.engine.silenced_warnings import read_silenced
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = ["KNOWN_OF_CYCLE", "PERIOD", "Sheet", "described", "files_named", "read_data_sheet"]
 

@@ -2,20 +2,18 @@
 
 An engine file is TOML: `cycle`, optional `name`, `title`, `firing_order`, or `arrangement` and what
 else `sweeps.scene.engine.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`,
-see `sweeps.scene.engine.torque_tables`; `[values]` with the keys of a scene; a `[[diagram]]` for
+see `sweeps.scene.features.torque_tables`; `[values]` with the keys of a scene; a `[[diagram]]` for
 each load, or each load at each `speed`, modelled (see `sweeps.scene.engine.modelled_diagrams`) or
 read from a CSV file (`kind = "points"`), or one with the engine's torque
-(`sweeps.scene.engine.torque_diagrams`); `[[counterweights]]` and `[[mounts]]`
-(`sweeps.scene.engine.block_tables`), `[[auxiliaries]]` (`sweeps.scene.engine.auxiliary_tables`);
-optional `[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with
-a reason for every value that the sources do not give; `[[source]]` with the citations.
+(`sweeps.scene.features.torque_diagrams`); the tables of `sweeps.scene.features`; optional
+`[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
+for every value that the sources do not give; `[[source]]` with the citations.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,7 +30,7 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.quantities.parameters import CYCLE_KEYS, INERTIA_PARTS
+from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.units import RPM
@@ -49,8 +47,6 @@ from sweeps.base.files.referred_files import add_files_read, kept, kept_files, r
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import ENGINES
 from sweeps.scene.crossings import exclusive_pair, refused
-from sweeps.scene.engine.auxiliary_tables import with_auxiliaries
-from sweeps.scene.engine.block_tables import WEIGHT_KEYS, with_block_tables
 from sweeps.scene.engine.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -67,17 +63,16 @@ from sweeps.scene.engine.modelled_diagrams import (
     no_more,
     taken,
 )
-from sweeps.scene.engine.shaft_tables import GivenShaft, read_shaft
 from sweeps.scene.engine.silenced_warnings import read_silenced
-from sweeps.scene.engine.torque_diagrams import read_torque_diagram, torque_warnings
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
+from sweeps.scene.features import GIVEN_FEATURES, with_features
+from sweeps.scene.features.shaft import INERTIA_KEYS, SHAFT_KEYS
+from sweeps.scene.features.torque_diagrams import read_torque_diagram, torque_warnings
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 __all__ = [
     "GEOMETRIC",
-    "INERTIA_KEYS",
     "PERIODS",
     "RATIO",
-    "SHAFT_KEYS",
     "catalogue",
     "compression_ratio_in",
     "compression_ratio_of",
@@ -88,7 +83,6 @@ __all__ = [
     "read_cylinders",
     "read_values",
     "the_same",
-    "with_shaft",
 ]
 
 RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
@@ -97,12 +91,6 @@ RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 
 CLEARANCE = "clearance_ratio"
 """Key of the [[diagram]] of compressors: clearance over swept volume."""
-
-INERTIA_KEYS = ("inertia", *INERTIA_PARTS)
-"""What the discs of a shaft replace."""
-
-SHAFT_KEYS = ("load_damping", "load_damping_factor")
-"""Parameters of a shaft that belong to no single disc."""
 
 TORQUE = "torque"
 """Kind of a [[diagram]] that gives the engine's torque in place of pressure."""
@@ -188,7 +176,7 @@ def engine_file_of(path: Path, name: str) -> tuple[EngineFile, dict[str, Any]]:
 
 
 def _read_engine(path: Path, name: str) -> Engine:
-    given, _ = engine_file_of(path, name)
+    given, raw = engine_file_of(path, name)
     values = read_values(given.values, name)
     torque = _torque(given, name, path.parent)
     if torque is None:
@@ -212,8 +200,7 @@ def _read_engine(path: Path, name: str) -> Engine:
     if diagrams:
         _check_own_point(values, family, scale, name)
     order, own = read_cylinders(given, values["cylinders"], period, name)
-    shaft = read_shaft(given.shaft, path.parent, f"{name}: ")
-    for key in INERTIA_KEYS if shaft is not None else ():
+    for key in INERTIA_KEYS if raw.get("shaft") is not None else ():
         if key in values:
             raise SceneError(
                 f"{name}: [values] {key}: not allowed together with shaft, whose discs have all "
@@ -246,18 +233,12 @@ def _read_engine(path: Path, name: str) -> Engine:
         diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings)
         + torque_warnings(given.diagram, f"{name}: [[diagram]]"),
     )
-    _check_weights(given, values, name)
-    engine = with_block_tables(engine, given.counterweights, given.mounts, f"{name}: ")
-    engine = with_auxiliaries(engine, given.auxiliaries, path.parent, f"{name}: ")
-    return engine if shaft is None else with_shaft(engine, shaft)
-
-
-def _check_weights(given: EngineFile, values: Mapping[str, float], name: str) -> None:
-    """Check that a file sizes its counterweights once."""
-    for key in WEIGHT_KEYS if given.counterweights is not None else ():
-        if key in values:
-            two = "counterweight_fraction or counterweight_mass", "[[counterweights]]"
-            raise refused(*two, f"{name}: [values] {key}")
+    for feature in GIVEN_FEATURES.values():
+        for key in feature.excludes if raw.get(feature.name) is not None else ():
+            if key in values:
+                two = " or ".join(feature.excludes), feature.written
+                raise refused(*two, f"{name}: [values] {key}")
+    return with_features(engine, given, path.parent, f"{name}: ")
 
 
 def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:
@@ -296,19 +277,6 @@ def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> flo
             f"{math.degrees(torque.period):g} degrees; must be left out, or have such a cycle"
         )
     return period
-
-
-def with_shaft(engine: Engine, given: GivenShaft) -> Engine:
-    """Return the engine with this shaft, whose discs replace its moments of inertia."""
-    old = {*INERTIA_KEYS, *SHAFT_KEYS, *(engine.shaft.keys if engine.shaft else ())}
-    values = {key: value for key, value in engine.values.items() if key not in old}
-    return replace(
-        engine,
-        shaft=given.shaft,
-        values={**values, **given.values},
-        assumed={**engine.assumed, **given.assumed},
-        sources=tuple(dict.fromkeys((*engine.sources, *given.sources))),
-    )
 
 
 def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:

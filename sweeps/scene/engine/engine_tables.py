@@ -11,20 +11,13 @@ from typing import Any, Literal
 from pydantic import Field
 
 from sweeps.base.checks import Strict
-from sweeps.scene.engine.auxiliary_tables import AUXILIARIES
-from sweeps.scene.engine.auxiliary_tables import MOST as MOST_AUXILIARIES
-from sweeps.scene.engine.block_tables import (
-    COUNTERWEIGHTS,
-    MOST,
-    MOUNTS,
-    CounterweightTable,
-    MountTable,
-)
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.silenced_warnings import SILENCED
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features import FeatureTables
+from sweeps.scene.features.shaft import Source
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 
-__all__ = ["DIAGRAMS", "DataSheet", "EngineFile", "PressureScale", "Source"]
+__all__ = ["DIAGRAMS", "DataSheet", "EngineFile", "PressureScale"]
 
 DIAGRAMS = "tables [[diagram]], one for each load"
 """What is said where they are missing."""
@@ -35,12 +28,6 @@ class PressureScale(Strict):
 
     speed: list[float] = Field(description="a list of speeds in rpm, ascending")
     scale: list[float] = Field(description="a list of factors on the pressure, one for each speed")
-
-
-class Source(Strict):
-    """A citation."""
-
-    text: str = Field(description="a string: one citation")
 
 
 class DataSheet(Strict):
@@ -75,7 +62,7 @@ class DataSheet(Strict):
     )
 
 
-class EngineFile(Strict):
+class EngineFile(FeatureTables):
     """Tables and keys of an engine file, before values and diagrams are looked at."""
 
     name: str | None = Field(
@@ -99,19 +86,6 @@ class EngineFile(Strict):
     articulated_rods: Any = Field(default=None, description=CYLINDER_KEYS["articulated_rods"])
     load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
     driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
-    shaft: Any = Field(
-        default=None,
-        description="a table [shaft] with discs and shafts, or the name or file of one",
-    )
-    auxiliaries: list[dict[str, Any]] | None = Field(
-        default=None, description=AUXILIARIES, min_length=1, max_length=MOST_AUXILIARIES
-    )
-    counterweights: list[CounterweightTable] | None = Field(
-        default=None, description=COUNTERWEIGHTS, min_length=1, max_length=MOST
-    )
-    mounts: list[MountTable] | None = Field(
-        default=None, description=MOUNTS, min_length=1, max_length=MOST
-    )
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     values: dict[str, Any] = Field(description="a table of parameters")
     data_sheet: DataSheet | None = Field(

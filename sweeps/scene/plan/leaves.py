@@ -23,10 +23,8 @@ from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
-from engine_dyn.quantities.graph import (
-    CONSTANTS,
-    DIMENSIONS,
-)
+from engine_dyn.quantities.features import FEATURES
+from engine_dyn.quantities.graph import CONSTANTS, DIMENSIONS
 from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.base.errors import SceneError
@@ -71,13 +69,11 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
 
     `cycles` are those after which firing patterns repeat.
     """
-    shaft = scene.engine.shaft
-    discs, shafts = (0, 0) if shaft is None else (len(shaft.discs), len(shaft.shafts))
     period = scene.engine.period
     throws = _throws(scene)
     turns = round(period / math.tau) * cycles
     cycles = cycles * _cycles_of_load(scene)
-    mounts = 0 if scene.engine.mounts is None else scene.engine.mounts.lateral.size
+    of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
     every = round(max(scene.highest_order, RESOLVED) * finest)
@@ -86,9 +82,7 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "bay": np.arange(1, throws + 1, dtype=np.int32),
         "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
         "main_bearing": np.arange(1, throws + 2, dtype=np.int32),
-        "disc": np.arange(1, discs + 1, dtype=np.int32),
-        "shaft": np.arange(1, shafts + 1, dtype=np.int32),
-        "mount": np.arange(1, mounts + 1, dtype=np.int32),
+        **{d: np.arange(1, n + 1, dtype=np.int32) for one in of_features for d, n in one.items()},
         # A quotient of whole numbers is the same number whatever it was reduced from.
         "order": np.arange(1, orders + 1) / turns,
         "every_order": np.arange(1, every + 1) / finest,
@@ -161,11 +155,8 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         "scale_table": engine.pressure_scale,
         "driven": driven,
         "cylinders_by_count": sets,
-        "characteristic": scene.characteristic,
-        "shaft_system": engine.shaft,
         "double_acting": ends_of(engine.family),
-        "counterweights": engine.counterweights,
-        "mounts": engine.mounts,
+        **{one.constant: one.of(engine) for one in FEATURES if one.constant is not None},
         "variant_of": scene.variants.__getitem__,
     }
     choices = {"method": scene.methods, "inertia_model": scene.inertia_models}

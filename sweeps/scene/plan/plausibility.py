@@ -25,6 +25,7 @@ from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family
+from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.units import BAR, RPM
 from sweeps.base.dimensions import DESIGN
@@ -92,7 +93,8 @@ def _lines(plan: Plan) -> list[str]:
     lines = _of_diagrams(plan, off) if "family" in used else []
     if plan.scene.engine.torque is not None:
         lines += plan.scene.engine.diagram_warnings
-    lines += plan.scene.engine.auxiliary_warnings
+    driving = auxiliaries.of(plan.scene.engine)
+    lines += () if driving is None else driving.warnings
     given = _Given(plan)
     wrong: set[str] = set()
     for check in CHECKS:

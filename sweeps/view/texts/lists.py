@@ -13,8 +13,8 @@ from sweeps.base.dimensions import FIRING_PATTERN
 from sweeps.base.ratios import ratio_text
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue
-from sweeps.scene.engine.shaft_tables import built_in_shafts
-from sweeps.scene.engine.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features.shaft import built_in_shafts
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, key_line

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from engine_dyn.quantities import (
     balance,
     bearing_loads,
-    characteristics,
     each_cylinder,
     flywheels,
     friction,
@@ -18,18 +17,15 @@ from engine_dyn.quantities import (
     generator,
     loads,
     mechanism_forces,
-    mounts,
     orders,
     pressure,
     rod_loads,
     running_gear,
     series,
-    shaft_limits,
     speed,
     torque,
-    torsion,
-    web_weights,
 )
+from engine_dyn.quantities.features import FEATURES
 from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, DIMENSIONS, NODES, QUANTITIES
 from engine_dyn.quantities.node import Node
 from sweeps.base.errors import SceneError, shown
@@ -150,7 +146,7 @@ def _begin(parts: Iterable[str], text: str) -> bool:
     return all(f" {part}" in f" {text}" for part in parts)
 
 
-SUBJECTS: Mapping[str, Iterable[Node]] = {
+_SUBJECTS: dict[str, Iterable[Node]] = {
     "crank speed": speed.NODES,
     "torque": torque.NODES,
     "load and driver": loads.NODES,
@@ -158,14 +154,18 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
     "friction": (*friction.NODES, *friction_components.NODES),
     "flywheel": flywheels.NODES,
     "orders": orders.NODES,
-    "torsional vibration of the shaft": (*torsion.NODES, *shaft_limits.NODES),
+    "torsional vibration of the shaft": (),
     "generator: angle, grid and times in the cycle": generator.NODES,
-    "balance": (*balance.NODES, *web_weights.NODES, *mounts.NODES),
+    "balance": balance.NODES,
     "motion and masses of the running gear": (*running_gear.NODES, *each_cylinder.MOTION),
     "forces in one cylinder": (*mechanism_forces.NODES, *rod_loads.NODES),
     "bearing loads": bearing_loads.NODES,
-    "speed characteristic": characteristics.NODES,
+    "speed characteristic": (),
     "truncated series": series.NODES,
+}
+SUBJECTS: Mapping[str, Iterable[Node]] = {
+    subject: (*nodes, *(n for one in FEATURES if one.subject == subject for n in one.nodes))
+    for subject, nodes in _SUBJECTS.items()
 }
 """Files of quantities, and what they are about."""
 
@@ -235,11 +235,8 @@ OTHER_WORDS: Mapping[str, str] = {
     "crank_pin_pressure_max": "specific bearing load, unit load, big end bearing",
     "main_journal_pressure_max": "specific bearing load, unit load, main bearing",
     "piston_pin_pressure_max": "specific bearing load, unit load, small end bearing, wrist pin",
-    "shaking_force": "free force, unbalanced force, inertia force on the mounts",
     "shaking_moment": "free moment, unbalanced moment, rocking couple, pitching moment",
-    "roll_moment": "torque reaction, rolling moment, mount reaction",
-    "mount_force": "engine mount, support, foundation, reaction",
-    "bay_bending_moment": "internal bending moment, internal moment, crankshaft bending",
+    **{name: words for feature in FEATURES for name, words in feature.called.items()},
     "overturning_moment": "torque reaction, rolling moment, guide force moment, roll",
     "counterweight_required": "balance weight, crank balancing",
     "balance_shaft_required": "Lanchester balancer, counter-rotating shaft",

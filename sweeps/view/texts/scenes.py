@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.pressure.double_acting import ends_of
+from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS, PATTERNS
 from engine_dyn.units import BAR, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import as_name, counted, one_line
 from sweeps.base.ratios import ratio_text
+from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.view.texts.key_texts import unit_text, value_text
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ def scene_text(scene: Scene, name: str) -> str:
         values = {**scene.engine.values, **scene.settings}
         lines += [
             "",
-            *shaft_lines(scene.engine.shaft, values, scene.engine.auxiliaries is not None),
+            *shaft_lines(scene.engine.shaft, values, auxiliaries.of(scene.engine) is not None),
         ]
     if scene.settings:
         lines += ["", "set"]
@@ -165,14 +167,11 @@ def engine_text(engine: Engine) -> str:
     for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
         if table is not None:
             lines.append(f"  {what}_table: {table}")
-    if engine.auxiliaries is not None:
-        lines.append(f"  auxiliaries: {engine.auxiliaries}")
-    if engine.counterweights is not None:
-        lines.append(f"  {len(engine.counterweights.mass)} counterweights on webs")
-    if engine.mounts is not None:
-        lines.append(f"  {len(engine.mounts.lateral)} mounts")
+    for name, feature in GIVEN_FEATURES.items():
+        if name in engine.parts and feature.line is not None:
+            lines.append(f"  {feature.line(engine.parts[name])}")
     if engine.shaft is not None:
-        lines += ["", *shaft_lines(engine.shaft, engine.values, engine.auxiliaries is not None)]
+        lines += ["", *shaft_lines(engine.shaft, engine.values, auxiliaries.of(engine) is not None)]
     if engine.torque is not None:
         lines += ["", "diagram", f"  of the engine: {engine.torque}"]
     else:

@@ -11,7 +11,7 @@ from sweeps.base.columns.columns import Signals, signals_of
 from sweeps.base.columns.pressure_options import PressureOptions
 from sweeps.base.columns.reading_choices import ReadingChoices
 from sweeps.base.columns.recording import read_recording
-from sweeps.scene.engine.torque_files import torque_of_file
+from sweeps.scene.features.torque_files import torque_of_file
 
 ANGLE = np.arange(-360.0, 360.0)
 PRESSURE = np.round(1.0 + 48.0 / (1.0 + (ANGLE / 20.0) ** 2), 3)

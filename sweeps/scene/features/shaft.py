@@ -14,25 +14,44 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
+from engine_dyn.engine import Engine
+from engine_dyn.quantities.features.shaft import FEATURE
 from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft, Table
 from sweeps.base.checks import Strict, check_range, check_structure, mentioned, number, plain
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.base.files.referred_files import kept, referred
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import SHAFTS
-from sweeps.scene.engine.engine_tables import Source
+from sweeps.scene.features.feature import GivenFeature, with_part
+from sweeps.scene.values import GivenValues
 
-__all__ = ["SHAFT", "GivenShaft", "ShaftFile", "ShaftTable", "built_in_shafts", "read_shaft"]
+__all__ = [
+    "GIVEN", "INERTIA_KEYS", "SHAFT_KEYS", "GivenShaft", "ShaftFile", "ShaftTable", "Source",
+    "built_in_shafts", "read_shaft",
+]  # fmt: skip
 
 SHAFT = (
     "a table [shaft] with discs and shafts, the name of a built-in shaft, or the path of a file "
     "with such a table"
 )
 
+INERTIA_KEYS = ("inertia", *INERTIA_PARTS)
+"""Parameters that the discs of a shaft replace."""
+
+SHAFT_KEYS = ("load_damping", "load_damping_factor")
+"""Parameters of a shaft that belong to no single disc."""
+
 NAME = "a string: its name, which tells it from the others"
 
 BETWEEN = "a list of two names of discs"
+
+
+class Source(Strict):
+    """A citation."""
+
+    text: str = Field(description="a string: one citation")
 
 
 class Disc(Strict):
@@ -202,12 +221,12 @@ def built_in_shafts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(SHAFTS.glob("*.toml"))}
 
 
-def read_shaft(given: Any, base: Path, where: str) -> GivenShaft | None:
-    """Read the value of the key `shaft`; None where it is not given.
+def read_shaft(given: Any, base: Path, where: str) -> GivenShaft:
+    """Read the value of the key `shaft`.
 
     Parameters
     ----------
-    given : dict or str, optional
+    given : dict or str
         A table, the name of a built-in shaft, or the path of a file, relative to `base`.
     base : Path
         Folder of the file that names it.
@@ -219,8 +238,6 @@ def read_shaft(given: Any, base: Path, where: str) -> GivenShaft | None:
     SceneError
         In one line, for a shaft that cannot be.
     """
-    if given is None:
-        return None
     if isinstance(given, Mapping):
         return _read(check_structure(ShaftTable, given, f"{where}[shaft]"), f"{where}[shaft]")
     if not isinstance(given, str) or not given:
@@ -452,3 +469,38 @@ def _check_joined(shaft: Shaft, where: str) -> None:
         elif "closes a loop" in text:
             text = "shafts and gears form a ring; must be a tree"
         raise SceneError(f"{where}: {text}") from None
+
+
+def _with_shaft(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
+    """Return the engine with this shaft, whose discs replace its moments of inertia."""
+    read = read_shaft(given, folder, where)
+    old = {*INERTIA_KEYS, *SHAFT_KEYS, *(engine.shaft.keys if engine.shaft else ())}
+    values = {key: value for key, value in engine.values.items() if key not in old}
+    engine = replace(
+        engine,
+        values={**values, **read.values},
+        assumed={**engine.assumed, **read.assumed},
+        sources=tuple(dict.fromkeys((*engine.sources, *read.sources))),
+    )
+    return with_part(engine, FEATURE.name, read.shaft)
+
+
+def _words(values: GivenValues) -> tuple[str, ...]:
+    shaft, factor = values.engine.shaft, "load_damping_factor"
+    included = shaft is None or shaft.includes_reciprocating
+    # A damping of the scene replaces the engine's factor.
+    by_factor = values.gives(factor) or (
+        values.engine_gives(factor) and not values.gives("load_damping")
+    )
+    return (
+        "reciprocating_included" if included else "reciprocating_added",
+        "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
+        "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
+        "damping_by_factor" if by_factor else "damping_of_law",
+    )
+
+
+GIVEN = GivenFeature(
+    FEATURE, SHAFT, Any, _with_shaft, table=ShaftTable, words=_words,
+    missing="a shaft: a table [shaft] with discs and shafts, or shaft = its name or file",
+)  # fmt: skip

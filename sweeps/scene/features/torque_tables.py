@@ -26,7 +26,7 @@ from sweeps.base.checks import Strict, check_structure, mentioned
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.csv_tables import CsvTable, read_csv, with_line
 from sweeps.base.files.referred_files import referred
-from sweeps.scene.engine.torque_diagrams import Harmonic, harmonics_of
+from sweeps.scene.features.torque_diagrams import Harmonic, harmonics_of
 
 __all__ = ["TORQUE_TABLE_KEYS", "LoadInClosedForm", "TorqueTables", "read_torque_tables"]
 

@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
 
 from engine_dyn.engine import Engine
-from engine_dyn.loads.auxiliaries import Auxiliary, over_crank
+from engine_dyn.quantities.features.auxiliaries import (
+    FEATURE,
+    Auxiliaries,
+    Auxiliary,
+    of,
+    over_crank,
+)
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import check_structure, mentioned
 from sweeps.base.errors import SceneError
-from sweeps.scene.engine.torque_diagrams import TorqueDiagram, read_torque_diagram, torque_warnings
+from sweeps.scene.features.feature import GivenFeature, with_part
+from sweeps.scene.features.torque_diagrams import (
+    TorqueDiagram,
+    read_torque_diagram,
+    torque_warnings,
+)
+from sweeps.scene.values import GivenValues
 
-__all__ = ["AUXILIARIES", "MOST", "AuxiliaryTable", "with_auxiliaries"]
-
-AUXILIARIES = "tables [[auxiliaries]] with ratio, and mean and harmonics, file or areas"
-
-MOST = 20
-"""Auxiliaries of an engine."""
+__all__ = ["GIVEN"]
 
 
 class AuxiliaryTable(TorqueDiagram):
@@ -39,30 +45,32 @@ class AuxiliaryTable(TorqueDiagram):
     )  # fmt: skip
 
 
-def with_auxiliaries(
-    engine: Engine, given: Sequence[Mapping[str, Any]] | None, folder: Path, where: str
-) -> Engine:
-    """Return the engine with these auxiliaries, where some are given; they replace its own.
-
-    Raises
-    ------
-    SceneError
-        In one line, for what is no torque, or does not repeat with the cycle.
-    """
-    if given is None:
-        return engine
-    found = []
+def _read(engine: Engine, given: Sequence[Mapping[str, Any]], folder: Path, where: str) -> Engine:
+    each = []
     for number, table in enumerate(given, start=1):
         here = f"{where}[[auxiliaries]] number {number}"
         own = check_structure(AuxiliaryTable, dict(table), here)
         rest = {key: value for key, value in table.items() if key not in ("ratio", "phase")}
         torque = read_torque_diagram({**rest, "kind": own.kind}, here, folder)
-        found.append(Auxiliary(torque, own.ratio, own.phase * DEGREE))
+        each.append(Auxiliary(torque, own.ratio, own.phase * DEGREE))
     try:
-        return replace(
-            engine,
-            auxiliaries=over_crank(found, engine.period),
-            auxiliary_warnings=torque_warnings(given, f"{where}[[auxiliaries]]"),
-        )
+        torque = over_crank(each, engine.period)
     except ValueError as error:
         raise SceneError(f"{where}[[auxiliaries]] {mentioned(error)}") from None
+    warnings = torque_warnings(given, f"{where}[[auxiliaries]]")
+    return with_part(engine, FEATURE.name, Auxiliaries(torque, warnings))
+
+
+def _words(values: GivenValues) -> tuple[str, ...]:
+    over_angle = of(values.engine) is not None
+    return (
+        "auxiliaries" if over_angle or values.nonzero("auxiliary_torque") else "bare",
+        "angle_auxiliaries" if over_angle else "steady_auxiliaries",
+    )
+
+
+GIVEN = GivenFeature(
+    FEATURE, "tables [[auxiliaries]] with ratio, and mean and harmonics, file or areas",
+    list[dict[str, Any]], _read, table=AuxiliaryTable, most=20, words=_words,
+    line=lambda part: f"auxiliaries: {part.torque}",
+)  # fmt: skip

@@ -130,7 +130,7 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
     try:
         if given.file is not None:
             # Readers of recordings, which engines without such a file need not load.
-            from sweeps.scene.engine.torque_files import torque_of_file
+            from sweeps.scene.features.torque_files import torque_of_file
 
             path = referred(folder, given.file, f"{where} file")
             return torque_of_file(

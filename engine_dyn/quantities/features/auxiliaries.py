@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.loads.driven_machine import WHOLE, TorqueOverAngle
+from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.types import Floats
 
-__all__ = ["Auxiliary", "over_crank"]
+__all__ = ["FEATURE", "Auxiliaries", "Auxiliary", "of", "over_crank"]
 
 APART = 1e-9
 """Angle [rad] within which knots are one."""
@@ -33,6 +34,13 @@ class Auxiliary(NamedTuple):
     torque: TorqueOverAngle
     ratio: float = 1.0
     phase: float = 0.0
+
+
+class Auxiliaries(NamedTuple):
+    """Torque of all auxiliaries over the crank angle, and remarks on how it was evened out."""
+
+    torque: TorqueOverAngle
+    warnings: tuple[str, ...] = ()
 
 
 def over_crank(auxiliaries: Sequence[Auxiliary], cycle: float) -> TorqueOverAngle:
@@ -77,3 +85,19 @@ def over_crank(auxiliaries: Sequence[Auxiliary], cycle: float) -> TorqueOverAngl
         found += ratio * torque(ratio * angle + phase)
         slope += ratio**2 * torque.slope_at(ratio * angle + phase)
     return TorqueOverAngle(angle, found, slope, cycle)
+
+
+FEATURE: Feature[Auxiliaries] = Feature(
+    "auxiliaries", "torque of auxiliaries over their angle",
+    words=(
+        {
+            "bare": "no auxiliaries take torque",
+            "auxiliaries": "auxiliaries take torque, which is part of the friction",
+        },
+        {
+            "steady_auxiliaries": "their torque is the same over the whole cycle",
+            "angle_auxiliaries": "it is given over the angle of each",
+        },
+    ),
+)  # fmt: skip
+of = FEATURE.of

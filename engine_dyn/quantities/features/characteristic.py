@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.loads.characteristic import load_for_torque
+from engine_dyn.loads.characteristic import Characteristic, load_for_torque
+from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import RPM
 
-__all__ = ["NODES", "PARAMETERS"]
+__all__ = ["FEATURE", "of"]
 
 
 def _load_of_characteristic(
@@ -112,3 +113,15 @@ NODES = (
         needs=("load",), make=lambda load: load,
     ),
 )  # fmt: skip
+
+FEATURE: Feature[Characteristic] = Feature(
+    "characteristic", "power and torque over speed", "speed characteristic", NODES, PARAMETERS,
+    constant="characteristic",
+    words=(
+        {
+            "given_load": "the load that names the diagram is given",
+            "characteristic": "it follows from a speed characteristic",
+        },
+    ),
+)  # fmt: skip
+of = FEATURE.of

@@ -34,13 +34,16 @@ import numpy as np
 from engine_dyn.forces.balance.lines import lines_of
 from engine_dyn.forces.mechanism import banks_of
 from engine_dyn.geometry import slider_crank
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.quantities.features.feature import Feature
+from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.types import Floats
 
 __all__ = [
-    "Crankshaft", "Pins", "WebWeights", "couple", "bending_over_angle", "largest_bending",
-    "middle_of", "on_journals", "unbalance",
+    "BENDING", "FEATURE", "OF_WEBS", "Crankshaft", "Pins", "WebWeights", "bending_over_angle",
+    "couple", "crankshaft", "largest_bending", "middle_of", "of", "on_journals", "unbalance",
 ]  # fmt: skip
 
 CANCELLED = 1e-13
@@ -284,3 +287,122 @@ def _bearings(engine: Cylinders) -> Floats:
     throws = np.array(_throws(engine))
     between = 0.5 * (throws[1:] + throws[:-1])
     return np.array([throws[0] - 0.5, *between, throws[-1] + 0.5])
+
+
+# --- nodes ----------------------------------------------------------------------------------------
+
+OF_WEBS = (
+    "counterweights", "counterweights_factor", "crank_ratio", "offset_ratio", "cylinder_set",
+    "cylinders_by_count",
+)  # fmt: skip
+
+
+def crankshaft(needs: dict[str, Any]) -> Crankshaft:
+    """Return what turns with the crank, from the needs of a node."""
+    more = {
+        field: needs[name]
+        for field, name in (
+            ("spacing", "cylinder_spacing"), ("bank_offset", "bank_offset"),
+            ("rod_mass", "journal_rod_mass"), ("throw_mass", "journal_throw_mass"),
+        )
+        if name in needs
+    }  # fmt: skip
+    if "double_radius" in needs:
+        more["crank_radius"] = 0.5 * needs["double_radius"]
+    return Crankshaft(*(needs[name] for name in OF_WEBS), **more)
+
+
+def _of_webs(
+    name: str, unit: str, long_name: str, more: tuple[str, ...], make: Callable[..., Any]
+) -> list[Node]:  # fmt: skip
+    """A vector of the counterweights of webs; nothing without them."""
+    needs = (*OF_WEBS, *more)
+    return [
+        hidden(name, unit, long_name, make, needs, when="weights_of_webs", width=16, throws=True),
+        *(
+            hidden(name, unit, long_name, lambda: 0.0, when=word)
+            for word in ("weights_by_fraction", "weights_given")
+        ),
+    ]  # fmt: skip
+
+
+def _unbalance(**needs: Any) -> Any:
+    return unbalance(crankshaft(needs))
+
+
+def _couple(**needs: Any) -> Any:
+    return couple(crankshaft(needs))
+
+
+def _on_journals(*, main_bearing: Any, **needs: Any) -> Any:
+    return on_journals(crankshaft(needs), main_bearing)
+
+
+BENDING = (
+    *OF_WEBS, "cylinder_spacing", "bank_offset", "double_radius", "journal_rod_mass",
+    "journal_throw_mass",
+)  # fmt: skip
+
+
+def _bending(*, speed: Any, bay: Any, **needs: Any) -> Any:
+    return largest_bending(crankshaft(needs), bay) * speed**2
+
+
+def _largest_bending(*, speed: Any, **needs: Any) -> Any:
+    shaft = crankshaft(needs)
+    largest: Any = 0.0
+    for bay in range(1, MOST_CYLINDERS + 1):
+        largest = np.fmax(largest, largest_bending(shaft, bay))
+    return largest * speed**2
+
+
+NODES: tuple[Node, ...] = (
+    *_of_webs("web_unbalance", "kg m", "unbalance of the counterweights of webs", (), _unbalance),
+    *_of_webs(
+        "web_unbalance_couple", "kg m2",
+        "unbalance of the counterweights of webs times distance from the middle of the crank",
+        ("cylinder_spacing",), _couple,
+    ),
+    *_of_webs(
+        "journal_web_unbalance", "kg m",
+        "unbalance of the counterweights of webs that a main journal bears",
+        ("cylinder_spacing", "main_bearing"), _on_journals,
+    ),
+    Node(
+        "bay_bending_moment", "M_b", "N m",
+        "largest bending moment of the shaft between the main bearings beside each throw, due to "
+        "centrifugal forces, each bay a simply supported beam",
+        "this project", needs=(*BENDING, "speed", "bay"), make=_bending, throws=True,
+    ),
+    Node(
+        "bay_bending_moment_max", "M_{b,max}", "N m",
+        "largest bending moment of the shaft in any bay, due to centrifugal forces",
+        "this project", needs=(*BENDING, "speed"), make=_largest_bending, throws=True,
+    ),
+)  # fmt: skip
+
+FEATURE: Feature[WebWeights] = Feature(
+    "counterweights", "counterweights on the webs", "balance", NODES, constant="counterweights",
+    parameters=(
+        parameter(
+            "counterweights_factor", "f_B", "1",
+            "factor on the masses of the table [[counterweights]]", "this project", low=0.0,
+            low_included=True, unless_given=1.0,
+        ),
+    ),
+    words=(
+        {
+            "weights_by_fraction": "counterweights balance a fraction of the reciprocating mass",
+            "weights_given": "the mass of the counterweights is given",
+            "weights_of_webs": "mass, place and direction of each counterweight are given",
+        },
+        {
+            "no_counterweights": "nothing says what the counterweights are",
+            "counterweights": "scene or engine says what the counterweights are",
+        },
+    ),
+    called={
+        "bay_bending_moment": "internal bending moment, internal moment, crankshaft bending",
+    },
+)  # fmt: skip
+of = FEATURE.of

@@ -1,0 +1,106 @@
+"""A structured part of an engine that brings quantities of its own: one object says all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from engine_dyn.engine import Engine
+from engine_dyn.quantities.node import Dimension, Node
+
+__all__ = ["Addition", "Feature", "with_additions"]
+
+Part = TypeVar("Part")
+
+
+class Addition(NamedTuple):
+    """An amount that a part adds to a parameter, wherever the graph takes the parameter.
+
+    Attributes
+    ----------
+    parameter : str
+        What is added to. Its own value stays as it is given: archives list that, and elasticities
+        vary it.
+    node : str
+        The node that holds the amount, in the same SI unit.
+    when : str
+        Words of scenes in which it is added, all of which must hold, as of a node.
+    """
+
+    parameter: str
+    node: str
+    when: str = ""
+
+
+@dataclass(frozen=True)
+class Feature(Generic[Part]):
+    """Everything that the graph of quantities has because of one part of an engine.
+
+    Attributes
+    ----------
+    name : str
+        Key of the part in `Engine.parts`.
+    long_name : str
+        Meaning of the part in one line.
+    subject : str
+        Group of `engine-dyn list quantities` that its quantities stand in.
+    nodes, parameters : tuple of Node
+        Its quantities, and its keys of scenes.
+    dimensions : tuple of Dimension
+        Dimensions counted from 1 over members of the part.
+    sizes : callable
+        From the part to the number of members along each of `dimensions`; without the part all
+        are 0.
+    words : tuple of mapping
+        Groups of words that select variants, with their meanings, as in
+        `engine_dyn.quantities.variants`; which of them holds is said where scenes are read.
+    called : mapping
+        Other names, which people look for, of its quantities and of those that it answers to.
+    adds : tuple of Addition
+        Amounts that the part adds to parameters.
+    constant : str, optional
+        Name of the node that holds the part as a whole; None where no node needs it.
+    """
+
+    name: str
+    long_name: str
+    subject: str = ""
+    nodes: tuple[Node, ...] = ()
+    parameters: tuple[Node, ...] = ()
+    dimensions: tuple[Dimension, ...] = ()
+    sizes: Callable[[Part], tuple[int, ...]] = lambda part: ()
+    words: tuple[Mapping[str, str], ...] = ()
+    called: Mapping[str, str] = field(default_factory=dict)
+    adds: tuple[Addition, ...] = ()
+    constant: str | None = None
+
+    def of(self, engine: Engine) -> Part | None:
+        """Return the part of an engine; None for an engine without it."""
+        return engine.parts.get(self.name)
+
+    def points(self, engine: Engine) -> dict[str, int]:
+        """Return the number of points along each dimension of the part."""
+        part = self.of(engine)
+        sizes = (0,) * len(self.dimensions) if part is None else self.sizes(part)
+        return {d.name: size for d, size in zip(self.dimensions, sizes, strict=True)}
+
+
+def with_additions(node: Node, additions: Sequence[Addition]) -> Node:
+    """Return a node that takes parameters together with what parts add to them."""
+    added = [(one.parameter, one.node) for one in additions if one.parameter in node.needs]
+    original = node.make
+    if not added or original is None:
+        return node
+
+    def make(**needs: Any) -> Any:
+        sums = {
+            parameter: sum(
+                (needs[name] for key, name in added if key == parameter), needs[parameter]
+            )
+            for parameter, _ in added
+        }
+        return original(**{key: value for key, value in needs.items() if key in own}, **sums)
+
+    own = {*node.needs, "wanted", "threads", "progress", "device"} - {key for key, _ in added}
+    return replace(node, needs=(*node.needs, *(name for _, name in added)), make=make)

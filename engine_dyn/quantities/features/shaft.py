@@ -1,0 +1,46 @@
+"""The shaft that twists; physics in `engine_dyn.torsion`, nodes in three files of quantities."""
+
+from __future__ import annotations
+
+from engine_dyn.quantities import shaft_limits, shaft_numbers, torsion
+from engine_dyn.quantities.features.feature import Feature
+from engine_dyn.quantities.node import Dimension
+from engine_dyn.torsion.shaft import Shaft
+
+__all__ = ["FEATURE", "of"]
+
+FEATURE: Feature[Shaft] = Feature(
+    "shaft", "discs and shafts that twist", "torsional vibration of the shaft",
+    (*torsion.NODES, *shaft_limits.NODES), shaft_numbers.PARAMETERS, constant="shaft_system",
+    dimensions=(
+        Dimension(
+            "disc", "", "1", "disc of the shaft, counted from 1; rings of dampers come last",
+            whole=True,
+        ),
+        Dimension(
+            "shaft", "", "1", "shaft between two discs, counted from 1; what holds the rings of "
+            "dampers comes last", whole=True,
+        ),
+    ),
+    sizes=lambda shaft: (len(shaft.discs), len(shaft.shafts)),
+    words=(
+        {
+            "reciprocating_included": "discs of throws include the mean of their reciprocating "
+            "masses",
+            "reciprocating_added": "the mean of the reciprocating masses is added to them",
+        },
+        {
+            "no_pendulums": "no pendulums swing on the shaft",
+            "pendulums": "pendulums swing on the shaft, whose modes then depend on the speed",
+        },
+        {
+            "linear_couplings": "no coupling has a table of its stiffness",
+            "coupling_tables": "the mean torque chooses the stiffness of a coupling in its table",
+        },
+        {
+            "damping_of_law": "the load damps the shaft by the slope of its torque over the speed",
+            "damping_by_factor": "it damps by a factor on its torque over the speed",
+        },
+    ),
+)  # fmt: skip
+of = FEATURE.of

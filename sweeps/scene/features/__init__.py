@@ -1,0 +1,126 @@
+"""Tables of structured parts, each a file with its keys, its reader and its `GIVEN`.
+
+A new one is a file here and a name in `GIVEN_FEATURES`; its physics stands in
+`engine_dyn.quantities.features`. Scenes, engine files, schemas, messages and texts follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field, create_model
+
+from engine_dyn.engine import Engine
+from sweeps.base.checks import Strict
+from sweeps.scene.features import (
+    auxiliaries,
+    characteristic,
+    idler_gears,
+    mounts,
+    shaft,
+    web_weights,
+)
+from sweeps.scene.features.feature import GivenFeature, with_part
+from sweeps.scene.values import GivenValues
+
+__all__ = [
+    "GIVEN_FEATURES", "NEEDED", "FeatureTables", "SceneFeatureTables",
+    "feature_words", "with_features", "without_dropped",
+]  # fmt: skip
+
+GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
+    {
+        feature.name: feature
+        for feature in (
+            shaft.GIVEN,
+            web_weights.GIVEN,
+            mounts.GIVEN,
+            auxiliaries.GIVEN,
+            characteristic.GIVEN,
+            idler_gears.GIVEN,
+        )
+    }
+)
+"""All of them by name, in the order in which they are read."""
+
+NEEDED: Mapping[str, GivenFeature] = MappingProxyType(
+    {one.feature.constant or "": one for one in GIVEN_FEATURES.values() if one.missing}
+)
+"""Those without which some quantities cannot be computed, by the node that holds the part."""
+
+
+def _tables(name: str, features: Iterable[GivenFeature], about: str, base: Any = Strict) -> Any:
+    """Model with the tables of features."""
+    keys: Any = {
+        one.name: (
+            one.kind | None,
+            Field(
+                default=None, description=one.says, min_length=None if one.most is None else 1,
+                max_length=one.most,
+            ),
+        )
+        for one in features
+    }  # fmt: skip
+    return create_model(name, __base__=base, __doc__=about, **keys)
+
+
+_SCENES_ONLY = [one for one in GIVEN_FEATURES.values() if one.scenes_only]
+if TYPE_CHECKING:
+
+    class FeatureTables(Strict):
+        """Tables of features, which scenes and engine files have."""
+
+    class SceneFeatureTables(FeatureTables):
+        """Those that only scenes have too."""
+
+else:
+    FeatureTables = _tables(
+        "FeatureTables", (one for one in GIVEN_FEATURES.values() if not one.scenes_only),
+        "Tables of features, which scenes and engine files have.",
+    )  # fmt: skip
+    SceneFeatureTables = _tables(
+        "SceneFeatureTables", _SCENES_ONLY, "Those that only scenes have too.", FeatureTables
+    )
+
+
+def with_features(engine: Engine, given: FeatureTables, folder: Path, where: str) -> Engine:
+    """Return the engine with the parts that tables give.
+
+    Parameters
+    ----------
+    engine : Engine
+        The engine so far.
+    given : FeatureTables
+        A scene or an engine file.
+    folder : Path
+        Where paths in the tables start from.
+    where : str
+        What messages begin with.
+
+    Raises
+    ------
+    SceneError
+        For tables that make no part.
+    """
+    for name, feature in GIVEN_FEATURES.items():
+        tables = getattr(given, name, None)
+        if tables is not None:
+            engine = feature.read(engine, tables, folder, where)
+    return engine
+
+
+def without_dropped(values: GivenValues) -> Engine:
+    """Return the engine without the parts that parameters of the scene replace."""
+    engine = values.engine
+    for name, feature in GIVEN_FEATURES.items():
+        if feature.dropped(values):  # nothing may count what is replaced
+            engine = with_part(engine, name, None)
+    return engine
+
+
+def feature_words(values: GivenValues) -> tuple[str, ...]:
+    """Return the words of all features that a scene has."""
+    return tuple(word for one in GIVEN_FEATURES.values() for word in one.words(values))
