@@ -34,7 +34,7 @@ from engine_dyn.quantities import (
     speed,
     torque,
 )
-from engine_dyn.quantities.features import FEATURES
+from engine_dyn.quantities.features import FEATURES, characteristic
 from engine_dyn.quantities.node import Dimension, Node, check_needs
 from engine_dyn.quantities.variants import check_words
 from engine_dyn.units import DEGREE
@@ -55,14 +55,17 @@ __all__ = [
     "variants_of",
 ]
 
+# Archives list parameters in this order; those of new features come last.
 _PARAMETERS: tuple[Node, ...] = (
     *parameters.PARAMETERS,
     *single_cylinders.PARAMETERS,
     *balance.PARAMETERS,
     *flywheels.PARAMETERS,
+    *characteristic.PARAMETERS,
     *friction_components.PARAMETERS,
     *bearing_loads.PARAMETERS,
     *mechanism_forces.PARAMETERS,
+    *shaft_numbers.PARAMETERS,
     *generator.PARAMETERS,
     *(key for feature in FEATURES for key in feature.parameters),
 )

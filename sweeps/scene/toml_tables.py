@@ -6,7 +6,7 @@ table is read. The JSON schema (`sweeps.scene.json_schema`) is made from these m
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
@@ -16,7 +16,7 @@ from sweeps.base.checks import Strict
 from sweeps.base.columns.pressure_options import PressureOptions
 from sweeps.scene.engine.diagram_speeds import MEANING
 from sweeps.scene.engine.silenced_warnings import SILENCED
-from sweeps.scene.features import SceneFeatureTables
+from sweeps.scene.features import file_with_features
 from sweeps.scene.measured import MeasuredTable
 from sweeps.scene.reduce import ReduceTable
 
@@ -118,7 +118,7 @@ class Output(Strict):
     )
 
 
-class SceneFile(SceneFeatureTables):
+class SceneFile(Strict):
     """Tables and keys of a scene, before parameters and quantities are looked at."""
 
     title: str | None = Field(default=None, description="a string")
@@ -152,3 +152,7 @@ class SceneFile(SceneFeatureTables):
     solver: Solver = Field(default=Solver(), description="a table")
     output: Output = Field(description="a table [output] with quantities = ['delta', ...]")
     reference: File | None = Field(default=None, description="a table with file = 'table.csv'")
+
+
+if not TYPE_CHECKING:  # the tables of features are no attributes for type checkers
+    SceneFile = file_with_features(SceneFile, scenes=True)

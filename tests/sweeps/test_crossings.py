@@ -108,6 +108,9 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
         "set": FAN, "solver": {"method": "thesis"}},
     ("closure cycle_time", "method thesis"): {
         "solver": {"method": ["auto", "thesis"], "closure": "cycle_time"}},
+    ("[[idler_gears]]", "[shaft]"): {
+        "shaft": complete_shaft(1), "idler_gears": [{"inertia": 0.1, "ratio": 2.0}],
+    },
     ("inertia or its parts", "[shaft]"): {"shaft": complete_shaft(1), "set": {"inertia": 2.0}},
     ("several numbers of cylinders", "[shaft]"): {
         "shaft": complete_shaft(1), "axes": {"cylinders": [1, 2]}},

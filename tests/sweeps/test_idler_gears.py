@@ -1,4 +1,4 @@
-"""Idler gears: their inertia and friction at the crankshaft, against the same given by other keys."""
+"""Idler gears: inertia and friction at the crankshaft, against the same given by other keys."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ def test_gears_are_inertia_and_a_constant_load(own: dict[str, Any], given: dict[
 
 def test_their_numbers_are_quantities_and_zero_without_them() -> None:
     names = ["idler_gear_inertia", "idler_gear_friction_torque"]
-    assert single(names, idler_gears=GEARS) == pytest.approx(dict(zip(names, (INERTIA, FRICTION))))
+    wanted = {names[0]: INERTIA, names[1]: FRICTION}
+    assert single(names, idler_gears=GEARS) == pytest.approx(wanted)
     assert single(names) == dict.fromkeys(names, 0.0)
 
 
@@ -78,9 +79,7 @@ def test_elasticities_vary_what_is_given() -> None:
     names = ["delta_elasticity"]
     own = {"inertia": 1.2, "load_offset": 1.5}
     gears = sweeps.run(asking(names, set=own, idler_gears=GEARS))
-    plain = sweeps.run(
-        asking(names, set={"inertia": 1.2 + INERTIA, "load_offset": 1.5 + FRICTION})
-    )
+    plain = sweeps.run(asking(names, set={"inertia": 1.2 + INERTIA, "load_offset": 1.5 + FRICTION}))
     of = {"parameter": "inertia"}
     share = 1.2 / (1.2 + INERTIA)  # d ln y / d ln x goes with x
     found, whole = (run["delta_elasticity"].sel(of).item() for run in (gears, plain))

@@ -12,7 +12,7 @@ from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import RPM
 
-__all__ = ["FEATURE", "of"]
+__all__ = ["FEATURE", "PARAMETERS", "of"]
 
 
 def _load_of_characteristic(
@@ -115,7 +115,7 @@ NODES = (
 )  # fmt: skip
 
 FEATURE: Feature[Characteristic] = Feature(
-    "characteristic", "power and torque over speed", "speed characteristic", NODES, PARAMETERS,
+    "characteristic", "power and torque over speed", "speed characteristic", NODES,
     constant="characteristic",
     words=(
         {

@@ -6,14 +6,14 @@ Whether values are allowed is checked where a table is read. The JSON schema of 
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
 from sweeps.base.checks import Strict
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.silenced_warnings import SILENCED
-from sweeps.scene.features import FeatureTables
+from sweeps.scene.features import file_with_features
 from sweeps.scene.features.shaft import Source
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 
@@ -62,7 +62,7 @@ class DataSheet(Strict):
     )
 
 
-class EngineFile(FeatureTables):
+class EngineFile(Strict):
     """Tables and keys of an engine file, before values and diagrams are looked at."""
 
     name: str | None = Field(
@@ -103,3 +103,7 @@ class EngineFile(FeatureTables):
         description="a table with a range or distribution for each uncertain value",
     )
     source: list[Source] = Field(default=[], description="tables [[source]] with one string each")
+
+
+if not TYPE_CHECKING:  # the tables of features are no attributes for type checkers
+    EngineFile = file_with_features(EngineFile, scenes=False)

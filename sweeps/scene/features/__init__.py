@@ -6,10 +6,10 @@ A new one is a file here and a name in `GIVEN_FEATURES`; its physics stands in
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import Field, create_model
 
@@ -27,7 +27,7 @@ from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
 __all__ = [
-    "GIVEN_FEATURES", "NEEDED", "FeatureTables", "SceneFeatureTables",
+    "GIVEN_FEATURES", "NEEDED", "file_with_features",
     "feature_words", "with_features", "without_dropped",
 ]  # fmt: skip
 
@@ -52,8 +52,16 @@ NEEDED: Mapping[str, GivenFeature] = MappingProxyType(
 """Those without which some quantities cannot be computed, by the node that holds the part."""
 
 
-def _tables(name: str, features: Iterable[GivenFeature], about: str, base: Any = Strict) -> Any:
-    """Model with the tables of features."""
+def file_with_features(own: type[Strict], *, scenes: bool) -> Any:
+    """Return the model of a file: its own keys, and then the tables of features.
+
+    Parameters
+    ----------
+    own : class
+        Model of the own keys, whose docstring the model keeps.
+    scenes : bool
+        Whether the file is a scene, which has tables that engine files have not.
+    """
     keys: Any = {
         one.name: (
             one.kind | None,
@@ -62,38 +70,20 @@ def _tables(name: str, features: Iterable[GivenFeature], about: str, base: Any =
                 max_length=one.most,
             ),
         )
-        for one in features
+        for one in GIVEN_FEATURES.values()
+        if scenes or not one.scenes_only
     }  # fmt: skip
-    return create_model(name, __base__=base, __doc__=about, **keys)
+    return create_model(own.__name__, __base__=own, __doc__=own.__doc__, **keys)
 
 
-_SCENES_ONLY = [one for one in GIVEN_FEATURES.values() if one.scenes_only]
-if TYPE_CHECKING:
-
-    class FeatureTables(Strict):
-        """Tables of features, which scenes and engine files have."""
-
-    class SceneFeatureTables(FeatureTables):
-        """Those that only scenes have too."""
-
-else:
-    FeatureTables = _tables(
-        "FeatureTables", (one for one in GIVEN_FEATURES.values() if not one.scenes_only),
-        "Tables of features, which scenes and engine files have.",
-    )  # fmt: skip
-    SceneFeatureTables = _tables(
-        "SceneFeatureTables", _SCENES_ONLY, "Those that only scenes have too.", FeatureTables
-    )
-
-
-def with_features(engine: Engine, given: FeatureTables, folder: Path, where: str) -> Engine:
+def with_features(engine: Engine, given: Strict, folder: Path, where: str) -> Engine:
     """Return the engine with the parts that tables give.
 
     Parameters
     ----------
     engine : Engine
         The engine so far.
-    given : FeatureTables
+    given : Strict
         A scene or an engine file.
     folder : Path
         Where paths in the tables start from.
