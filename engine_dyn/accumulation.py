@@ -35,7 +35,6 @@ LIMBS = 67
 """Limbs of a sum: 2,046 exponents of doubles, 53 bits, and room for what 2^32 of them add."""
 
 _LIMB = (1 << 32) - 1
-_FRACTION = (1 << 52) - 1
 _MAGNITUDE = (1 << 63) - 1
 _NO_NUMBER = 0x7FF
 UNITS_IN_ONE = 1 << 1074
@@ -66,7 +65,7 @@ def _add(bits: Integers, limbs: Integers) -> None:
             exponent = (one >> 52) & _NO_NUMBER
             if exponent == _NO_NUMBER:
                 continue
-            mantissa = one & _FRACTION
+            mantissa = one & (1 << 52) - 1
             if exponent > 0:
                 mantissa += 1 << 52
                 exponent -= 1

@@ -69,7 +69,8 @@ def _as_floats(name: str, value: Any) -> Floats:
         items = value.reshape(-1).tolist()
     kinds = set(map(type, items))
     for item in () if kinds <= {float, int} else items:
-        if any(hasattr(item, name) for name in _OF_QUANTITIES):
+        # Quantities of pint, astropy and unyt have one of these, plain numbers none.
+        if any(hasattr(item, name) for name in ("magnitude", "to_value", "in_units")):
             raise ValueError(
                 f"{name}: has the unit {getattr(item, 'units', getattr(item, 'unit', '?'))}: must "
                 "be plain numbers; convert it to the documented unit and give the magnitude"
@@ -84,10 +85,6 @@ def _as_floats(name: str, value: Any) -> Floats:
         raise ValueError(f"{name}: beyond the range of floating-point numbers") from None
     except (TypeError, ValueError):
         raise ValueError(f"{name}: {_shown(value)}: must be a number or an array of them") from None
-
-
-_OF_QUANTITIES = ("magnitude", "to_value", "in_units")
-"""What quantities of pint, astropy and unyt have, and plain numbers have not."""
 
 
 def _shown(value: Any) -> str:

@@ -38,9 +38,6 @@ __all__ = [
 EXCITED = 1e-3
 """Part of the largest swing of the free rotor from which on an order counts as excited."""
 
-SAMPLES = 16
-"""Points a period of the highest order, between which a sum of orders is a cubic."""
-
 
 def torque_from_power(power: Any, pole_pairs: Any, speed: Any) -> Any:
     """Synchronising torque c = P_s p/omega [N m/rad], at the generator.
@@ -121,7 +118,8 @@ def half_range(harmonics: Any, orders: Floats, period: float) -> Floats:
 
     `period` is the angle of the cycle [rad].
     """
-    points = SAMPLES * math.ceil(orders.max() * period / (2.0 * math.pi) - 1e-9)
+    # Between 16 points a period of the highest order a sum of orders is a cubic.
+    points = 16 * math.ceil(orders.max() * period / (2.0 * math.pi) - 1e-9)
     angle = period / points * np.arange(points)
     curve = sum_of_orders(harmonics, orders, angle)
     slope = sum_of_orders(1j * orders * np.asarray(harmonics), orders, angle)

@@ -107,9 +107,6 @@ DESIGNS_AT_ONCE = 65536
 BYTES_OF_TABLE = 32e6
 """Of the pressures that are tabulated at a time."""
 
-FEWEST = 64
-"""Designs that are worth a thread: each takes some 5 us and more."""
-
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Largest and mean size of a load [N], crank angle of the largest [rad], root mean square [N]."""
 
@@ -506,7 +503,8 @@ def _of_engine(
             found["peak"][begin:end], found["angle"][begin:end] = np.sqrt(square), angle
             found["mean"][begin:end], found["rms"][begin:end] = mine[MEAN], mine[RMS]
 
-        on_threads(some.size, work, threads or os.cpu_count() or 1, FEWEST)
+        # A thread is worth 64 designs, each of which takes some 5 us and more.
+        on_threads(some.size, work, threads or os.cpu_count() or 1, 64)
         yield some, found
 
 

@@ -49,9 +49,6 @@ MOST = 1024
 ROWS_AT_ONCE = 1024
 """Diagrams whose coefficients exist at the same time."""
 
-FEWEST = 256
-"""Designs that are worth a thread: each takes some 2 us."""
-
 
 def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     """Harmonics of c/(r omega) [1]: -i gamma_nu without offset.
@@ -251,7 +248,8 @@ def _add_gas(
             waves = velocity_waves(columns[0, mine], columns[1, mine], highest)
             _gas_orders(begin, *waves, pair, share, *of_rows, place, turned, *found)
 
-        on_threads(some.size, work, threads, FEWEST)
+        # A thread is worth 256 designs, each of which takes some 2 us.
+        on_threads(some.size, work, threads, 256)
         result[some] = found[0] + 1j * found[1]
 
 

@@ -88,9 +88,6 @@ __all__ = [
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2] (CGPM 1901)."""
 
-AT_REST = 1e-12
-"""Reduced velocity of the piston below which it stands still but for rounding."""
-
 SAMPLES = 720
 """Of a turn, where a largest value is looked for."""
 
@@ -179,7 +176,8 @@ def gravity_torque(
 
 def sense_of_motion(velocity: Any) -> Any:
     """Return 1 where the piston moves towards the crank, -1 where away, 0 at the dead centres."""
-    return np.where(np.abs(velocity) < AT_REST, 0.0, np.sign(velocity))
+    # A piston below this reduced velocity stands still but for rounding.
+    return np.where(np.abs(velocity) < 1e-12, 0.0, np.sign(velocity))
 
 
 def piston_friction_torque(

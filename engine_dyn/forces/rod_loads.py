@@ -29,9 +29,6 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["EXTREMES", "rod_load_extremes"]
 
-VALUES_AT_ONCE = 1 << 21
-"""Values of the loads that are held at once, 16 MB."""
-
 EXTREMES = np.dtype(
     [
         (name, np.float64)
@@ -72,7 +69,8 @@ def rod_load_extremes(
     flat = {name: column.reshape(-1) for name, column in columns.items()}
     result = np.empty(flat["cylinder_set"].size, dtype=EXTREMES)
     phi = sample_angles(period, family)
-    at_once = max(1, VALUES_AT_ONCE // phi.size)
+    # The loads that are held at once take 16 MB.
+    at_once = max(1, (1 << 21) // phi.size)
     for number in np.unique(flat["cylinder_set"]).astype(int).tolist():
         mine = np.flatnonzero(flat["cylinder_set"] == number)
         for begin in range(0, mine.size, at_once):

@@ -20,20 +20,14 @@ from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["CurveOfDesigns", "crests", "largest", "sample_angles", "tops"]
 
-WIDEST, NARROWEST = np.pi / 360.0, np.pi / 5760.0
+WIDEST = np.pi / 360.0
 """Half a degree, which smooth curves need, and 1/32 degree."""
 
 CurveOfDesigns = Callable[[Integers, Floats], Floats]
 """Values of the curves of some designs, each at an angle [rad] of its own: shapes (N,)."""
 
-LEFT_TO_RISE = 1e-11
-"""Part of a curve's largest size that it may still rise above what was found."""
-
 EQUAL = 1e-9
 """Part of that size by which equal crests may differ: the angle of the first one counts."""
-
-MOST_STEPS, SMOOTH = 80, 6
-"""Evaluations beside a crest at most, and how many a smooth one takes; a kink takes about forty."""
 
 
 def sample_angles(period: float, family: Family | None = None) -> Floats:
@@ -43,7 +37,8 @@ def sample_angles(period: float, family: Family | None = None) -> Floats:
     """
     gap = WIDEST
     if family is not None and not isinstance(family, CycleTable):  # modelled cycles are smooth
-        gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), NARROWEST)
+        # Half a degree is what smooth curves need; the least gap is 1/32 degree.
+        gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), np.pi / 5760.0)
     count = int(np.ceil(period / gap - 1e-6))
     return np.asarray(-0.5 * period + np.arange(count, dtype=np.float64) * (period / count))
 
@@ -150,10 +145,12 @@ def _risen(
     """Value at the top beside each crest, and how far it is from it, in steps."""
     left, here, right = np.stack([np.full(which.size, k) for k in (-1.0, 0.0, 1.0)])
     before, top, after = around.copy()
-    least = LEFT_TO_RISE * np.abs(around).max(axis=0)
+    # A curve may still rise by this part of its largest size above what was found.
+    least = 1e-11 * np.abs(around).max(axis=0)
     calm = np.zeros(which.size, dtype=np.int64)
     alive = np.arange(which.size)
-    for number in range(MOST_STEPS):
+    # A kink takes about forty evaluations.
+    for number in range(80):
         a, m, b = left[alive], here[alive], right[alive]
         up = (top[alive] - before[alive]) / (m - a)
         bend = ((after[alive] - top[alive]) / (b - m) - up) / (b - a)
@@ -165,7 +162,8 @@ def _risen(
         wider = np.where(m - a > b - m, 0.5 * (a + m), 0.5 * (m + b))
         near = np.abs(vertex - m) < 1e-3 * (b - a)
         by_gap = near | (calm[alive] > 0) | ~np.isfinite(vertex)
-        by_gap |= number % 3 == 2 if number < SMOOTH else number % 4 != 0
+        # A smooth crest takes six evaluations.
+        by_gap |= number % 3 == 2 if number < 6 else number % 4 != 0
         tried = np.where(by_gap, wider, vertex)
         go = (calm[alive] < 2) & (b - a > 1e-12)
         if not go.any():

@@ -24,9 +24,6 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["EXTREMES", "shaft_torque_extremes"]
 
-VALUES_AT_ONCE = 2_000_000
-"""Values of the curves that are held at once, 16 MB."""
-
 EXTREMES = np.dtype([("range", np.float64), ("rms", np.float64)])
 """Largest range of the torque after a throw, and the root mean square of the torque that excites
 the first mode, less its mean [N m]."""
@@ -72,7 +69,8 @@ def shaft_torque_extremes(
         engine = by_count[number]
         weights = first_mode_weights(engine)
         steps = np.diff(weights, prepend=0.0)[:, None]
-        at_once = max(1, VALUES_AT_ONCE // (phi.size * len(along_shaft(engine))))
+        # The curves that are held at once take 16 MB.
+        at_once = max(1, 2_000_000 // (phi.size * len(along_shaft(engine))))
         for begin in range(0, mine.size, at_once):
             some = mine[begin : begin + at_once]
             one = {name: column[some][:, None] for name, column in flat.items()}

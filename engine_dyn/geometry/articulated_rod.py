@@ -29,9 +29,6 @@ from engine_dyn.geometry import slider_crank
 
 __all__ = ["ArticulatedRod"]
 
-ROUNDS = 8
-"""Steps of Newton's method, which doubles the digits in each, from some degrees on."""
-
 
 class _Height(NamedTuple):
     """Height of the piston pin over the crank radius, and its first two slopes over theta."""
@@ -95,7 +92,8 @@ class ArticulatedRod(NamedTuple):
     def _theta(self, crank_ratio: Any, offset: Any, half_turn: float = 0.0) -> Any:
         """Angle of the crank to the master's cylinder at a dead centre: top, or bottom with pi."""
         theta = self.bank + half_turn + 0.0 * (np.asarray(crank_ratio) + offset)
-        for _ in range(ROUNDS):
+        # Newton's method doubles the digits in each step, from some degrees on.
+        for _ in range(8):
             height = self._height(theta, crank_ratio, offset)
             theta = theta - height.slope / height.bend
         return theta

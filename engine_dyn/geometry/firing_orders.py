@@ -38,9 +38,6 @@ _GENERIC = "the only order, apart from the sense of rotation"
 _TOGETHER = f"pairs that fire together; {_GENERIC}"
 _MAN = "MAN B&W two-stroke engines; not compared with a maker's table"
 
-_SAME = 0.01
-"""Bank angles this close are the same [degree]."""
-
 
 class KnownOrder(NamedTuple):
     """A firing order and where it comes from.
@@ -310,7 +307,8 @@ def known_vee_order(
     """
     for entry in known:
         for angle, pins_then in entry.built:
-            near = bank_angle < 180.0 if angle is None else abs(angle - bank_angle) < _SAME
+            # Bank angles within 0.01 degree are the same.
+            near = bank_angle < 180.0 if angle is None else abs(angle - bank_angle) < 0.01
             if near and pins_then == pins and entry.crank == crank:
                 return entry
     return None

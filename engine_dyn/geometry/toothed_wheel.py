@@ -17,8 +17,6 @@ TURN = 2.0 * np.pi
 MOST_TEETH = 7200
 """Two marks a degree, each with two edges, are more than optical encoders of engines have."""
 
-EVEN = re.compile(r"\d{1,4}(-\d{1,4})*")
-RUNS = re.compile(r"\d{1,4} teeth, \d{1,4} missing(, \d{1,4} teeth, \d{1,4} missing)*")
 FORMS = "60-2, 36-1, 36-2-1, '17 teeth, 2 missing, 16 teeth, 1 missing', or the angles of all teeth"
 
 
@@ -102,7 +100,7 @@ def wheel_from_text(text: str) -> Wheel:
         For a text in none of these forms, and for a wheel without teeth.
     """
     plain = " ".join(text.split())
-    if EVEN.fullmatch(plain):
+    if re.fullmatch(r"\d{1,4}(-\d{1,4})*", plain):
         pitches, *gaps = map(int, plain.split("-"))
         left = pitches - sum(gaps)
         if left < max(len(gaps), 1) or any(gap < 1 for gap in gaps):
@@ -110,7 +108,7 @@ def wheel_from_text(text: str) -> Wheel:
         count = max(len(gaps), 1)
         groups = [left // count + (place < left % count) for place in range(count)]
         gaps = gaps or [0]
-    elif RUNS.fullmatch(plain):
+    elif re.fullmatch(r"\d{1,4} teeth, \d{1,4} missing(, \d{1,4} teeth, \d{1,4} missing)*", plain):
         numbers = list(map(int, re.findall(r"\d+", plain)))
         groups, gaps = numbers[::2], numbers[1::2]
         if min(groups) < 1:

@@ -83,8 +83,6 @@ CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
 )
 """Curves by name; "diesel" has an undivided combustion chamber."""
 
-MOST_STEPS = 60
-
 SAME = 1e-9
 """Relative difference by which a torque may lie beyond those of the diagrams, which is rounding."""
 
@@ -130,7 +128,7 @@ def load_for_torque(
     todo = np.flatnonzero(np.isnan(found) & np.isfinite(low))
     # Rows: both ends, the torque missed there, the end that stayed (-1 the lower), the last load.
     bracket = np.stack([low, high, below, above, np.zeros(goal.size), low])[:, todo]
-    for _ in range(MOST_STEPS):
+    for _ in range(60):
         if not todo.size:
             break
         low, high, below, above, side, last = bracket

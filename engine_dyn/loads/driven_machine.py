@@ -60,15 +60,9 @@ FEWEST_POINTS = 8
 HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
 """Of a torque in closed form."""
 
-KNOTS, KNOTS_OF_ORDER = 720, 480
-"""Knots of a revolution, and of a period of a harmonic, of a torque in closed form."""
-
 LARGEST = 1e12
 """Of torques and speeds of a table, far above those of any machine: what is computed with them must
 not overflow."""
-
-SAMPLES = 8192
-"""Number of samples of a revolution, from which harmonics are found."""
 
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
@@ -427,7 +421,8 @@ def torque_of_harmonics(
             f"{MOST_REVOLUTIONS}"
         )
     highest = max(harmonics, default=0.0)
-    count = revolutions * max(KNOTS, math.ceil(KNOTS_OF_ORDER * highest))
+    # A torque in closed form has 720 knots a revolution, and 480 a period of its highest harmonic.
+    count = revolutions * max(720, math.ceil(480 * highest))
     theta: Floats = np.arange(count, dtype=np.float64) * (revolutions * REVOLUTION / count)
     torque: Floats = np.full(count, float(mean))
     slope: Floats = np.zeros(count)
@@ -565,7 +560,8 @@ def harmonics_of_load(
     array([0. +0.j, 0.-10.j])
     """
     turns = round(over_angle.period / REVOLUTION)
-    samples = SAMPLES * turns
+    # Harmonics are found from 8192 samples of a revolution.
+    samples = 8192 * turns
     curve = over_angle(np.arange(samples) * (over_angle.period / samples))
     of_torque = np.fft.rfft(curve) * (2.0 / samples)
     exact = whole_ratio(over_angle, gear_ratio, cycle)

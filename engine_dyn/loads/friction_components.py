@@ -89,9 +89,6 @@ Sandoval's table 4.2. Rollers of other kinds are left out: their constants are i
 alone, or are misprinted.
 """
 
-_CONSTANTS = np.array([train[1:] for train in VALVE_TRAINS.values()])
-"""A row for each kind, by its number less 1."""
-
 
 def _swept(bore: Any, stroke: Any, cylinders: Any) -> Any:
     """Bore squared times stroke, of all cylinders [mm3]."""
@@ -207,7 +204,10 @@ def valve_train(
         Number of bearings of all camshafts.
     """
     number = np.clip(np.nan_to_num(np.asarray(kind, dtype=float)), 1, len(VALVE_TRAINS))
-    flat, roller, hydrodynamic, mixed = np.moveaxis(_CONSTANTS[number.astype(int) - 1], -1, 0)
+    # Each kind has a row, by its number less 1.
+    flat, roller, hydrodynamic, mixed = np.moveaxis(
+        np.array([train[1:] for train in VALVE_TRAINS.values()])[number.astype(int) - 1], -1, 0
+    )
     turns, high = speed / RPM, MM * lift
     camshafts = 244.0 * turns * camshaft_bearings / _swept(bore, stroke, cylinders) + 4.12
     followers = flat * _mixed_lubrication(speed) + roller * turns

@@ -9,26 +9,20 @@ import numpy as np
 
 __all__ = ["balance_of", "power", "product", "quotient"]
 
-INEXACT = 1e-10
-"""Difference of two numbers, over the second, up to which it is none: so far the velocities that
-the mean gas torque is made with are exact without a pin offset, docs/solver.md (58)."""
-
 
 def balance_of(plus: Any, minus: Any) -> Any:
     """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
-    return np.where(np.abs(difference) <= INEXACT * np.abs(minus), 0.0, difference)
+    # The velocities that the mean gas torque is made with are exact to this part of the second
+    # number without a pin offset, docs/solver.md (58).
+    return np.where(np.abs(difference) <= 1e-10 * np.abs(minus), 0.0, difference)
 
 
 def quotient(numerator: Any, denominator: Any) -> Any:
     """Quotient; NaN where the denominator is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(denominator == 0.0, np.nan, np.divide(numerator, denominator))
-
-
-_OF_EXPONENT = ((2.0, np.square), (0.5, np.sqrt))
-"""Exponents for which NumPy has other loops; 0 and 1 give the same bits by every loop."""
 
 
 def power(base: Any, exponent: Any) -> Any:
@@ -38,7 +32,8 @@ def power(base: Any, exponent: Any) -> Any:
     and calls `pow` elsewhere: the last digit would depend on the shape of the arrays.
     """
     result = base**exponent
-    for special, function in _OF_EXPONENT:
+    # Exponents for which NumPy has other loops; 0 and 1 give the same bits by every loop.
+    for special, function in ((2.0, np.square), (0.5, np.sqrt)):
         if np.any(exponent == special):
             result = np.where(exponent == special, function(base), result)
     return result

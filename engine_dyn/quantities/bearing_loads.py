@@ -25,9 +25,6 @@ __all__ = ["NODES", "PARAMETERS"]
 
 NOTES = "Rakopoulos notes, bearing loads; derived here"
 
-PARTS_WIDTH = 80
-"""Bytes of a load's components, with the parts that they are summed from."""
-
 BEARINGS = {
     "crank_pin": ("crank pin", "C", "width of the bearing of one rod on the crank pin"),
     "main_journal": ("main journal", "H", "width of a main bearing"),
@@ -149,7 +146,7 @@ def _load_nodes(
         for node in (
             hidden(whole, "N", f"components of the {text}",
                     components, (*_LOADED, *own, *counted, "crank_angle"), kind="curve", when=when,
-                    width=PARTS_WIDTH),
+                    width=80),
             hidden(extreme, "N", f"extremes of the {text}", found, (*_LOADED, *own, *counted),
                     when=when, width=bearings.EXTREMES.itemsize, threaded=True),
         )

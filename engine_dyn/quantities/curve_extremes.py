@@ -18,7 +18,6 @@ from engine_dyn.types import Floats, Integers
 __all__ = ["is_of_curve", "of_curve"]
 
 ANGLE = "crank_angle"
-SIGNS = {"largest": 1.0, "smallest": -1.0}
 
 
 def is_of_curve(node: Node) -> bool:
@@ -33,7 +32,7 @@ def of_curve(node: Node, variant: Callable[[str], Node]) -> Node:
     chain: dict[str, Node] = {}
     _follow(curve, variant, chain, set())
     needs = {need for one in chain.values() for need in one.needs} - chain.keys() - {ANGLE}
-    sign = SIGNS[which]
+    sign = {"largest": 1.0, "smallest": -1.0}[which]
 
     def values(phi: Any, given: Mapping[str, Any]) -> Any:
         known = {**given, ANGLE: phi}

@@ -19,8 +19,6 @@ __all__ = ["MEAN", "RMS", "curve_mean", "means_of_curves", "root_mean_square"]
 RMS, MEAN = "_rms", "_mean"
 """Endings of the names."""
 
-ANGLE = "crank_angle"
-
 
 def root_mean_square(curve: Any) -> Any:
     """Root of the mean square along the last axis, whose points are equal steps of one cycle.
@@ -69,8 +67,8 @@ def _of_curve(curve: Node, ending: str, about: str, symbol: str, formula: Callab
     return Node(
         f"{curve.name}{ending}", symbol.format(curve.symbol), curve.unit,
         f"{about} of the {curve.long_name}",
-        "rectangle rule over the steps of crank_angle", needs=(curve.name,), removes=(ANGLE,),
-        make=make, si=curve.si,
+        "rectangle rule over the steps of crank_angle", needs=(curve.name,),
+        removes=("crank_angle",), make=make, si=curve.si,
     )  # fmt: skip
 
 

@@ -74,7 +74,8 @@ def _force(
             else articulated.inertia_force(phi, *motion)
         )  # fmt: skip
         if turning and order < 2:
-            gear = turning_gear({name: value for name, value in needs.items() if name in _GEAR})
+            names = {*_NEEDS, *_TURNING} - {"crank_angle"}
+            gear = turning_gear({name: value for name, value in needs.items() if name in names})
             force = force + gear.force(phi)
         return components_of(force)
 
@@ -83,8 +84,6 @@ def _force(
         when="articulated_rods", needs=(*_NEEDS, *(_TURNING if turning else ())), make=make,
     )  # fmt: skip
 
-
-_GEAR = {*_NEEDS, *_TURNING} - {"crank_angle"}
 
 MOTION = (
     Node(
@@ -130,7 +129,9 @@ _LOADED = (
 def _of_master(needs: dict[str, Any], more: tuple[Any, ...] = ()) -> tuple[Any, ...]:
     """Arguments of loads of the master rod of cylinder 1; `more` is an axis behind."""
     arrays = {
-        name: value if name in _WHOLE else np.asarray(value)[(..., *more)]
+        name: value
+        if name in ("family", "period", "cylinders_by_count", "crank_angle")
+        else np.asarray(value)[(..., *more)]
         for name, value in needs.items()
     }
     return (
@@ -138,8 +139,6 @@ def _of_master(needs: dict[str, Any], more: tuple[Any, ...] = ()) -> tuple[Any, 
         arrays["speed"], arrays["rod_mass_at_crank"],
     )  # fmt: skip
 
-
-_WHOLE = ("family", "period", "cylinders_by_count", "crank_angle")
 
 _MASTER = (
     Node(

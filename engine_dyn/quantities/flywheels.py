@@ -89,8 +89,6 @@ PARAMETERS = (
     ),
 )  # fmt: skip
 
-_TRIANGLE = ("brake_power", "speed", "wanted_delta", "period")
-
 
 def _triangle(field: str) -> Any:
     def make(brake_power: Any, speed: Any, wanted_delta: Any, period: Any) -> Any:
@@ -106,7 +104,7 @@ def _triangle(field: str) -> Any:
 
 def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
                  field: str) -> Node:  # fmt: skip
-    return Node(name, symbol, unit, long_name, source, needs=_TRIANGLE, make=_triangle(field))
+    return Node(name, symbol, unit, long_name, source, make=_triangle(field))
 
 
 def _flywheel_required(

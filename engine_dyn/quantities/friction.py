@@ -15,11 +15,6 @@ from engine_dyn.units import BAR
 
 __all__ = ["NODES", "gas_of", "stroke_friction", "train_of"]
 
-_RUBBING = (
-    "friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
-    "friction_mean_piston_speed_square", "mean_piston_speed",
-)  # fmt: skip
-
 
 def _rubbing(
     peak: Any, *, friction_constant: Any, friction_peak_pressure: Any,
@@ -75,7 +70,9 @@ NODES: tuple[Node, ...] = (
     Node(
         "rubbing", "", "Pa",
         "friction mean effective pressure without the auxiliaries, averaged over the cylinders",
-        public=False, when="chen_flynn", needs=(*_RUBBING, "mean_peak_pressure"),
+        public=False, when="chen_flynn",
+        needs=("friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
+               "friction_mean_piston_speed_square", "mean_piston_speed", "mean_peak_pressure"),
         make=lambda mean_peak_pressure, **needs: _rubbing(mean_peak_pressure, **needs),
     ),
     Node(

@@ -166,7 +166,7 @@ NODES: tuple[Node, ...] = (
     ),
     _part(
         "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
-        lambda bore, speed: components.rings(bore, speed),
+        components.rings,
     ),
     hidden(
         "ring_gas_pressure_unthrottled", "Pa",
@@ -187,7 +187,7 @@ NODES: tuple[Node, ...] = (
     _part(
         "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
         ("speed",),
-        lambda speed: components.auxiliaries(speed),
+        components.auxiliaries,
     ),
     hidden(
         "fmep_without_gas", "Pa",

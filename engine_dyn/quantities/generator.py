@@ -21,9 +21,6 @@ KUNDUR = "Kundur, example 12.2"
 DEVIATION = "this project: angle less the mean speed times the time"
 SWING = "Newton's law, rigid rotor on a spring"
 
-OF_CURVE, OF_SUM = 2048, 12288
-"""Bytes beside a harmonic of a curve of 720 points, and beside a half range of a sum of orders."""
-
 INTERVAL = ("interval_begin", "interval_end")
 _ANGLES: dict[str, Any] = {
     "si": DEGREE, "low": -720.0, "high": 720.0, "low_included": True, "high_included": True
@@ -164,7 +161,7 @@ _DEVIATIONS = (
     _deviation(
         "_order", r"\theta_\nu", f"amplitude of the orders of the {_TEXT}, over the time",
         ("angle_deviation", "omega", "crank_angle", "order"), _deviation_order,
-        removes=("crank_angle",), width=OF_CURVE,
+        removes=("crank_angle",), width=2048,
     ),
 )  # fmt: skip
 
@@ -197,7 +194,7 @@ def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: s
         Node(f"{what}_half_range", rf"\hat{{{symbol}}}", unit,
              f"{text}, half of its range over the cycle", SWING,
              needs=(of, "order", "curve_period"),
-             removes=("order",), si=si, make=_half_range(of), width=OF_SUM,
+             removes=("order",), si=si, make=_half_range(of), width=12288,
              extreme_of=(what, "half_range")),
     ]  # fmt: skip
 

@@ -72,7 +72,6 @@ _PARTS = (
     _Part("gas_", "g", "gas_force", " of the gas"),
     _Part("inertia_", "l", "inertia_force", " of the reciprocating masses"),
 )
-_NET = _Part("net_", "n", "net_piston_force", " with weight and piston friction")
 
 
 class _Component(NamedTuple):
@@ -155,13 +154,6 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
     )  # fmt: skip
 
 
-_COMPONENTS = tuple(
-    _component(component, part, source)
-    for component in _FORCES
-    for part, source in zip(_PARTS, component.sources, strict=True)
-)
-
-
 _NET_COMPONENTS = (
     _force(
         "net_wall_thrust", "N_n",
@@ -174,7 +166,9 @@ _NET_COMPONENTS = (
         * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio)
         - mechanism.GRAVITY * mass_of_first * np.sin(direction_of_first),
     ),
-    *(_component(one, _NET, KHURMI) for one in _FORCES if one.name != "wall_thrust"),
+    *(_component(
+        one, _Part("net_", "n", "net_piston_force", " with weight and piston friction"), KHURMI
+    ) for one in _FORCES if one.name != "wall_thrust"),
 )  # fmt: skip
 
 
@@ -352,7 +346,11 @@ NODES: tuple[Node, ...] = (
         lambda piston_force, weight_force, piston_friction, velocity: piston_force + weight_force
         - piston_friction * mechanism.sense_of_motion(velocity),
     ),
-    *_COMPONENTS,
+    *(
+        _component(component, part, source)
+        for component in _FORCES
+        for part, source in zip(_PARTS, component.sources, strict=True)
+    ),
     *_NET_COMPONENTS,
     *_OVERTURNING,
     Node(

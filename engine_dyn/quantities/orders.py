@@ -18,9 +18,6 @@ __all__ = ["EVERY", "NODES"]
 
 NOTES = "Rakopoulos notes"
 
-COMPLEX = 16
-"""Bytes of a harmonic."""
-
 EVERY = "every_"
 """Beginning of the names of harmonics of all orders, which make the vibration of a shaft."""
 
@@ -36,7 +33,7 @@ _COUNTED = ("cylinder_set", "cylinders_by_count")
 
 def _harmonic(name: str, unit: str, long_name: str, needs: tuple[str, ...], make: Any,
               **more: Any) -> Node:  # fmt: skip
-    return hidden(name, unit, long_name, make, needs, width=COMPLEX, **more)
+    return hidden(name, unit, long_name, make, needs, width=16, **more)
 
 
 def _gravity(scope: str, first_only: bool) -> Node:

@@ -12,12 +12,6 @@ __all__ = ["NODES"]
 
 API = "API 618"
 
-_OF_CYLINDERS = (
-    "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "pressure_scale",
-    "crankcase_pressure", "piston_mass", "speed", "cylinder_set",
-)  # fmt: skip
-"""What the extremes of the loads need that broadcasts."""
-
 
 def _extremes(*, family: Any, cylinders_by_count: Any, curve_period: Any, **needs: Any) -> Any:
     # Kernels are imported where they are called: importing the graph compiles and loads none.
@@ -66,7 +60,10 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "rod_load_extremes", "N", "extremes and reversal of the rod loads",
-        _extremes, (*_OF_CYLINDERS, "family", "cylinders_by_count", "curve_period"), width=48,
+        _extremes,
+        ("crank_ratio", "double_radius", "offset_ratio", "bore", "row", "pressure_scale",
+         "crankcase_pressure", "piston_mass", "speed", "cylinder_set", "family",
+         "cylinders_by_count", "curve_period"), width=48,
     ),
     _extreme("gas_load_compression", "P_{g,+}", "gas_compression",
              "largest gas load that compresses the piston rod", ("gas_force", "above")),

@@ -29,9 +29,6 @@ __all__ = [
     "without_cylinders",
 ]
 
-MOST_STEPS, SPEED_FOUND = 40, 1e-12
-"""Most solutions of a search for the nominal speed, and its relative error."""
-
 CLOSE_CURVES = {f"{name}_close": name for name in CURVE_NAMES}
 """Curves of the solution at close points, by what they are called here."""
 
@@ -138,7 +135,7 @@ def _speed_search(key: str, extreme: str) -> Any:
         target = np.asarray(needs.pop(key))
         del needs["wanted"], needs["progress"]
         wanted_delta, speed = needs.pop("wanted_delta", None), target
-        for _ in range(MOST_STEPS):
+        for _ in range(40):
             given = {**without_cylinders(period), **needs, "speed": speed}
             if wanted_delta is not None:
                 found = _search(**given, wanted_delta=wanted_delta)
@@ -146,7 +143,7 @@ def _speed_search(key: str, extreme: str) -> Any:
             ratio = target / _solve(**given, close_angle=None, wanted=[extreme])[extreme]
             ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution then tells what failed
             speed = speed * ratio
-            if np.abs(ratio - 1.0).max() <= SPEED_FOUND:
+            if np.abs(ratio - 1.0).max() <= 1e-12:
                 break
         return {"speed_found": speed}
 

@@ -91,13 +91,6 @@ def _torque_after_throw(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
     )  # fmt: skip
 
 
-_ALONG_SHAFT = (
-    "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "pressure_scale",
-    "crankcase_pressure", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
-)  # fmt: skip
-"""What the torque along the shaft needs that broadcasts, friction over the stroke aside."""
-
-
 def _shaft_extremes(
     *, family: Any, cylinders_by_count: Any, curve_period: Any, **needs: Any
 ) -> Any:
@@ -236,7 +229,9 @@ NODES: tuple[Node, ...] = (
     hidden(
         "shaft_torque_extremes", "N m", "extremes of the torque along the shaft",
         _shaft_extremes,
-        (*_ALONG_SHAFT, *FRICTION_NAMES, "family", "cylinders_by_count", "curve_period"),
+        ("crank_ratio", "double_radius", "offset_ratio", "bore", "row", "pressure_scale",
+         "crankcase_pressure", "reciprocating_mass", "speed", "friction_torque", "cylinder_set",
+         *FRICTION_NAMES, "family", "cylinders_by_count", "curve_period"),
         throws=True, width=shaft_torque.EXTREMES.itemsize,
     ),
     Node(

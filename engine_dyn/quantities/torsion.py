@@ -30,7 +30,7 @@ __all__ = ["NODES"]
 COMPLEX = 16
 """Bytes of a harmonic."""
 
-OF_RESPONSE, OF_MODES = 3000, 6000
+OF_MODES = 6000
 """Bytes of a shaft of some ten discs with what is referred, and with its matrices."""
 
 
@@ -63,15 +63,6 @@ def _load_slope(when: str, needs: tuple[str, ...], make: Any) -> Node:
         make, needs, when=when,
     )  # fmt: skip
 
-
-_LOAD_SLOPES = (
-    *(_load_slope(law.name, ("speed", *law.needs), _slope(law.name))
-      for law in LAWS if law.torque is not None),
-    _load_slope("table with_driver", ("driven", "speed"),
-                lambda driven, speed: _table_slope(driven, speed)),
-    _load_slope("table no_driver", ("driven", "speed", "load_gear"),
-                lambda driven, speed, load_gear: _table_slope(driven, speed, load_gear)),
-)  # fmt: skip
 
 _INERTIAS = ("disc_inertia", "damper_inertia", "shaft_gear_ratio", *PENDULUMS)
 _ELASTIC = (
@@ -366,7 +357,11 @@ _DISC_ANGLE = "angle of each disc against uniform rotation"
 _SHAFT_TORQUE = "vibratory torque in each shaft"
 
 NODES: tuple[Node, ...] = (
-    *_LOAD_SLOPES,
+    *(_load_slope(law.name, ("speed", *law.needs), _slope(law.name))
+      for law in LAWS if law.torque is not None),
+    _load_slope("table with_driver", (), lambda driven, speed: _table_slope(driven, speed)),
+    _load_slope("table no_driver", (),
+                lambda driven, speed, load_gear: _table_slope(driven, speed, load_gear)),
     hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
            lambda: 0.0, when="steady_load"),
     hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
@@ -520,7 +515,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
         public=False, can_fail=True, source=WILSON, make=_respond,
-        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"), width=OF_RESPONSE,
+        of_shaft=_ALL, gives=(*_RESULTS, "torsion_status"), width=3000,
         needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
                *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
                f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing",

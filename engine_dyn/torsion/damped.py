@@ -23,18 +23,6 @@ from engine_dyn.types import Complexes, Floats
 
 __all__ = ["DampedModes", "damped_critical_speeds", "damped_modes"]
 
-SWINGS = 0.1
-"""Least Im s/|s| of a mode; what is damped more (above 0.995) dies before it swings."""
-
-TUNED = 1e-9
-"""Relative detuning of a pendulum at its own order, where its inertia is infinite."""
-
-FREE = 1e-6
-"""Part of the lowest frequency without damping below which a root is that of what turns freely."""
-
-STIFF = 1e8
-"""Frequency over the lowest from which modes are left out: eight digits, and no part in others."""
-
 
 class DampedModes(NamedTuple):
     """Modes that swing, from the lowest natural frequency; NaN past the last.
@@ -79,7 +67,8 @@ def damped_critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
     state = _state(system, 0.0)
     size = state.matrix.shape[-1] // 2
     following = _form(state.twist, system.speed_stiffness)[..., None, :, :]
-    inertia = (1.0 + TUNED) * np.eye(size) - following / nu[:, None, None] ** 2
+    # At its own order a pendulum has an infinite inertia: it is detuned by 1e-9.
+    inertia = (1.0 + 1e-9) * np.eye(size) - following / nu[:, None, None] ** 2
     lower = np.linalg.solve(inertia, state.matrix[..., None, size:, :])
     upper = np.broadcast_to(state.matrix[..., None, :size, :], lower.shape)
     both = np.concatenate([upper, lower], axis=-2)
@@ -99,7 +88,8 @@ class _State(NamedTuple):
 def _state(system: ShaftSystem, speed: Any) -> _State:
     squares, angle, twist = elastic_modes(system, speed)
     lowest = squares[..., :1] if squares.shape[-1] else np.zeros((*squares.shape[:-1], 1))
-    left = ~(squares < STIFF**2 * lowest)[..., None]
+    # Eight digits hold modes up to 1e8 times the lowest; those beyond have no part in them.
+    left = ~(squares < 1e8**2 * lowest)[..., None]
     omega = np.where(left[..., 0], 0.0, np.sqrt(squares))
     own, between = free_vectors(system, speed)
     angle = np.concatenate([own, np.where(left, 0.0, angle)], axis=-2)
@@ -126,7 +116,9 @@ def _swinging(matrix: Complexes, lowest: Floats, count: int) -> Complexes:
     """Eigenvalues that swing, by their size; NaN past the last."""
     roots = np.linalg.eigvals(matrix)
     length = np.abs(roots)
-    swings = (roots.imag > SWINGS * length) & (length > FREE * lowest)
+    # What is damped more, above 0.995, dies before it swings; what turns freely has a root that is
+    # rounding.
+    swings = (roots.imag > 0.1 * length) & (length > 1e-6 * lowest)
     roots = np.where(swings, roots, np.nan)
     order = np.argsort(np.abs(roots), axis=-1)[..., :count]
     return np.asarray(np.take_along_axis(roots, order, axis=-1))

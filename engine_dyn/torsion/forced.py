@@ -59,10 +59,6 @@ DETUNED = 1e-12
 SMALL = 1e-6
 """Where |k* + Z| is this part of its terms, and torques act behind it, six digits are lost."""
 
-NEAR_RESONANCE = 1e-9
-"""Least |1 - omega_m^2/w^2| (the loss factor, if larger) that leaves a steady state: frequencies
-have ten digits."""
-
 AT_ONCE = 1024
 """Cases that a thread takes at once."""
 
@@ -538,7 +534,9 @@ def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Boole
     lost = twist[0] ** 2 @ (stiffness * tree.loss_factor[design])
     viscous = twist[0] ** 2 @ tree.damping[design] + angle[0] ** 2 @ tree.disc_damping[design]
     gap = squares[0] + 1j * (lost + w[:, None] * viscous) - (w**2)[:, None]
-    return np.asarray((np.abs(gap) <= NEAR_RESONANCE * (w**2)[:, None]).any(axis=-1))
+    # Frequencies have ten digits: closer than this, or than the loss factor, no steady state is
+    # left.
+    return np.asarray((np.abs(gap) <= 1e-9 * (w**2)[:, None]).any(axis=-1))
 
 
 def largest_order(harmonics: Any, orders: Any) -> tuple[Any, Any]:

@@ -29,9 +29,6 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["critical_squares", "graded_modes", "modes_below"]
 
-MOST_SWEEPS = 60
-"""Rotations of all pairs; some ten are enough."""
-
 LOW, HIGH = 1e-30, 1e60
 """Squares of frequencies [rad2/s2] between which all are."""
 
@@ -123,7 +120,8 @@ def _orthogonalise(vectors: Floats, turned: Floats) -> None:
     """
     count, size = vectors.shape
     right_angle = size * 2.2e-16
-    for _ in range(MOST_SWEEPS):
+    # Each sweep rotates all pairs; some ten are enough.
+    for _ in range(60):
         turning = False
         for i in range(count - 1):
             for j in range(i + 1, count):

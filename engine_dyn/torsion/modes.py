@@ -36,12 +36,6 @@ __all__ = [
 WIDE = 1e6
 """Largest over least omega^2 that is left to eigenvalues, which then have ten digits."""
 
-ALIKE = 1e-9
-"""Part by which amplitudes differ that count as equally large."""
-
-STILL = 1e-12
-"""Part of the largest amplitude below which a disc does not move: the rounding of eigenvectors."""
-
 
 class Modes(NamedTuple):
     """Elastic modes, from the lowest; NaN where a design has fewer than others.
@@ -89,13 +83,15 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
     shape = amplitude[..., system.node_of_disc] * system.ratio[..., None, :]
     size = np.abs(shape)
     if unit is None:
-        most = size >= (1.0 - ALIKE) * size.max(axis=-1, keepdims=True)
+        # Amplitudes that differ by less than this part count as equally large.
+        most = size >= (1.0 - 1e-9) * size.max(axis=-1, keepdims=True)
         place = most.argmax(axis=-1)
     else:
         place = np.full(shape.shape[:-1], unit)
     with np.errstate(divide="ignore", invalid="ignore"):
         over = 1.0 / np.take_along_axis(shape, place[..., None], axis=-1)
-        moves = size > STILL * size.max(axis=-1, keepdims=True)
+        # A disc does not move below the rounding of eigenvectors.
+        moves = size > 1e-12 * size.max(axis=-1, keepdims=True)
         shape = np.where(moves, shape * over, 0.0 * np.abs(over))
         return Modes(np.sqrt(squares), shape, over[..., 0] ** 2, twist * over)
 

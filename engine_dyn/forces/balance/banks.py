@@ -12,10 +12,6 @@ from engine_dyn.geometry.cylinders import Cylinders
 
 __all__ = ["hangs_on_bank_offset"]
 
-LEAST = 1e-3
-"""A moment over that of one cylinder's inertia force at the distance, below which it is none: V12
-engines keep 3e-4 of sixth order."""
-
 
 @lru_cache(maxsize=256)
 def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:
@@ -41,7 +37,9 @@ def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:
         )  # fmt: skip
         return float(gear.moment_max() if order is None else gear.moment_ellipse(order).major)
 
-    return moment(1.0, 0.0) < LEAST < moment(1e-12, 1.0)
+    # A moment is none below this part of that of one cylinder's inertia force at the distance: V12
+    # engines keep 3e-4 of sixth order.
+    return moment(1.0, 0.0) < 1e-3 < moment(1e-12, 1.0)
 
 
 def _is_star(banks: tuple[float, ...]) -> bool:

@@ -13,12 +13,6 @@ from engine_dyn.types import Complexes, Floats
 __all__ = ["least_mean_square", "least_peak"]
 
 
-MOST_CUTS = 60
-"""Of parabolas; each was not known before, and some ten are usual."""
-
-ENOUGH = 1e-12
-"""A parabola counts as higher if it exceeds the largest known square by more than this part."""
-
 Parabola = tuple[float, float, float]
 """Square, half its slope and bend, at the fraction 0."""
 
@@ -110,11 +104,13 @@ def _lowest_of_all(square: Floats, slope: Floats, bend: Floats) -> float:
     below, above = 0.0, 1.0
     low, high = _highest(square, slope, bend, below), _highest(square, slope, bend, above)
     here = below
-    for _ in range(MOST_CUTS):
+    # Each parabola was not known before, and some ten are usual.
+    for _ in range(60):
         here = min(max(_lowest_of_two(low, high), below), above)
         known = max(_value(low, here), _value(high, here))
         new = _highest(square, slope, bend, here)
-        if not _value(new, here) > known * (1.0 + ENOUGH):
+        # A parabola counts as higher if it exceeds the largest known square by more than this.
+        if not _value(new, here) > known * (1.0 + 1e-12):
             break
         if new[1] + here * new[2] > 0.0:
             high, above = new, here

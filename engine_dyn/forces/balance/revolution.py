@@ -34,7 +34,7 @@ COSINE, SINE, ALONG, ACROSS, PLACE, BANK, RADIUS, SIDE = range(8)
 TURN_SAMPLES = 360
 """Of a revolution, to look for the largest vector."""
 
-FINER, ROUNDS = 8, 3
+FINER = 8
 """The neighbourhood of the largest sample is sampled again, FINER times finer, in ROUNDS rounds;
 a parabola through the last samples then errs by less than 1e-9 of the largest vector."""
 
@@ -191,7 +191,7 @@ def largest_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) -> No
                     best, crest = i, top
         step = 2.0 * math.pi / samples
         centre = best * step
-        for _ in range(ROUNDS):
+        for _ in range(3):
             step /= FINER
             place, most = 0, -1.0
             for k in range(-FINER, FINER + 1):

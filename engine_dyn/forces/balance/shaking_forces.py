@@ -50,9 +50,6 @@ CANCELLED = 1e-13
 """Fraction of the sum of all cylinders' forces, by size, below which their vector sum is rounding.
 """
 
-NOTHING = 1e-9
-"""Fraction of one cylinder's force, times the cylinders, that is rounding."""
-
 
 @dataclass(frozen=True, eq=False)
 class RunningGear:
@@ -274,7 +271,8 @@ class RunningGear:
 
     def _rounding(self, moment: bool) -> Any:
         mass = np.abs(np.asarray(self.reciprocating_mass)) * self.crank_radius
-        return NOTHING * mass * self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
+        # This fraction of one cylinder's force, times the cylinders, is rounding.
+        return 1e-9 * mass * self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
 
     def _sum(self, phi: Any, moment: bool) -> Any:
         angle = np.asarray(phi, dtype=float)
