@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.torsion.dampers import optimum_tuned, optimum_viscous
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.modes import (
     critical_speeds,
@@ -21,6 +20,7 @@ from engine_dyn.torsion.modes import (
     natural_modes,
     resonance_angle,
 )
+from engine_dyn.torsion.shaft import optimum_tuned, optimum_viscous
 from engine_dyn.torsion.synthesis import half_range
 from engine_dyn.torsion.system import ShaftSystem, matrices, shaft_system
 from engine_dyn.units import DEGREE, RPM

@@ -1,15 +1,38 @@
-"""Reduction of rod and crank throw to two masses; inertia of the running gear."""
+r"""Reduction of rod and crank throw to two masses; inertia of the running gear.
+
+Complex harmonics of the reduced piston velocity, with any offset, for arrays of designs.
+
+    v(phi) = c/(r omega) = sum_m v_m exp(i m phi),  v_-m = conj(v_m),  v_0 = 0
+
+by the discrete Fourier transform of equally spaced samples, docs/method.md (9). The rod's angle has
+its singularities where sin(theta) = e/r +- 1/lambda, so that v_m falls off as rho^-m at least, with
+s = 1/lambda - |e/r| and rho = s + sqrt(s^2 - 1). A design has as many harmonics as bring that to
+rounding; how many hangs on the design alone. The acceleration is the slope of v, b_m = i m v_m.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.compilation import kernel
 from engine_dyn.geometry import slider_crank
-from engine_dyn.geometry.velocity_waves import mean_square
+from engine_dyn.geometry.slider_crank import (
+    offset_velocity_at,
+    sine_of_top,
+    sum_of_angles,
+    velocity,
+)
+from engine_dyn.types import Floats, Integers
 
 __all__ = [
+    "AT_ONCE",
+    "by_highest_order",
     "crank_mass_at_pin",
     "engine_inertia",
     "mean_square_velocity",
@@ -17,6 +40,7 @@ __all__ = [
     "rod_mass_at_crank",
     "rod_mass_at_piston",
     "rotating_mass",
+    "velocity_waves",
 ]
 
 
@@ -113,3 +137,92 @@ def engine_inertia(
     """
     reciprocating = reciprocating_mass * mean_square_velocity(crank_ratio, offset)
     return cylinders * crank_radius**2 * (reciprocating + rotating_mass)
+
+
+HIGHEST = (24, 96, 384)
+"""Orders up to which the velocity is followed: enough up to crank ratios of 0.45, 0.93 and 0.996
+without offset. Above, the last leaves out less than rho^-384."""
+
+LEFT_OUT = 1e-15
+"""Bound on rho^-m behind the highest order."""
+
+AT_ONCE = 4096
+"""Designs whose harmonics exist at the same time."""
+
+
+def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int, Integers]]:
+    """Numbers of harmonics, and the places of the designs that need so many.
+
+    `crank_ratio`, lambda [1], and `offset`, that of the pin's line over the crank radius [1], are
+    flat arrays.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = 1.0 / crank_ratio - np.abs(offset)
+        rho = reach + np.sqrt(reach * reach - 1.0)
+        enough = [rho ** -float(most) <= LEFT_OUT for most in HIGHEST[:-1]]
+    first = np.select([*enough, np.isnan(rho)], [*range(len(enough)), 0], len(enough))
+    for number, most in enumerate(HIGHEST):
+        designs = np.flatnonzero(first == number)
+        if designs.size:
+            yield most, designs
+
+
+def velocity_waves(crank_ratio: Floats, offset: Floats, highest: int) -> tuple[Floats, Floats]:
+    """Real and imaginary part of v_m of the orders 0 to `highest`, shape (designs, orders).
+
+    Parameters as `by_highest_order`. Where the crank cannot turn, the harmonics are NaN.
+    """
+    real, imaginary = np.empty((2, crank_ratio.size, highest + 1))
+    _transform(crank_ratio, offset, *_waves(highest), real, imaginary)
+    return real, imaginary
+
+
+@cache
+def _waves(highest: int) -> tuple[Floats, Floats]:
+    """Sine and cosine of every order at the angles of the samples, (order, sample)."""
+    samples = 8 * highest // 3
+    angle = np.outer(np.arange(highest + 1), np.arange(samples)) % samples
+    return np.sin(angle * (2.0 * np.pi / samples)), np.cos(angle * (2.0 * np.pi / samples))
+
+
+def mean_square(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> Floats:
+    """Mean of v^2 over a revolution [1]; the arguments broadcast.
+
+    The mean of equally spaced samples, twice as many as a design has harmonics: what they leave out
+    falls off as rho^-m too, and lies far below rounding. By NumPy, because commands that solve
+    nothing ask for it, and Numba takes half a second to import.
+    """
+    ratio, e = np.broadcast_arrays(
+        np.asarray(crank_ratio, dtype=np.float64), np.asarray(offset, dtype=np.float64)
+    )
+    ratios, offsets, result = ratio.reshape(-1), e.reshape(-1), np.empty(ratio.size)
+    for highest, designs in by_highest_order(ratios, offsets):
+        angle = np.linspace(0.0, 2.0 * np.pi, 2 * highest, endpoint=False)
+        for begin in range(0, designs.size, AT_ONCE):
+            some = designs[begin : begin + AT_ONCE]
+            v = velocity(angle, ratios[some, np.newaxis], offsets[some, np.newaxis])
+            result[some] = (v * v).mean(axis=1)
+    return result.reshape(ratio.shape)
+
+
+@kernel
+def _transform(
+    ratio: Floats, offset: Floats, sine: Floats, cosine: Floats, real: Floats, imaginary: Floats
+) -> None:
+    """Harmonics of each design, from samples at the angles of these sines and cosines."""
+    samples = sine.shape[1]
+    sampled = np.empty(samples)
+    for design in range(ratio.size):
+        lamda, e = ratio[design], offset[design]
+        top = sine_of_top(lamda, e)
+        upright = math.sqrt(1.0 - top * top)
+        for i in range(samples):
+            s, c = sum_of_angles(sine[1, i], cosine[1, i], top, upright)
+            sampled[i] = offset_velocity_at(s, c, lamda, e) / samples
+        real[design, 0] = imaginary[design, 0] = 0.0
+        for order in range(1, real.shape[1]):
+            one, other = 0.0, 0.0
+            for i in range(samples):
+                one += sampled[i] * cosine[order, i]
+                other -= sampled[i] * sine[order, i]
+            real[design, order], imaginary[design, order] = one, other

@@ -45,6 +45,8 @@ The mechanism is that of textbooks (Norton, Design of Machinery: the offset four
 Mettig, Die Konstruktion schnellaufender Verbrennungsmotoren, as series in lambda and e; neither was
 compared page by page): everything here is derived above and tested against the closed triangle.
 Rods that hang on a master rod (radial engines, some V engines) move otherwise: not covered.
+
+Volume of a cylinder over the crank angle.
 """
 
 from __future__ import annotations
@@ -62,8 +64,10 @@ __all__ = [
     "DeadCentres",
     "acceleration",
     "angle_of_travel",
+    "clearance_volume",
     "crank_radius",
     "crank_radius_of_ratio",
+    "cylinder_volume",
     "dead_centres",
     "position",
     "rod_angle",
@@ -479,3 +483,33 @@ def velocity_and_slopes_at(
         cosine - sine * tangent + cosine * slope,
         cosine * (bend - tangent) - sine * (1.0 + 2.0 * slope),
     )
+
+
+def clearance_volume(swept_volume: Any, compression_ratio: Any) -> Any:
+    """Smallest volume of a cylinder, V_h/(epsilon - 1), in the unit of the swept volume.
+
+    The compression ratio epsilon is the largest over the smallest volume [1]; both broadcast.
+    """
+    return swept_volume / (compression_ratio - 1.0)
+
+
+def cylinder_volume(travel: Any, area: Any, stroke: Any, compression_ratio: Any) -> Any:
+    """Volume above the piston [m3]: V_h/(epsilon - 1) + A x, docs/method.md (121).
+
+    Parameters
+    ----------
+    travel : array_like
+        Travel x of the piston from top dead centre [m].
+    area : array_like
+        Area A of the piston [m2].
+    stroke : array_like
+        Stroke s [m]; the swept volume V_h is A s.
+    compression_ratio : array_like
+        Largest over smallest volume [1]. All broadcast.
+
+    Examples
+    --------
+    >>> round(cylinder_volume(0.18, 0.01, 0.18, 10.0), 6)  # at bottom dead centre: 10/9 A s
+    0.002
+    """
+    return clearance_volume(area * stroke, compression_ratio) + area * travel

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import flywheel
-from engine_dyn.forces import energy_levels
 from engine_dyn.geometry import masses
 from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, parameter
@@ -116,7 +115,7 @@ def _flywheel_required(
 
 
 def _net(torque: Any, load_over_angle: Any) -> Any:
-    return energy_levels.net_torque(torque, load_over_angle)
+    return flywheel.net_torque(torque, load_over_angle)
 
 
 def _step(crank_angle: Any) -> float:
@@ -125,14 +124,14 @@ def _step(crank_angle: Any) -> float:
 
 
 def _excess_energy(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
-    return energy_levels.excess_energy(_net(torque, load_over_angle), _step(crank_angle))
+    return flywheel.excess_energy(_net(torque, load_over_angle), _step(crank_angle))
 
 
 def _crossing(which: int) -> Callable[..., Any]:
     def make(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
         first = float(np.asarray(crank_angle).reshape(-1)[0])
         net = _net(torque, load_over_angle)
-        return energy_levels.crossings(net, first, _step(crank_angle))[which]
+        return flywheel.crossings(net, first, _step(crank_angle))[which]
 
     return make
 
@@ -329,12 +328,12 @@ NODES = (
         "crossing_angle", r"\varphi_c", "degree",
         "crank angle at which the torque crosses the load, both about their means",
         _ENERGY, si=DEGREE, adds=("crossing",), removes=("crank_angle",),
-        make=_crossing(0), width=8 * energy_levels.MOST_CROSSINGS,
+        make=_crossing(0), width=8 * flywheel.MOST_CROSSINGS,
     ),
     Node(
         "crossing_energy", "E_c", "J", "excess energy where the torque crosses the load",
         _ENERGY, adds=("crossing",), removes=("crank_angle",),
-        make=_crossing(1), width=8 * energy_levels.MOST_CROSSINGS,
+        make=_crossing(1), width=8 * flywheel.MOST_CROSSINGS,
     ),
     Node(
         "energy_fluctuation", "C_E", "1",

@@ -1,4 +1,4 @@
-"""Keys and nodes of the friction by component: see `engine_dyn.loads.friction_components`."""
+"""Keys and nodes of the friction by component: see `engine_dyn.loads.friction`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads import friction_components as components
+from engine_dyn.loads import friction as components
 from engine_dyn.quantities.arithmetic import product
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import BAR

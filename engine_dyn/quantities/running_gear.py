@@ -12,7 +12,7 @@ from engine_dyn.geometry.cylinder_means import (
     mean_stroke_ratio,
     throws_per_cylinder,
 )
-from engine_dyn.geometry.cylinder_volume import cylinder_volume
+from engine_dyn.geometry.slider_crank import cylinder_volume
 from engine_dyn.loads import friction
 from engine_dyn.quantities.friction import train_of
 from engine_dyn.quantities.node import Node, hidden

@@ -20,9 +20,8 @@ from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_limits import PENDULUMS, joined
 from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
-from engine_dyn.torsion.shaft import Shaft
+from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
-from engine_dyn.torsion.throws import mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.units import DEGREE, RPM
 
 __all__ = ["NODES"]

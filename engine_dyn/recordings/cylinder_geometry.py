@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry import slider_crank
-from engine_dyn.geometry.cylinder_volume import clearance_volume
+from engine_dyn.geometry.slider_crank import clearance_volume
 from engine_dyn.types import Floats
 
 __all__ = ["CylinderGeometry"]

@@ -6,10 +6,13 @@ springs to the frame; a ring that only a viscous damper joins) it turns freely: 
 frequency 0, their number follows from the tree, and they are left out. The first mode is the first
 elastic one. Where the frequencies spread so far that eigenvalues lose the low ones, they come from
 `graded`; with all losses, from `damped`.
+
+How far an order moves a disc of the elastic shaft from where the rigid shaft would move it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +27,7 @@ __all__ = [
     "checked_orders",
     "critical_speeds",
     "elastic_modes",
+    "elastic_over_rigid",
     "free_parts",
     "free_vectors",
     "modal_damping",
@@ -276,3 +280,48 @@ def checked_orders(orders: Any) -> Floats:
     if not (nu > 0.0).all():
         raise ValueError(f"orders: {nu[~(nu > 0.0)][0]:g}: must be above 0")
     return nu
+
+
+def elastic_over_rigid(
+    system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any, disc: int
+) -> Floats:
+    """Angle of a disc over that of the rigid shaft, without damping, shape (speeds, orders).
+
+    K theta - omega^2 J theta = U against -omega^2 sum(J) theta = sum(U). At low orders and speeds
+    it is 1; at a natural frequency it is infinite.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        One design.
+    orders : array_like
+        nu.
+    speed : array_like
+        Of the crank [rad/s].
+    throws : sequence of int
+        Disc on which each torque acts.
+    torque : array_like of complex
+        Its harmonics in any unit, shape (throws, orders); an order whose sum is 0 gives NaN.
+    disc : int
+        Disc whose angle is compared, referred to the crank.
+    """
+    nu, given = checked_orders(orders), np.asarray(torque, dtype=complex)
+    square = (np.ravel(speed)[:, None] * nu) ** 2
+    acting = np.zeros((system.parent.size, nu.size), dtype=complex)
+    for throw, at in enumerate(throws):
+        acting[system.node_of_disc[at]] += system.ratio[at] * given[throw]
+    rigid = -acting.sum(axis=0) / (square * system.inertia.sum())
+    torques = list(acting)
+    dynamic = [g - square * j for g, j in zip(system.ground_stiffness, system.inertia, strict=True)]
+    with np.errstate(divide="ignore", invalid="ignore"):  # an order meets a frequency exactly
+        for node in range(system.parent.size - 1, 0, -1):
+            parent, stiff = system.parent[node], system.stiffness[node]
+            pivot = stiff + dynamic[node]
+            dynamic[parent] = dynamic[parent] + stiff * dynamic[node] / pivot
+            torques[parent] = torques[parent] + stiff * torques[node] / pivot
+        angle = [torques[0] / dynamic[0]]
+        for node in range(1, system.parent.size):
+            stiff = system.stiffness[node]
+            turned = torques[node] + stiff * angle[system.parent[node]]
+            angle.append(turned / (stiff + dynamic[node]))
+        return np.asarray(np.abs(angle[system.node_of_disc[disc]] / rigid))

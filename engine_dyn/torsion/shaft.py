@@ -1,24 +1,49 @@
-"""The shaft of an engine as people describe it: discs by name, and numbers that vary.
+r"""The shaft of an engine as people describe it: discs by name, and numbers that vary.
 
 What is the same for all designs (names, what joins what, where the throws, the flywheel and the
 load are) is a `Shaft`. Its numbers go by keys, such as `disc_inertia_3`, which scenes may vary;
 they and a `Shaft` make a `ShaftSystem`.
+
+Dampers, pendulums, and loads that damp.
+
+A ring of inertia J_d on a hub is a disc, and what holds it a shaft: with viscous damping alone
+(Houdaille), with stiffness and loss factor (rubber), or with both. Here are the values that are
+best for one mode of modal inertia J_m and natural frequency omega_m, mu = J_d/J_m, and what makes
+a pendulum a disc on a shaft.
+
+What the cylinders of an engine put on the discs of its throws, besides the orders of the torque.
+
+The orders themselves are those of `engine_dyn.forces.harmonics.of_throws`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.torsion.dampers import Pendulum, pendulum
+from engine_dyn.forces.superposition import along_shaft
+from engine_dyn.geometry.cylinder_means import mean_square, value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.pressure.family import Family
 from engine_dyn.torsion.stress import shaft_stiffness
 from engine_dyn.torsion.system import ShaftSystem, shaft_system
 from engine_dyn.types import Floats
 
-__all__ = ["MOST_DAMPERS", "MOST_GEARS", "MOST_OF_SCENE", "Shaft", "Table"]
+__all__ = [
+    "MOST_DAMPERS",
+    "MOST_GEARS",
+    "MOST_OF_SCENE",
+    "Shaft",
+    "Table",
+    "mean_torques_of_throws",
+    "optimum_tuned",
+    "optimum_viscous",
+    "pendulum",
+    "reciprocating_inertia_of_throws",
+]
 
 MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
 """Most discs, gears and dampers of a shaft whose numbers have keys; shafts of ships have some 30
@@ -265,3 +290,179 @@ def _paths(start: int, links: Sequence[tuple[int, int]]) -> dict[int, list[int]]
 def stacked(values: list[Any]) -> Floats:
     """Numbers and arrays that broadcast, along a new last axis."""
     return np.stack(np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in values)), axis=-1)
+
+
+class Optimum(NamedTuple):
+    """What holds a damper's ring, and the largest amplitude with it.
+
+    Attributes
+    ----------
+    stiffness : array_like
+        [N m/rad].
+    damping : array_like
+        [N m s/rad].
+    magnifier : array_like
+        Largest amplitude of the mode over that of its static twist [1].
+    """
+
+    stiffness: Any
+    damping: Any
+    magnifier: Any
+
+
+def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
+    """Best viscous damping c = 2 zeta J_d omega_m of a ring without spring.
+
+    zeta = 1/sqrt(2 (1 + mu) (2 + mu)); the peak 1 + 2/mu lies at omega_m sqrt(2/(2 + mu)), where
+    all curves of other damping pass. Den Hartog, Mechanical Vibrations, on the Houdaille damper.
+
+    Parameters
+    ----------
+    ring, modal_inertia : array_like
+        Of the damper's ring; of the mode, over the square of the hub's amplitude [kg m2].
+    omega : array_like
+        Natural frequency of the mode [rad/s].
+    """
+    mu = ring / modal_inertia
+    zeta = (2.0 * (1.0 + mu) * (2.0 + mu)) ** -0.5
+    return Optimum(0.0 * mu, 2.0 * zeta * ring * omega, 1.0 + 2.0 / mu)
+
+
+def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
+    """Best spring and viscous damping of a ring; parameters as `optimum_viscous`.
+
+    Tuned to omega_m/(1 + mu), with zeta = c/(2 J_d omega_m) = sqrt(3 mu/(8 (1 + mu)^3)). The
+    magnifier is that of the two fixed points, sqrt(1 + 2/mu); the peak is up to 1.3 percent
+    higher for mu up to 1. Den Hartog, Mechanical Vibrations, on the damped absorber.
+    """
+    mu = ring / modal_inertia
+    tuned = omega / (1.0 + mu)
+    zeta = (0.375 * mu / (1.0 + mu) ** 3) ** 0.5
+    return Optimum(ring * tuned**2, 2.0 * zeta * ring * omega, (1.0 + 2.0 / mu) ** 0.5)
+
+
+class Pendulum(NamedTuple):
+    """A centrifugal pendulum as a disc on a shaft.
+
+    Attributes
+    ----------
+    inertia : array_like
+        Of the disc [kg m2].
+    speed_stiffness : array_like
+        Stiffness of the shaft over the square of the crank's speed [kg m2].
+    order : array_like
+        To which it is tuned, of the turns of its carrier [1].
+    swing : array_like
+        Its swing on the carrier over the twist of the shaft [1].
+    """
+
+    inertia: Any
+    speed_stiffness: Any
+    order: Any
+    swing: Any
+
+
+def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulum:
+    r"""Small swings of a pendulum that the centrifugal force holds.
+
+    With its suspension at R from the shaft, a pendulum of length r that swings by psi moves
+    s = (R + r) theta + r psi along its path: kinetic energy m s'^2/2. To second order it comes
+    closer to the shaft by R r psi^2/(2 (R + r)), in the centrifugal field
+    the potential m R r Omega^2 psi^2/2. With chi = s/(R + r), that is the energy of a disc of
+    inertia m (R + r)^2 at the angle chi on a shaft of stiffness m (R + r)^2 n^2 Omega^2,
+    n^2 = R/r. At order nu, carrier and pendulum together have the inertia
+    m (R + r)^2/(1 - nu^2/n^2): Thomson, Theory of Vibration, section 5.7. The mass is a point, or
+    does not turn on the carrier (two suspensions); then its own inertia is the carrier's.
+
+    Parameters
+    ----------
+    mass : array_like
+        Of all pendulums on the carrier [kg].
+    distance, length : array_like
+        R and r [m].
+    ratio : array_like
+        Speed of the carrier over that of the crank [1].
+    """
+    inertia = mass * (distance + length) ** 2
+    square = distance / length
+    return Pendulum(inertia, inertia * square * ratio**2, square**0.5, 1.0 + square)
+
+
+def load_damping(torque: Any, exponent: Any, speed: Any, offset: Any = 0.0) -> Any:
+    """Damping [N m s/rad] of a disc whose load is a + k omega^alpha, alpha (M - a)/omega.
+
+    The slope of the load at its mean torque M [N m] and the speed of the disc [rad/s].
+    """
+    return exponent * (torque - offset) / speed
+
+
+def reciprocating_inertia_of_throws(
+    reciprocating_mass: Any, crank_radius: Any, crank_ratio: Any, offset: Any, cylinder_set: Any,
+    by_count: CylindersByCount, throws: Any,
+) -> Any:  # fmt: skip
+    """Cycle mean of the inertia of the reciprocating masses of each throw [kg m2].
+
+    m r^2 sum f_m f_r^2 mean (c/(r omega))^2 over the cylinders of a throw: see
+    `masses.engine_inertia`. `throws` are numbers of throws from 1, and broadcast; NaN past the
+    last one. Other arguments as of `cylinder_means.engine_inertia_of_cylinders`.
+    """
+
+    def of_one(member: Member) -> Any:
+        return mean_square(member, crank_ratio, offset)
+
+    moment = reciprocating_mass * crank_radius**2
+    return moment * _of_throws(of_one, cylinder_set, by_count, throws)
+
+
+def mean_torques_of_throws(
+    lever: Any, crank_ratio: Any, offset: Any, row: Any, family: Family, friction_torque: Any,
+    cylinder_set: Any, by_count: CylindersByCount, throws: Any,
+) -> Any:  # fmt: skip
+    """Mean torque on each throw [N m]: that of the gas, less each cylinder's share of the friction.
+
+    Parameters
+    ----------
+    lever : array_like
+        Crank radius times piston area times the factor on the diagram [m3].
+    crank_ratio, offset, row, family
+        As of `engine_dyn.speed.mean_gas.mean_gas_torque`.
+    friction_torque : array_like
+        Mean, of the whole engine [N m]; all cylinders have the same part of it.
+    cylinder_set, by_count, throws
+        As of `reciprocating_inertia_of_throws`.
+    """
+    from engine_dyn.speed.mean_gas import mean_gas_torque
+
+    known: dict[tuple[Any, ...], Any] = {}
+
+    def of_one(member: Member) -> Any:
+        key = member.pressure_factor, member.radius_factor, member.side
+        if key not in known:
+            own = member.own(crank_ratio, offset)
+            known[key] = member.radius_factor * mean_gas_torque(
+                own.crank_ratio, row, family, own.offset, member.pressure_factor
+            )
+        return known[key]
+
+    friction = value_of_sets(cylinder_set, by_count, lambda engine: 1.0 / engine.count)
+    pistons = _of_throws(lambda _: 1.0, cylinder_set, by_count, throws)
+    gas = _of_throws(of_one, cylinder_set, by_count, throws)
+    return lever * gas - friction_torque * friction * pistons
+
+
+def _of_throws(
+    of_one: Callable[[Member], Any], cylinder_set: Any, by_count: CylindersByCount, throws: Any
+) -> Any:
+    """Sum of a value over the cylinders of each throw."""
+    numbers = np.asarray(throws)
+    total: Any = np.nan
+    for number in np.unique(numbers).astype(int):
+
+        def of_engine(engine: Cylinders, number: int = number) -> Any:
+            places = along_shaft(engine)
+            if number > len(places):
+                return np.nan
+            return sum(of_one(engine.members[i]) for i in places[number - 1])
+
+        total = np.where(numbers == number, value_of_sets(cylinder_set, by_count, of_engine), total)
+    return total

@@ -212,7 +212,7 @@ def test_threads_that_come_at_once_compile_once(tmp_path: Path) -> None:
 EDITED = """
 import numpy as np
 from engine_dyn.compilation import on_compiling, source_hash
-from engine_dyn.geometry.velocity_waves import velocity_waves
+from engine_dyn.geometry.masses import velocity_waves
 on_compiling(lambda: print("compiled"))
 real, _ = velocity_waves(np.array([0.3]), np.array([0.1]), 24)
 print(real[0, 1].hex(), source_hash())

@@ -9,9 +9,7 @@ from scipy.integrate import quad
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.loads import friction
-from engine_dyn.loads import friction_components as components
-from engine_dyn.loads.friction import FrictionShape
-from engine_dyn.loads.friction_components import VALVE_TRAINS
+from engine_dyn.loads.friction import VALVE_TRAINS, FrictionShape
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.units import BAR, RPM
 from oracle.solution import velocity
@@ -54,15 +52,15 @@ SPEED = 1000.0 * RPM
     ("found", "pascal"),
     [
         # 1.22e5 x 50/1e6 = 6.1; 3.03e-4 x 1000 x 50^3 x 20 x 2/1e6 = 1.515 and 0.675 kPa
-        (components.crankshaft_seals(**ROUND, journal_diameter=0.05), 6100.0),
-        (components.main_bearings(**ROUND, speed=SPEED, journal_diameter=0.05, journal_width=0.02,
+        (friction.crankshaft_seals(**ROUND, journal_diameter=0.05), 6100.0),
+        (friction.main_bearings(**ROUND, speed=SPEED, journal_diameter=0.05, journal_width=0.02,
                                   bearings=2), 1515.0 + 675.0),
         # 294 x 3.3333/100 = 9.8; 4.06e4 x 2/1e4 = 8.12; 3.03e-4 x 1000 x 40^3 x 20/1e6 = 0.38784
-        (components.skirt(0.1, 2.0 * 0.1 * 1000.0 / 60.0), 9800.0),
-        (components.rings(0.1, SPEED), 8120.0),
-        (components.crank_pin_bearings(**ROUND, speed=SPEED, pin_diameter=0.04, pin_width=0.02),
+        (friction.skirt(0.1, 2.0 * 0.1 * 1000.0 / 60.0), 9800.0),
+        (friction.rings(0.1, SPEED), 8120.0),
+        (friction.crank_pin_bearings(**ROUND, speed=SPEED, pin_diameter=0.04, pin_width=0.02),
          387.84),
-        (components.auxiliaries(SPEED), 11271.0),
+        (friction.auxiliaries(SPEED), 11271.0),
     ],
 )  # fmt: skip
 def test_by_hand(found: float, pascal: float) -> None:
@@ -71,16 +69,16 @@ def test_by_hand(found: float, pascal: float) -> None:
 
 def test_gas_on_the_rings_by_hand() -> None:
     """At 10/2.38 m/s the exponent is 1.23; at 13.866 m/s and more it is below 1."""
-    found = components.ring_gas_pressure(8.0, 10.0 / 2.38)
+    found = friction.ring_gas_pressure(8.0, 10.0 / 2.38)
     assert found == pytest.approx(6.89e3 * (0.704 + 0.182 * 8.0**1.23))
-    assert components.ring_gas_pressure(8.0, 10.0 / 2.38, 0.4) == pytest.approx(0.4 * found)
-    fast = components.ring_gas_pressure(8.0, 0.33 / 0.0238)
+    assert friction.ring_gas_pressure(8.0, 10.0 / 2.38, 0.4) == pytest.approx(0.4 * found)
+    fast = friction.ring_gas_pressure(8.0, 0.33 / 0.0238)
     assert fast == pytest.approx(6.89e3 * 8.0 * (0.088 + 0.182))
 
 
 def test_valve_train_by_hand() -> None:
     """OHV, two valves that lift 10 mm: 4.608, then 16, 0.1 and 12.84 kPa."""
-    found = components.valve_train(
+    found = friction.valve_train(
         **ROUND, speed=SPEED, kind=VALVE_TRAINS["ohv"].number, lift=0.01, valves=2,
         camshaft_bearings=2,
     )  # fmt: skip
@@ -97,7 +95,7 @@ def test_a_roller_turns_instead_of_sliding() -> None:
 
     def followers(kind: str) -> np.ndarray:
         train = VALVE_TRAINS[kind]
-        found: np.ndarray = components.valve_train(
+        found: np.ndarray = friction.valve_train(
             **ROUND, speed=speeds, kind=train.number, lift=1e-12, valves=4, camshaft_bearings=0
         )
         return found - 4120.0
@@ -111,19 +109,19 @@ def test_kinds_broadcast_with_speeds() -> None:
     numbers = np.array([train.number for train in VALVE_TRAINS.values()], dtype=float)
     speeds = np.array([900.0, 3000.0, 6000.0]) * RPM
     needs = {**ROUND, "lift": 0.009, "valves": 4, "camshaft_bearings": 10}
-    table = components.valve_train(speed=speeds, kind=numbers[:, None], **needs)
+    table = friction.valve_train(speed=speeds, kind=numbers[:, None], **needs)
     assert table.shape == (7, 3)
     for row, number in zip(table, numbers, strict=True):
-        one = [float(components.valve_train(speed=w, kind=number, **needs)) for w in speeds]
+        one = [float(friction.valve_train(speed=w, kind=number, **needs)) for w in speeds]
         assert row.tolist() == one
 
 
 def test_mixed_lubrication_fades_and_films_grow() -> None:
     speeds = np.array([500.0, 1000.0, 1e9]) * RPM
-    found = components.rings(0.1, speeds) / 4060.0
+    found = friction.rings(0.1, speeds) / 4060.0
     np.testing.assert_allclose(found, [3.0, 2.0, 1.0], rtol=1e-5)
     slow, fast = (
-        components.crank_pin_bearings(0.1, 0.1, 4, w, 0.05, 0.02) for w in (SPEED, 3.0 * SPEED)
+        friction.crank_pin_bearings(0.1, 0.1, 4, w, 0.05, 0.02) for w in (SPEED, 3.0 * SPEED)
     )
     assert fast == pytest.approx(3.0 * slow)
 

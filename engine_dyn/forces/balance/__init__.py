@@ -22,13 +22,14 @@ turns backwards with the crank's speed changes B_1, a pair at twice that speed F
 Sources: T. Asgari et al. (2019), eqs. 1 to 13 (one cylinder, two orders); Power units, lecture 18.
 """
 
-from engine_dyn.forces.balance.counterweights import (
+from engine_dyn.forces.balance.orders import Ellipse, acceleration_harmonics
+from engine_dyn.forces.balance.shaking_forces import (
+    RunningGear,
     balance_shaft_mass,
     counterweight_mass,
+    running_gear,
     unbalanced_mass,
 )
-from engine_dyn.forces.balance.orders import Ellipse, acceleration_harmonics
-from engine_dyn.forces.balance.shaking_forces import RunningGear, running_gear
 
 __all__ = [
     "Ellipse",

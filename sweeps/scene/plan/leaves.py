@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.combinations import distinct_combinations
-from engine_dyn.forces.energy_levels import MOST_CROSSINGS
+from engine_dyn.flywheel import MOST_CROSSINGS
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.torsion.rigid import elastic_over_rigid
+from engine_dyn.torsion.modes import elastic_over_rigid
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.stress import shaft_stiffness
 from engine_dyn.torsion.system import ShaftSystem

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from engine_dyn.torsion.damped import damped_critical_speeds, damped_modes
-from engine_dyn.torsion.dampers import pendulum
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.modes import critical_speeds, natural_modes
+from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.system import matrices, shaft_system
 from tests.support.exact_shafts import random_system
 from tests.support.shafts import DIESEL, DIESEL_NODES

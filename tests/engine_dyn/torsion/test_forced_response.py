@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
-from engine_dyn.torsion.dampers import optimum_tuned, optimum_viscous, pendulum
 from engine_dyn.torsion.forced import RESULTS, forced_response, largest_order
 from engine_dyn.torsion.modes import natural_modes
+from engine_dyn.torsion.shaft import optimum_tuned, optimum_viscous, pendulum
 from engine_dyn.torsion.synthesis import half_range
 from engine_dyn.torsion.system import shaft_system
 from tests.support.shafts import (

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from engine_dyn.torsion.dampers import pendulum
 from engine_dyn.torsion.modes import (
     critical_speeds,
     modal_damping,
     natural_modes,
     zero_crossings,
 )
+from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.system import matrices, shaft_system
 from tests.support.shafts import DIESEL
 

@@ -14,10 +14,15 @@ import numpy as np
 import pytest
 
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
-from engine_dyn.torsion.dampers import pendulum
 from engine_dyn.torsion.forced import forced_response
-from engine_dyn.torsion.modes import critical_speeds, modal_damping, natural_modes, zero_crossings
-from engine_dyn.torsion.rigid import elastic_over_rigid
+from engine_dyn.torsion.modes import (
+    critical_speeds,
+    elastic_over_rigid,
+    modal_damping,
+    natural_modes,
+    zero_crossings,
+)
+from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.system import shaft_system
 from tests.support.exact_shafts import exact_response, modes_below, random_system
 
