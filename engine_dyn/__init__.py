@@ -31,7 +31,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in {"PeriodicSpeed", "periodic_speed"}:  # which load the compiler: lists do not need it
+    if name in {
+        "PeriodicSpeed",
+        "periodic_speed",
+    }:  # these load the compiler, which lists do not need
         from engine_dyn.speed import api
 
         return getattr(api, name)

@@ -50,7 +50,7 @@ def add_exactly(values: Floats, limbs: Integers) -> None:
     Parameters
     ----------
     values : ndarray, shape (sums, numbers)
-        What is added, at most 2^29 to each sum.
+        Numbers that are added, at most 2^29 to each sum.
     limbs : ndarray, shape (sums, LIMBS)
         The sums, as `carried` leaves them.
     """
@@ -107,13 +107,13 @@ def bins_of(values: Floats, bits: int) -> Integers:
 
     `bits` of the mantissa count: bins are 2^-bits wide at most, relative to the number.
     """
-    found = np.empty(values.shape, np.int64)
+    bins = np.empty(values.shape, np.int64)
     seen = np.ascontiguousarray(values).view(np.int64)
     first, most = _ends(bits)
     magnitude = ((seen & _MAGNITUDE) >> (52 - bits)) - first
-    np.clip(magnitude + 1, 0, most, out=found)
-    np.negative(found, out=found, where=seen < 0)
-    return found
+    np.clip(magnitude + 1, 0, most, out=bins)
+    np.negative(bins, out=bins, where=seen < 0)
+    return bins
 
 
 def count_in_bins(values: Floats, bits: int, lowest: int, counts: Integers) -> None:
@@ -122,7 +122,7 @@ def count_in_bins(values: Floats, bits: int, lowest: int, counts: Integers) -> N
     Parameters
     ----------
     values : ndarray, shape (rows, numbers)
-        What is counted.
+        Values that are counted.
     bits : int
         As for `bins_of`.
     lowest : int

@@ -38,9 +38,9 @@ def distinct_combinations(*values: Any) -> tuple[Floats, Integers]:
     shape = np.broadcast_shapes(*(value.shape for value in given))
     which = np.zeros((), dtype=np.int64)
     for value in given:
-        found, number = np.unique(value, return_inverse=True)
-        if found.size > 1:
-            both = which * found.size + number.reshape(value.shape)
+        distinct, number = np.unique(value, return_inverse=True)
+        if distinct.size > 1:
+            both = which * distinct.size + number.reshape(value.shape)
             # Numbered anew, so that numbers stay small.
             which = np.unique(both, return_inverse=True)[1].reshape(both.shape)
     which = np.array(np.broadcast_to(which, shape))

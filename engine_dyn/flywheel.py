@@ -82,7 +82,7 @@ ADMISSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 
 VERDICTS = ("within", "below", "above")
-"""What the numbers 0, 1 and 2 of a verdict say of a value and its usual range."""
+"""Meanings of the numbers 0, 1 and 2 of a verdict on a value and its usual range."""
 
 
 # --- the shaft beside the flywheel ----------------------------------------------------------------
@@ -94,9 +94,9 @@ def inertia_behind(inertia: Any, in_front: Any) -> Any:
     Parameters
     ----------
     inertia : array_like
-        Of engine, flywheel and load at the crank [kg m2].
+        Inertia of engine, flywheel and load at the crank [kg m2].
     in_front : array_like
-        Of the running gear, as its cycle mean, and of the auxiliaries [kg m2].
+        Inertia of the running gear, as its cycle mean, and of the auxiliaries [kg m2].
 
     Returns
     -------
@@ -122,9 +122,9 @@ def shaft_torque(load_torque: Any, inertia: Any, angular_acceleration: Any) -> A
     Parameters
     ----------
     load_torque : array_like
-        Of the load less that of a driver, both of which act behind the cut [N m].
+        Torque of the load less that of a driver, both of which act behind the cut [N m].
     inertia : array_like
-        Of flywheel and load at the crank [kg m2].
+        Inertia of flywheel and load at the crank [kg m2].
     angular_acceleration : array_like
         [rad/s2].
 
@@ -150,8 +150,8 @@ def verdict(value: Any, low: Any, high: Any) -> Any:
     [0.0, 1.0, 2.0]
     """
     value = np.asarray(value, dtype=float)
-    found = np.where(value < low, 1.0, np.where(value > high, 2.0, 0.0))
-    return np.where(np.isnan(value), np.nan, found)
+    verdicts = np.where(value < low, 1.0, np.where(value > high, 2.0, 0.0))
+    return np.where(np.isnan(value), np.nan, verdicts)
 
 
 def rim_speed(outer_diameter: Any, speed: Any) -> Any:
@@ -273,7 +273,7 @@ def triangular_torque(
     power : array_like
         [W].
     speed : array_like
-        Of the crank [rad/s].
+        Speed of the crank [rad/s].
     delta : array_like
         Coefficient of speed fluctuation wanted.
     period : float
@@ -381,7 +381,7 @@ def rim_thickness(mass: Any, mean_diameter: Any, density: Any, width_over_thickn
         mean_diameter=mean_diameter, density=density, width_over_thickness=width_over_thickness
     )
     section = given_array("mass", mass) / (math.pi * np.asarray(mean_diameter) * density)
-    with np.errstate(invalid="ignore"):  # of an inertia that leaves nothing for a rim
+    with np.errstate(invalid="ignore"):  # an inertia may leave nothing for a rim
         thickness = np.sqrt(section / width_over_thickness)
     return np.where(thickness < mean_diameter, thickness, np.nan)
 
@@ -486,17 +486,17 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     of_torque = {name: value for name, value in engine.items() if name in _OF_TORQUE}
     swing = energy_swing(diagram, **of_torque)
     estimate = float(energy_swing_inertia(swing, wanted_delta, speed))
-    found = search(outcome, np.array([estimate]), np.array([wanted_delta]), tolerance)
-    code = int(found.status[0])
+    outcomes = search(outcome, np.array([estimate]), np.array([wanted_delta]), tolerance)
+    code = int(outcomes.status[0])
     if not has_numbers(code):
         reason = f"the periodic speed has the outcome '{MEANINGS[code]}'"
-        if np.isfinite(found.lightest[0]):
+        if np.isfinite(outcomes.lightest[0]):
             reason = (
-                f"the lightest engine that runs has delta = {found.largest[0]:.4g}, with "
-                f"{found.lightest[0]:.4g} kg m2"
+                f"the lightest engine that runs has delta = {outcomes.largest[0]:.4g}, with "
+                f"{outcomes.lightest[0]:.4g} kg m2"
             )
         raise ValueError(f"wanted_delta = {wanted_delta:g}: no inertia gives it; {reason}")
-    inertia = float(found.inertia[0])
+    inertia = float(outcomes.inertia[0])
     solved = periodic_speed(diagram, inertia=inertia, **engine)
     power = solved.torque_mean * speed
     triangle = math.nan
@@ -578,8 +578,8 @@ def crossings(net: Floats, first: float, step: float) -> tuple[Floats, Floats]:
     m0, m1 = step * b, step * c
     level = e0 + t * (m0 + t * (3.0 * (e1 - e0) - 2.0 * m0 - m1 + t * (2.0 * (e0 - e1) + m0 + m1)))
     known = np.take_along_axis(changes, place, axis=1)
-    found = np.full((2, len(rows), MOST_CROSSINGS), np.nan)
-    found[0, :, :wide] = np.where(known, first + step * (place + t), np.nan)
-    found[1, :, :wide] = np.where(known, level, np.nan)
-    angle, at = found.reshape(2, *net.shape[:-1], MOST_CROSSINGS)
+    places = np.full((2, len(rows), MOST_CROSSINGS), np.nan)
+    places[0, :, :wide] = np.where(known, first + step * (place + t), np.nan)
+    places[1, :, :wide] = np.where(known, level, np.nan)
+    angle, at = places.reshape(2, *net.shape[:-1], MOST_CROSSINGS)
     return angle, at

@@ -93,9 +93,9 @@ def nearest_order(order: Any, natural: Any, torque: Any) -> Any:
     distance = np.where(excited, np.abs(order - np.asarray(natural)), np.inf)
     orders = np.broadcast_to(order, distance.shape)
     place = np.argmin(distance, axis=-1)[..., None]
-    found = np.take_along_axis(orders, place, axis=-1)[..., 0]
+    nearest = np.take_along_axis(orders, place, axis=-1)[..., 0]
     known = np.isfinite(np.take_along_axis(distance, place, axis=-1)[..., 0])
-    return np.where(known, found, np.nan)
+    return np.where(known, nearest, np.nan)
 
 
 def nearness(band: Any, nearest: Any, natural: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What is said of the parameters of engines and scenes, once: read by all that takes them.
+"""The parameters of engines and scenes: the one table of all that is said of them.
 
 Graph, keywords of `engine_dyn.periodic_speed`, usual ranges and templates take names, units,
 ranges and usual values from here. Parameters of one subject alone stand beside its quantities. No
@@ -97,7 +97,7 @@ HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 COMPRESSION_RATIO = Usual(
     "compression ratio", 4.0, 25.0, f"{HEYWOOD}, table 2.1: 6 to 24; widened to old engines"
 )
-"""Of modelled cycles as of the cylinder."""
+"""Usual compression ratios, of modelled cycles as of the cylinder."""
 
 _PARAMETERS = (
     Parameter(

@@ -48,7 +48,7 @@ def plain(value: Any) -> Any:
 
 
 class PlainType(types.Type):
-    """What kernels see of an array; the length of the last axis may be known beforehand."""
+    """The part of an array that kernels see; the length of the last axis may be known beforehand."""
 
     def __init__(self, item: Any, ndim: int, columns: int = 0) -> None:
         super().__init__(name=f"PlainArray({item}, {ndim}, {columns})")
@@ -79,9 +79,11 @@ def _unbox(kind: Any, array: Any, c: Any) -> Any:
     """Take address and shape."""
     whole = types.Array(kind.item, kind.ndim, "C")
     native = c.unbox(whole, array).value
-    found = c.context.make_array(whole)(c.context, c.builder, native)
-    shape = cgutils.unpack_tuple(c.builder, found.shape)[: kind.ndim - bool(kind.columns)]
-    packed = c.builder.bitcast(found.data, c.context.get_value_type(types.CPointer(kind.item)))
+    native_array = c.context.make_array(whole)(c.context, c.builder, native)
+    shape = cgutils.unpack_tuple(c.builder, native_array.shape)[: kind.ndim - bool(kind.columns)]
+    packed = c.builder.bitcast(
+        native_array.data, c.context.get_value_type(types.CPointer(kind.item))
+    )
     made = cgutils.pack_struct(c.builder, [packed, cgutils.pack_array(c.builder, shape)])
     c.context.nrt.decref(c.builder, whole, native)
     return NativeValue(made)
@@ -135,11 +137,11 @@ def _put_kind(context: Any) -> Any:
 
 def _item(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """A number, or the array of what is left of the axes."""
-    address, found = address_of(context, builder, signature, values), signature.return_type
-    if not isinstance(found, PlainType):
-        return context.unpack_value(builder, found, address)
+    address, kind_of_item = address_of(context, builder, signature, values), signature.return_type
+    if not isinstance(kind_of_item, PlainType):
+        return context.unpack_value(builder, kind_of_item, address)
     array = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0])
-    lengths = cgutils.unpack_tuple(builder, array.shape)[-found.ndim :]
+    lengths = cgutils.unpack_tuple(builder, array.shape)[-kind_of_item.ndim :]
     return cgutils.pack_struct(builder, [address, cgutils.pack_array(builder, lengths)])
 
 

@@ -52,7 +52,7 @@ def time_harmonics(speed: Any, period: float) -> tuple[Floats, Complexes, Floats
     samples = speed.shape[-1]
     slowness = np.fft.rfft(1.0 / speed) / samples
     if samples % 2 == 0:
-        slowness[..., -1] = 0.0  # of the highest order, the samples do not tell the phase
+        slowness[..., -1] = 0.0  # the samples do not tell the phase of the highest order
     rate = 2.0 * np.pi / period * np.arange(1, slowness.shape[-1])
     return slowness[..., 0].real, slowness[..., 1:] / (1j * rate), rate
 
@@ -172,8 +172,8 @@ def deviation_harmonics(deviation: Any, speed: Any, angle: Any, orders: Floats) 
     slowness = 1.0 / np.asarray(speed)
     weighted = deviation * slowness / _mean(slowness)[..., None]
     uniform = angle - np.asarray(deviation)  # Omega t
-    found = [2.0 * _mean(weighted * np.exp(-1j * order * uniform)) for order in orders]
-    return np.stack(found, axis=-1)
+    harmonics = [2.0 * _mean(weighted * np.exp(-1j * order * uniform)) for order in orders]
+    return np.stack(harmonics, axis=-1)
 
 
 def _mean(curve: Any) -> Any:

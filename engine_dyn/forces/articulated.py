@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 SAMPLES = 360
-"""Of a revolution, for single orders."""
+"""Samples of a revolution, for single orders."""
 
 
 def inertia_force(
@@ -76,8 +76,8 @@ def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
         np.mean(force * one, axis=-1, keepdims=True) for one in (np.conj(wave), wave)
     )
     angle = order * np.asarray(phi, dtype=float)
-    found: Complexes = forward * np.exp(1j * angle) + backward * np.exp(-1j * angle)
-    return found
+    sum_of_rods: Complexes = forward * np.exp(1j * angle) + backward * np.exp(-1j * angle)
+    return sum_of_rods
 
 
 class MasterLoads(NamedTuple):
@@ -176,9 +176,9 @@ def crank_pin_extremes(
 
     phi = sample_angles(period, gas.family)
     size = load(slice(None), phi)
-    found = np.empty(len(size), dtype=EXTREMES)
-    found["peak"], found["angle"] = largest(
+    extremes = np.empty(len(size), dtype=EXTREMES)
+    extremes["peak"], extremes["angle"] = largest(
         size, phi, lambda which, angle: load(which, angle[:, None])[:, 0]
     )
-    found["mean"], found["rms"] = size.mean(axis=-1), np.sqrt((size**2).mean(axis=-1))
-    return found.reshape(parts[0].shape[:-1])
+    extremes["mean"], extremes["rms"] = size.mean(axis=-1), np.sqrt((size**2).mean(axis=-1))
+    return extremes.reshape(parts[0].shape[:-1])

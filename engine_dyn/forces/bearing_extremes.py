@@ -27,7 +27,7 @@ __all__ = [
 ]  # fmt: skip
 
 CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2
-"""Which load."""
+"""Numbers of the loads in kernels."""
 
 INPUTS = 10
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
@@ -106,7 +106,7 @@ class Sampled(NamedTuple):
 @kernel
 def fill_crests_of_loads(
     begin: int, end: int, load: int, inputs: Floats, rows: Integers, numbers: Integers,
-    sampled: Sampled, found: Floats,
+    sampled: Sampled, extremes: Floats,
 ) -> None:  # fmt: skip
     """Means and crests of a load of some designs.
 
@@ -117,14 +117,14 @@ def fill_crests_of_loads(
     load : int
         `CRANK_PIN`, `PISTON_PIN` or `MAIN_JOURNAL`.
     inputs : ndarray, shape (INPUTS, D)
-        Of each design.
+        Numbers of each design.
     rows : ndarray of int64, shape (2, D)
         The two rows between which its pressure lies.
     numbers : ndarray of int64, shape (D,)
         Main journals, from 1.
     sampled : Sampled
         The engine of all of them.
-    found : ndarray, shape (FIRST + 4 * CRESTS, D)
+    extremes : ndarray, shape (FIRST + 4 * CRESTS, D)
         Gets the results.
     """
     samples = sampled.turn.shape[2]
@@ -161,7 +161,7 @@ def fill_crests_of_loads(
             sine, cosine = sampled.turn[0, 0, i], sampled.turn[0, 1, i]
             across, along = x[i] + up * sine + side * cosine, y[i] + up * cosine - side * sine
             square[i] = across * across + along * along
-        _crests_of_square(square, found[:, design])
+        _crests_of_square(square, extremes[:, design])
 
 
 @inlined
@@ -226,7 +226,7 @@ def _load_of_throw(
 
 
 @inlined
-def _crests_of_square(square: Floats, found: Floats) -> None:
+def _crests_of_square(square: Floats, extremes: Floats) -> None:
     """Fill in what the squares of a load over a cycle give: see `MEAN`."""
     samples = square.size
     total = squares = highest = 0.0
@@ -234,7 +234,7 @@ def _crests_of_square(square: Floats, found: Floats) -> None:
         total += math.sqrt(square[i])
         squares += square[i]
         highest = max(highest, square[i])
-    found[MEAN], found[RMS] = total / samples, math.sqrt(squares / samples)
+    extremes[MEAN], extremes[RMS] = total / samples, math.sqrt(squares / samples)
     count = 0
     for i in range(samples):
         before, here = square[i - 1 if i > 0 else samples - 1], square[i]
@@ -246,15 +246,15 @@ def _crests_of_square(square: Floats, found: Floats) -> None:
             lowest, least = -1, reach
             for k in range(CRESTS):
                 at = FIRST + 4 * k
-                told = 3.0 * found[at + 2] - found[at + 1] - found[at + 3]
+                told = 3.0 * extremes[at + 2] - extremes[at + 1] - extremes[at + 3]
                 if told < least:
                     lowest, least = k, told
             if lowest < 0:
                 continue
             for row in range(FIRST + 4 * lowest, FIRST + 4 * (CRESTS - 1)):
-                found[row] = found[row + 4]
+                extremes[row] = extremes[row + 4]
             count -= 1
         at = FIRST + 4 * count
-        found[at], found[at + 1], found[at + 2], found[at + 3] = i, before, here, after
+        extremes[at], extremes[at + 1], extremes[at + 2], extremes[at + 3] = i, before, here, after
         count += 1
-    found[COUNT] = count if total == total else 0.0
+    extremes[COUNT] = count if total == total else 0.0

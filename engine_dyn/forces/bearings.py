@@ -105,17 +105,17 @@ PARTS = 5
 
 DESIGNS_AT_ONCE = 65536
 BYTES_OF_TABLE = 32e6
-"""Of the pressures that are tabulated at a time."""
+"""Bytes of the pressures that are tabulated at a time."""
 
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Largest and mean size of a load [N], crank angle of the largest [rad], root mean square [N]."""
 
 Parts = Callable[[Any, Cylinders, Any, Any, Family, Any, int], Any]
-"""Of angle, engine, crank ratio, offset, family, row and number: see `_crank_pin`."""
+"""Function of angle, engine, crank ratio, offset, family, row and number: see `_crank_pin`."""
 
 
 class Factors(NamedTuple):
-    """What the five parts of a load are multiplied with, for each design.
+    """Factors of the five parts of a load, for each design.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class Factors(NamedTuple):
     throws : array_like
         m r omega^2 of each throw [N]; only main journals bear it.
     web_up, web_side : array_like
-        What a main journal bears of the counterweights of webs at crank angle 0, upwards and to the
+        Load of a main journal by the counterweights of webs at crank angle 0, upwards and to the
         side [N].
     """
 
@@ -225,14 +225,14 @@ def pin_forces(
 
     Parameters as `crank_pin_load`; what rotates counts by the factors for main journals.
     """
-    found = []
+    forces = []
     for cylinder in range(engine.count):
         parts = _on_throw(phi, engine, crank_ratio, offset, family, row, cylinder)
         x, y = (
             sum(factor * part[..., k] for k, factor in enumerate(factors[:PARTS])) for part in parts
         )
-        found.append(y + 1j * x)
-    return found
+        forces.append(y + 1j * x)
+    return forces
 
 
 LOADS: dict[str, Parts] = {
@@ -242,7 +242,7 @@ LOADS: dict[str, Parts] = {
 }
 
 KINDS = {"crank_pin": CRANK_PIN, "piston_pin": PISTON_PIN, "main_journal": MAIN_JOURNAL}
-"""Their numbers in kernels."""
+"""Numbers of the loads in kernels."""
 
 
 def crank_pin_load(
@@ -342,22 +342,22 @@ def _components(
 ) -> list[Any]:  # fmt: skip
     """Both components of a load of one engine [N]."""
     parts = LOADS[load](phi, engine, crank_ratio, offset, family, row, number)
-    found = []
+    components = []
     for i in (0, 1):
         whole = sum(factor * parts[..., k, i] for k, factor in enumerate(factors[:PARTS]))
         if load == "main_journal":
             up, side = factors.web_up, factors.web_side
             ahead, behind = ((side, up), (up, -np.asarray(side)))[i]
             whole = whole + ahead * np.cos(phi) + behind * np.sin(phi)
-        found.append(whole)
-    return found
+        components.append(whole)
+    return components
 
 
 def _squares(
     load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats
 ) -> Floats:  # fmt: skip
     """Square of a load of some designs, each at an angle of its own; `columns` as `_of_engine`."""
-    found = np.empty(phi.size)
+    squares = np.empty(phi.size)
     for number in np.unique(columns[4]).astype(int).tolist():
         here = np.flatnonzero(columns[4] == number)
         two = np.resize(here, max(here.size, 2))  # never one alone: see `samples`
@@ -365,8 +365,8 @@ def _squares(
         x, y = _components(
             load, phi[two, None], engine, ratio, offset, family, row, Factors(*factors), number
         )
-        found[here] = (x * x + y * y)[: here.size, 0]
-    return found
+        squares[here] = (x * x + y * y)[: here.size, 0]
+    return squares
 
 
 def extremes(
@@ -391,7 +391,7 @@ def extremes(
     period : float
         Angle of the cycle [rad].
     numbers : array_like
-        Of main journals, from 1; broadcasts.
+        Numbers of main journals, from 1; broadcasts.
     threads : int, optional
         Largest number of threads; None: one for each processor.
     others
@@ -421,8 +421,8 @@ def extremes(
             mine = np.flatnonzero(here[3] == count)
             mine = mine[_exist(load, by_count[count], here[4, mine])]
             engine, columns_of = by_count[count], here[:, mine]
-            for some, found in _of_engine(load, engine, family, columns_of, phi, threads):
-                result[index[mine[some]]] = found
+            for some, results in _of_engine(load, engine, family, columns_of, phi, threads):
+                result[index[mine[some]]] = results
     return result.reshape(shape)
 
 
@@ -451,17 +451,17 @@ def of_all_journals(
         "main_journal", ratio, offset, family, row, factors, cylinders, by_count, period,
         journals, threads,
     )  # fmt: skip
-    found = np.empty(each.shape[:-1], dtype=EXTREMES)
+    largest = np.empty(each.shape[:-1], dtype=EXTREMES)
     known = np.isfinite(each["mean"])
     there = np.maximum(known.sum(axis=-1), 1)
     highest = np.argmax(np.where(known, each["peak"], -np.inf), axis=-1)[..., None]
     for field in ("peak", "angle"):
-        found[field] = np.take_along_axis(each[field], highest, axis=-1)[..., 0]
-    found["mean"] = np.where(known, each["mean"], 0.0).sum(axis=-1) / there
-    found["rms"] = np.sqrt((np.where(known, each["rms"], 0.0) ** 2).sum(axis=-1) / there)
+        largest[field] = np.take_along_axis(each[field], highest, axis=-1)[..., 0]
+    largest["mean"] = np.where(known, each["mean"], 0.0).sum(axis=-1) / there
+    largest["rms"] = np.sqrt((np.where(known, each["rms"], 0.0) ** 2).sum(axis=-1) / there)
     for field in ("mean", "rms"):
-        found[field] = np.where(known.any(axis=-1), found[field], np.nan)
-    return found
+        largest[field] = np.where(known.any(axis=-1), largest[field], np.nan)
+    return largest
 
 
 def _of_engine(
@@ -483,13 +483,16 @@ def _of_engine(
         rows = np.unique(places)
         inputs = np.concatenate([here[:2], weight[None], here[5:]])
         places, numbers = np.searchsorted(rows, places), here[4].astype(np.int64)
-        sampled, found = Sampled.of(engine, family, rows, phi, along), np.empty(some.size, EXTREMES)
+        sampled, results = (
+            Sampled.of(engine, family, rows, phi, along),
+            np.empty(some.size, EXTREMES),
+        )
         told = np.empty((FIRST + 4 * CRESTS, some.size))
 
         def work(
             begin: int, end: int, inputs: Floats = inputs, places: Integers = places,
             numbers: Integers = numbers, sampled: Sampled = sampled, here: Floats = here,
-            told: Floats = told, found: npt.NDArray[Any] = found,
+            told: Floats = told, results: npt.NDArray[Any] = results,
         ) -> None:  # fmt: skip
             fill_crests_of_loads(begin, end, KINDS[load], inputs, places, numbers, sampled, told)
             mine, own = told[:, begin:end], here[:, begin:end]
@@ -500,16 +503,16 @@ def _of_engine(
                 end - begin, which, phi[0] + step * place, np.stack(around), step,
                 lambda w, at: _squares(load, engine, family, own[:, w], at),
             )  # fmt: skip
-            found["peak"][begin:end], found["angle"][begin:end] = np.sqrt(square), angle
-            found["mean"][begin:end], found["rms"][begin:end] = mine[MEAN], mine[RMS]
+            results["peak"][begin:end], results["angle"][begin:end] = np.sqrt(square), angle
+            results["mean"][begin:end], results["rms"][begin:end] = mine[MEAN], mine[RMS]
 
         # A thread is worth 64 designs, each of which takes some 5 us and more.
         on_threads(some.size, work, threads or os.cpu_count() or 1, 64)
-        yield some, found
+        yield some, results
 
 
 def _exist(load: str, engine: Cylinders, numbers: Floats) -> Any:
-    """Which of some main journals an engine has."""
+    """Whether an engine has each of some main journals."""
     places = engine.along_shaft
     if load != "main_journal" or places is None:
         return np.ones(numbers.shape, dtype=np.bool_)

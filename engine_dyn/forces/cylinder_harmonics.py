@@ -103,9 +103,9 @@ def _of_smooth(
         for begin in range(0, designs.size, AT_ONCE):
             some = designs[begin : begin + AT_ONCE]
             waves = velocity_waves(columns[0, some], columns[1, some], highest)
-            found = np.empty((2, some.size, nu.size))
-            kernel_of(*waves, whole, *found)
-            result[some] = found[0] + 1j * found[1]
+            parts = np.empty((2, some.size, nu.size))
+            kernel_of(*waves, whole, *parts)
+            result[some] = parts[0] + 1j * parts[1]
     waved = _along_orders(result, orders, shape)
     return waved if series is None else np.where(centred, series, waved)
 
@@ -238,19 +238,19 @@ def _add_gas(
     for begin in range(0, designs.size, AT_ONCE):
         here = slice(begin, begin + AT_ONCE)
         some, pair, share = designs[here], both[:, here], weight[here]
-        found = np.empty((2, some.size, place.shape[0]))
+        parts = np.empty((2, some.size, place.shape[0]))
 
         def work(
             begin: int, end: int, some: Integers = some, pair: Integers = pair,
-            share: Floats = share, found: Floats = found,
+            share: Floats = share, parts: Floats = parts,
         ) -> None:  # fmt: skip
             mine = some[begin:end]
             waves = velocity_waves(columns[0, mine], columns[1, mine], highest)
-            _gas_orders(begin, *waves, pair, share, *of_rows, place, turned, *found)
+            _gas_orders(begin, *waves, pair, share, *of_rows, place, turned, *parts)
 
         # A thread is worth 256 designs, each of which takes some 2 us.
         on_threads(some.size, work, threads, 256)
-        result[some] = found[0] + 1j * found[1]
+        result[some] = parts[0] + 1j * parts[1]
 
 
 @kernel

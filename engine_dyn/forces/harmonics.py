@@ -61,7 +61,7 @@ WHOLE = 1e-6
 """By how much an order may miss a multiple of a curve's lowest, in parts of it: rounding."""
 
 SAMPLES, SAMPLED_AT_ONCE = 2880, 256
-"""Of two revolutions, a quarter of a degree apart; designs whose samples exist at a time."""
+"""Samples of two revolutions, a quarter of a degree apart; designs whose samples exist at once."""
 
 CANCELLED = 1e-12
 """Sums of phase vectors below this part of the number of cylinders are nothing but rounding."""
@@ -155,13 +155,13 @@ class Part(NamedTuple):
     single : callable
         Its harmonics, over the lever of the cylinder: see `Single`.
     lever : callable
-        What a cylinder multiplies them with. On a throw of rho engine's radii the force has rho
+        Factor of a cylinder on them. On a throw of rho engine's radii the force has rho
         times the lever, and the acceleration is rho times as large besides.
     curve : callable
         The part over a cylinder's own angle, of angle, cylinder, crank ratio, offset ratio and
         `more`: its harmonics with an articulated rod are those of samples.
     more : tuple of array_like
-        What the curve takes besides; broadcasts.
+        Further inputs of the curve; they broadcast.
     """
 
     single: Single
@@ -191,9 +191,9 @@ def _where(there: Booleans, nu: Floats, of: Callable[[Floats], Complexes]) -> Co
         return 0.0 * of(nu)
     along = int(np.argmax(nu.shape)) - nu.ndim  # orders lie along one axis
     each = there.reshape(-1)
-    found = np.moveaxis(of(np.compress(each, nu, axis=along)), along, -1)
-    result = np.zeros((*found.shape[:-1], each.size), dtype=np.complex128)
-    result[..., each] = found
+    values = np.moveaxis(of(np.compress(each, nu, axis=along)), along, -1)
+    result = np.zeros((*values.shape[:-1], each.size), dtype=np.complex128)
+    result[..., each] = values
     return np.moveaxis(result, -1, along)
 
 
@@ -347,8 +347,8 @@ def of_curve(curve: Any, angle: Floats, order: Floats) -> Any:
 
 def phase_of(harmonics: Any) -> Any:
     """Phase [rad] of harmonics, 0 where there is nothing."""
-    found = np.asarray(harmonics)
-    return np.where(np.abs(found) == 0.0, 0.0, np.angle(found))
+    phases = np.asarray(harmonics)
+    return np.where(np.abs(phases) == 0.0, 0.0, np.angle(phases))
 
 
 def _vectors(
@@ -389,16 +389,16 @@ def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset
     samples = SAMPLES * member.cycles
     angle: Floats = np.arange(samples, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
     orders, which = np.unique(np.asarray(nu, dtype=np.float64), return_inverse=True)
-    found = np.empty((flat[0].size, orders.size), dtype=np.complex128)
+    harmonics = np.empty((flat[0].size, orders.size), dtype=np.complex128)
     for begin in range(0, flat[0].size, SAMPLED_AT_ONCE):
         here = slice(begin, begin + SAMPLED_AT_ONCE)
-        found[here] = of_curve(
+        harmonics[here] = of_curve(
             part.curve(angle, member, *(column[here] for column in flat)), angle, orders
         )
     place, row = np.broadcast_arrays(
         which.reshape(nu.shape), np.arange(flat[0].size).reshape(columns[0].shape)
     )
-    return found[row, place]
+    return harmonics[row, place]
 
 
 def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:

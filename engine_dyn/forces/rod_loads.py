@@ -48,7 +48,7 @@ def rod_load_extremes(
     Parameters
     ----------
     numbers : mapping of array_like
-        What broadcasts over the designs: "crank_ratio", "double_radius" [m], "offset_ratio",
+        Numbers that broadcast over the designs: "crank_ratio", "double_radius" [m], "offset_ratio",
         "bore" [m], "row", "pressure_scale", "crankcase_pressure" [Pa], "piston_mass" [kg], "speed"
         [rad/s] and "cylinder_set".
     family : Family
@@ -86,7 +86,7 @@ def _worst(
     one: Mapping[str, Any], phi: Floats, engine: Cylinders, family: Family, period: float
 ) -> list[Floats]:
     """Extremes of designs along the first axis, in the order of `EXTREMES`."""
-    found = []
+    extremes = []
     for member in dict.fromkeys(member._replace(phase=0.0) for member in engine.members):
         gas = _load(one, phi, member, family, 0.0)
         load = _load(one, phi, member, family, 1.0)
@@ -101,14 +101,14 @@ def _worst(
                 some = {name: column[which] for name, column in one.items()}
                 return _load(some, angle[:, None], member, family, moved)[:, 0]
 
-            for sign in (1.0, -1.0):  # of compression and of tension; 0 where there is none
+            for sign in (1.0, -1.0):  # largest compression and tension; 0 where there is none
                 ends.append(np.maximum(largest(values, phi, curve, sign)[0], 0.0))
         highest = np.maximum(*ends[2:])
         ratio = np.minimum(*ends[2:]) / np.where(highest > 0.0, highest, 1.0)
-        found.append((*ends, reversed_for * period / phi.size, ratio))
+        extremes.append((*ends, reversed_for * period / phi.size, ratio))
     return [
         (np.min if name in ("reversal", "ratio") else np.max)(values, axis=0)
-        for name, values in zip(EXTREMES.names or (), zip(*found, strict=True), strict=True)
+        for name, values in zip(EXTREMES.names or (), zip(*extremes, strict=True), strict=True)
     ]
 
 

@@ -171,15 +171,15 @@ def _risen(
         alive, tried, m = alive[go], tried[go], m[go]
         # Never one point alone, which may be computed on another way, with other bits.
         two = np.resize(np.arange(alive.size), max(alive.size, 2))
-        found = curve(which[alive][two], (angle[alive] + step * tried)[two])[: alive.size]
-        higher, behind = found > top[alive], tried > m
-        # What the new point or the old top becomes: the end of the gap on its side.
-        end, value = np.where(higher, m, tried), np.where(higher, top[alive], found)
+        risen = curve(which[alive][two], (angle[alive] + step * tried)[two])[: alive.size]
+        higher, behind = risen > top[alive], tried > m
+        # The new point or the old top becomes the end of the gap on its side.
+        end, value = np.where(higher, m, tried), np.where(higher, top[alive], risen)
         to_left = higher == behind
         left[alive] = np.where(to_left, end, left[alive])
         before[alive] = np.where(to_left, value, before[alive])
         right[alive] = np.where(to_left, right[alive], end)
         after[alive] = np.where(to_left, after[alive], value)
         here[alive] = np.where(higher, tried, m)
-        top[alive] = np.where(higher, found, top[alive])
+        top[alive] = np.where(higher, risen, top[alive])
     return top, here

@@ -37,7 +37,7 @@ def shaft_torque_extremes(
     Parameters
     ----------
     numbers : mapping of array_like
-        What broadcasts over the designs: "crank_ratio", "double_radius" [m], "offset_ratio",
+        Numbers that broadcast over the designs: "crank_ratio", "double_radius" [m], "offset_ratio",
         "bore" [m], "row", "pressure_scale", "crankcase_pressure" [Pa], "reciprocating_mass" [kg],
         "speed" [rad/s], "friction_torque" [N m], "cylinder_set" and the fields of `StrokeFriction`
         as "friction_0" to "friction_4" [Pa].
@@ -85,8 +85,8 @@ def shaft_torque_extremes(
                 design, throw = np.divmod(which, throws)
                 chosen = {name: column[design] for name, column in one.items()}
                 known = {key: mean[:, design] for key, mean in friction.items()}
-                found = _curves(chosen, angle[:, None], number, family, by_count, period, known)
-                return np.asarray(found[np.arange(which.size), throw, 0])
+                curves = _curves(chosen, angle[:, None], number, family, by_count, period, known)
+                return np.asarray(curves[np.arange(which.size), throw, 0])
 
             result["range"][some] = _largest_ranges(curves, phi, of_throws)
             result["rms"][some] = (steps * curves).sum(axis=-2).std(axis=-1)

@@ -210,15 +210,15 @@ def friction_of_cylinder(
         distinct, number = np.unique(
             np.stack([c.reshape(-1) for c in columns]), axis=1, return_inverse=True
         )
-        found = np.empty((4, distinct.shape[1]))
+        averages = np.empty((4, distinct.shape[1]))
         for begin in range(0, distinct.shape[1], MEANS_AT_ONCE):
             here = slice(begin, begin + MEANS_AT_ONCE)
             of_these = [row[here, None] for row in distinct]
-            found[:, here] = mean_parts(
+            averages[:, here] = mean_parts(
                 lambda angle: parts(angle, member, of_these),  # noqa: B023
                 gas.family.period * member.cycles,
             )
-        return found[:, number.reshape(-1)].reshape(4, *columns[0].shape)
+        return averages[:, number.reshape(-1)].reshape(4, *columns[0].shape)
 
     def one(angle: Any, member: Member) -> Any:
         key = tuple(member[1:])
@@ -259,12 +259,12 @@ def torque_after_throw(
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]
         angle = phi + train.phase_of(member)
-        found = (
+        torque = (
             lever * gas.difference(angle, member, train) * train.velocity(angle, member),
             -0.5 * moment * train.square(angle, member)[1],
             -friction_torque / engine.count,
         )
-        return found if varying is None else (*found, -lever * varying(angle, member))
+        return torque if varying is None else (*torque, -lever * varying(angle, member))
 
     def behind(throw: int, engine: Cylinders) -> Any:
         """Torque of all cylinders from a throw (from 0) on; NaN past the last one."""

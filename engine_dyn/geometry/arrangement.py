@@ -80,8 +80,8 @@ def symmetry(
     period : float
         Angle of the cycle [rad].
     weights : array_like, shape (Z,) or (Z, k), optional
-        What else tells cylinders apart (factor on the pressure, mass, crank radius); equal weights
-        are equal bit for bit.
+        Further weights that tell cylinders apart (factor on the pressure, mass, crank radius);
+        equal weights are equal bit for bit.
     own_periods : array_like, shape (Z,), optional
         Angle after which each cylinder repeats [rad], a part of the period.
 
@@ -214,7 +214,7 @@ class Arrangement:
     uneven : bool
         Says that uneven firing is meant.
     name : str
-        What it is called, for people.
+        Name for people.
     sides : tuple of float
         Factor on the engine's offset for each bank: 1, as of the bank of cylinder 1, or -1, to the
         other side of the crank's axis, as of the second bank of VR engines; empty: 1 for all.

@@ -39,7 +39,7 @@ class _Height(NamedTuple):
 
 
 class ArticulatedRod(NamedTuple):
-    """What tells an articulated rod from a plain one.
+    """Numbers that tell an articulated rod from a plain one.
 
     Attributes
     ----------

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 SAMPLES = 360
-"""Of a revolution, for the means of articulated rods."""
+"""Samples of a revolution, for the means of articulated rods."""
 
 
 def value_of_sets(

@@ -1,4 +1,4 @@
-"""What tells the cylinders of an engine apart, and what repeats: phase, gas pressure and mass.
+"""The cylinders of an engine, as phase, gas pressure and mass tell them apart, and as they repeat.
 
 Torque is a sum over cylinders. Where their arrangement repeats n times in the cycle, it has the
 period Phi/n and is the sum over Z/n of them, the *representatives*, each folded at that period.
@@ -229,15 +229,15 @@ class Cylinders:
 
         docs/method.md (40) sums over them.
         """
-        free, found = list(self.members), []
+        free, representatives = list(self.members), []
         while free:
             first = free.pop(0)
-            found.append(first)
+            representatives.append(first)
             for k in range(1, times):
                 place = first.phase + k * self.period / times
                 alike = [member for member in free if member[1:] == first[1:]]
                 free.remove(min(alike, key=lambda m: self._apart(m, place)))
-        return tuple(found)
+        return tuple(representatives)
 
     def _own_period(self, member: Member) -> float:
         """Angle after which the pressure of one cylinder repeats [rad]."""
@@ -260,16 +260,16 @@ class Cylinders:
         rarest = min(marks, key=lambda mark: (marks.count(mark), repr(mark)))
 
         def seen_from(origin: Member) -> tuple[Member, ...]:
-            found = []
+            members = []
             for member in self.members:
                 own = self._own_period(member)
                 part = round((member.phase - origin.phase) / own % 1.0, 14) % 1.0
-                found.append(member._replace(phase=part * own))
-            return tuple(sorted(found, key=repr))
+                members.append(member._replace(phase=part * own))
+            return tuple(sorted(members, key=repr))
 
         members, phase = min(
             ((seen_from(one), one.phase) for one in self.members if one[1:] == rarest),
-            key=lambda found: repr(found[0]),
+            key=lambda image: repr(image[0]),
         )
         return Cylinders(self.period, members, cycles=self.cycles), phase
 

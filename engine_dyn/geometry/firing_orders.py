@@ -49,8 +49,9 @@ class KnownOrder(NamedTuple):
     source : str
         Citation, or engines that use it.
     numbering : str
-        Of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1, 2, ... on
-        one, the rest on the other), "alternate" from throw to throw (odd numbers on one bank).
+        Numbering of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1,
+        2, ... on one, the rest on the other), "alternate" from throw to throw (odd numbers on one
+        bank).
     crank : str
         "cross-plane" or "flat-plane", where there is a choice.
     built : tuple of (float or None, str)

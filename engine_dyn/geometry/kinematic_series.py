@@ -292,7 +292,7 @@ def _truncated(
 
 
 def _of_power(angle: Floats, power: int, derivative: int) -> Any:
-    """What lambda^(2 power - 1) stands with: (1 - W)/lambda, or its derivatives, order by order."""
+    """Factors of lambda^(2 power - 1) in (1 - W)/lambda, or its derivatives, order by order."""
     binomial = 1.0
     for i in range(power):
         binomial *= (0.5 - i) / (i + 1.0)

@@ -132,8 +132,8 @@ def vee(
         Firing order. Without it that of an engine known to be built with this bank angle, these
         pins and this crank (`firing_orders.known_vee_order`).
     numbering : str, optional
-        What `order` counts: "banks" or "alternate" (see `firing_orders.KnownOrder`). As the order
-        is known with, "banks" for others.
+        Numbering that `order` counts by: "banks" or "alternate" (see `firing_orders.KnownOrder`).
+        As the order is known with, "banks" for others.
     crank : str, optional
         "cross-plane" or "flat-plane", of a four-stroke V8 without an order.
     period : float
@@ -173,16 +173,16 @@ def vee(
     numbering = numbering or _known_numbering(order, known)
     _check_word(name, "numbering", numbering, NUMBERINGS)
     banks, places = _numbered(cylinders, 2, numbering)
-    found = [
+    layouts = [
         _of_order(name, order, banks, places, (0.0, side * bank_angle), pins, period)
         for side in (1.0, -1.0)
     ]
     # On the wrong side of the first bank, shared pins fire in another order.
-    right = [one for one in found if _fires(one, order)]
+    right = [one for one in layouts if _fires(one, order)]
     if not right:
         raise ValueError(
             f"{name}: order {_shown(order)}: shared pins and this bank angle fire "
-            f"{_shown(found[0].firing_order)}"
+            f"{_shown(layouts[0].firing_order)}"
         )
     made = min(right, key=lambda one: _oddness(one, pins))
     if crank is not None and _crank_of(made) != crank:
@@ -527,7 +527,7 @@ def _vee_hint(cylinders: int, known: Sequence[KnownOrder]) -> str:
 
 
 def _numbered_so(known: Sequence[KnownOrder], numbering: str | None) -> list[KnownOrder]:
-    """Those that number the cylinders so; all of them, if it is not said how."""
+    """Layouts that number the cylinders so; all of them, if it is not said how."""
     return [entry for entry in known if numbering in (None, entry.numbering)]
 
 

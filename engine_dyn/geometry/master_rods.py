@@ -95,10 +95,10 @@ def _each(
     if np.ndim(value) == 0:
         number = float(np.asarray(value))
         return _each(name, [0.0 if one else number for one in masters], high, masters)
-    found = [float(one) for one in np.asarray(value, dtype=float)]
-    if len(found) != len(masters):
-        raise ValueError(f"{name}: {len(found)} values for {len(masters)} cylinders")
-    for place, one in enumerate(found, start=1):
+    numbers = [float(one) for one in np.asarray(value, dtype=float)]
+    if len(numbers) != len(masters):
+        raise ValueError(f"{name}: {len(numbers)} values for {len(masters)} cylinders")
+    for place, one in enumerate(numbers, start=1):
         if not 0.0 <= one <= high:
             raise ValueError(f"{name}, value {place} = {one:g}: must be from 0 to {high:g}")
-    return found
+    return numbers

@@ -55,7 +55,7 @@ CRANKS = {
 """Crankshafts whose orders are taken, in words."""
 
 DIGITS = 9
-"""Of angles in degrees: sums and differences of turns leave rounding behind."""
+"""Digits of angles in degrees: sums and differences of turns leave rounding behind."""
 
 
 @dataclass(frozen=True)
@@ -132,14 +132,16 @@ def possible_orders(engine: Arrangement, crank: str = "own") -> tuple[PossibleOr
         bases = itertools.chain.from_iterable(
             _cranks_of(places, base) for base in _kinds_of_cranks(places)
         )
-    found = []
+    orders = []
     for base in bases:
         offsets = _offsets(places, base)
         own = _same_angles(base, places.base)
         for firing in _firing_angles(engine, offsets):
-            found.append(PossibleOrder(_with(engine, places, base, firing), own))
-    found.sort(key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles)))
-    return _named(found)
+            orders.append(PossibleOrder(_with(engine, places, base, firing), own))
+    orders.sort(
+        key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles))
+    )
+    return _named(orders)
 
 
 def sampled_orders(
@@ -154,7 +156,7 @@ def sampled_orders(
     number : int
         How many, at least 1; all of them where there are no more.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers.
 
     Returns
     -------
@@ -169,17 +171,17 @@ def sampled_orders(
     kinds = _kinds_of_cranks(places, alike=crank == "any")
     kinds = kinds[:1] if crank == "own" else kinds
     base, firing = places.base, tuple(float(angle) for angle in engine.firing_angles)
-    found: dict[tuple[float, ...], PossibleOrder] = {}
-    while len(found) < number:
+    orders: dict[tuple[float, ...], PossibleOrder] = {}
+    while len(orders) < number:
         made = _with(engine, places, base, firing)
         key = tuple(round(angle / DEGREE, DIGITS) for angle in firing)
-        found.setdefault(key, PossibleOrder(made, _same_angles(base, places.base)))
+        orders.setdefault(key, PossibleOrder(made, _same_angles(base, places.base)))
         base = kinds[random.integers(len(kinds))]
         if crank == "any":
             base = _shuffled(places, base, random)
         ways = list(_firing_angles(engine, _offsets(places, base)))
         firing = ways[random.integers(len(ways))]
-    drawn = list(found.values())
+    drawn = list(orders.values())
     drawn.sort(key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles)))
     return _named(drawn)
 
@@ -265,7 +267,7 @@ def known_order_of(engine: Arrangement) -> tuple[KnownOrder, str] | None:
 
 @dataclass(frozen=True)
 class _Places:
-    """What stands at each place along the shaft.
+    """Crank and cylinders at each place along the shaft.
 
     Attributes
     ----------
@@ -274,7 +276,7 @@ class _Places:
     base : tuple of float
         Angle of the throw of the first of them [rad].
     kinds : tuple
-        What is alike may change places: banks, angles between throws, crank radii.
+        Parts that are alike may change places: banks, angles between throws, crank radii.
     first : int
         Place of cylinder 1.
     """
@@ -337,12 +339,12 @@ def _by_kind(places: _Places, base: Sequence[float], turn: float = 0.0) -> list[
 def _turns_of(places: _Places, base: Sequence[float], target: Sequence[float]) -> list[float]:
     """Angles by which a crankshaft can be turned to have the throws of another somewhere."""
     wanted = _by_kind(places, target)
-    found: dict[float, float] = {}
+    turns: dict[float, float] = {}
     for angle in base:
         turn = target[0] - angle
         if _by_kind(places, base, turn) == wanted:
-            found.setdefault(_rounded(turn), turn)
-    return list(found.values())
+            turns.setdefault(_rounded(turn), turn)
+    return list(turns.values())
 
 
 def _kinds_of_cranks(places: _Places, alike: bool = True) -> list[tuple[float, ...]]:
@@ -374,7 +376,7 @@ def _cranks_of(places: _Places, base: tuple[float, ...]) -> Iterator[tuple[float
     free: dict[tuple[tuple[int, float, float], ...], list[float]] = {}
     for angle, kind in zip(base, places.kinds, strict=True):
         free.setdefault(kind, []).append(angle)
-    # Of angles at which cylinder 1 may stand, turning the shaft makes some the same.
+    # Turning the shaft makes some of the angles the same at which cylinder 1 may stand.
     firsts: list[float] = []
     for angle in free[places.kinds[places.first]]:
         turned = {_rounded(angle + turn) for turn in turns}
@@ -499,11 +501,11 @@ def _fired_as(engine: Arrangement, firing: Sequence[float]) -> Arrangement:
     return replace(made, name=_shown(made.firing_order))
 
 
-def _named(found: list[PossibleOrder]) -> tuple[PossibleOrder, ...]:
+def _named(orders: list[PossibleOrder]) -> tuple[PossibleOrder, ...]:
     """The same with different names: where orders are equal, firing angles tell them apart."""
-    often = Counter(one.arrangement.name for one in found)
+    often = Counter(one.arrangement.name for one in orders)
     named = []
-    for one in found:
+    for one in orders:
         if often[one.arrangement.name] > 1:
             degrees = np.sort(one.arrangement.firing_angles) / DEGREE
             text = ", ".join(f"{round(float(angle), 2):g}" for angle in degrees)
@@ -542,7 +544,7 @@ def _orders_by_numbering(engine: Arrangement) -> dict[str, set[tuple[int, ...]]]
     """
     members = _places(engine).members
     banks = len(engine.banks)
-    found: dict[str, set[tuple[int, ...]]] = {"banks": set(), "alternate": set()}
+    orders: dict[str, set[tuple[int, ...]]] = {"banks": set(), "alternate": set()}
     for first in range(banks):
         numbers = {"banks": {}, "alternate": {}}  # type: dict[str, dict[int, int]]
         for place, some in enumerate(members):
@@ -553,8 +555,8 @@ def _orders_by_numbering(engine: Arrangement) -> dict[str, set[tuple[int, ...]]]
         for numbering, number in numbers.items():
             order = [number[cylinder - 1] for cylinder in engine.firing_order]
             begin = order.index(1)
-            found[numbering].add((*order[begin:], *order[:begin]))
-    return found
+            orders[numbering].add((*order[begin:], *order[:begin]))
+    return orders
 
 
 def _check_crank(crank: str) -> None:

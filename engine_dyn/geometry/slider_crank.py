@@ -80,7 +80,7 @@ class _Crank(NamedTuple):
 
     ratio: Any
     offset: Any
-    sine: Any  # of the crank's angle to the cylinder
+    sine: Any  # sine of the crank's angle to the cylinder
     cosine: Any
     root: Any  # cosine of the rod's angle
 
@@ -283,7 +283,9 @@ def angle_of_travel(
     gamma = 2.0 * np.arctan2(
         np.sqrt(near * (rod + distance - 1.0)), np.sqrt(far * (distance + 1.0 + rod))
     )
-    lean = np.arctan2(apart * x, (top - x) * top + apart**2)  # of the pin, since top dead centre
+    lean = np.arctan2(
+        apart * x, (top - x) * top + apart**2
+    )  # travel of the pin since top dead centre
     return lean + np.where(down, gamma, -gamma)
 
 

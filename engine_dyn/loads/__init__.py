@@ -1,4 +1,4 @@
-"""What acts on the crankshaft beside gas and masses: loads, drivers, friction.
+"""Torques on the crankshaft besides those of gas and masses: loads, drivers, friction.
 
 laws               how a load or driver depends on the speed: the registry, compiled
 driven_machine     tables of torque, motors, and which law an engine has

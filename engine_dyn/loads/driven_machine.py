@@ -1,4 +1,4 @@
-"""What an engine drives, and what drives a machine: torque over an angle and torque over speed.
+"""Driven machines and drivers: torque over an angle and torque over speed.
 
 A load may depend on the crank angle or on the angle of its own shaft, theta = i phi + theta_0,
 where the gear ratio i is the speed of that shaft over the crank's. At the crank its torque is i
@@ -54,15 +54,14 @@ __all__ = [
 
 REVOLUTION = 2.0 * math.pi
 MOST_REVOLUTIONS = 64
-"""Of the period of a torque over an angle."""
+"""Most revolutions in the period of a torque over an angle."""
 
 FEWEST_POINTS = 8
 HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
-"""Of a torque in closed form."""
+"""Highest order and most orders of a torque in closed form."""
 
 LARGEST = 1e12
-"""Of torques and speeds of a table, far above those of any machine: what is computed with them must
-not overflow."""
+"""Largest torque and speed of a table, far above those of any machine: results must not overflow."""
 
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""
@@ -232,7 +231,7 @@ class TorqueOverSpeed:
 
 @dataclass(frozen=True, eq=False)
 class DrivenMachine:
-    """What acts on the crankshaft besides a + k omega^alpha; nothing unless given.
+    """Loads and drivers of the crankshaft besides a + k omega^alpha; none unless given.
 
     Attributes
     ----------
@@ -568,8 +567,8 @@ def harmonics_of_load(
     harmonic = np.asarray(orders) * turns / exact
     whole = np.rint(harmonic)
     there = (np.abs(harmonic - whole) < ALIKE * np.maximum(whole, 1.0)) & (whole < of_torque.size)
-    found = np.where(there, of_torque[np.where(there, whole, 0.0).astype(np.int64)], 0.0)
-    return found * np.exp(1j * whole * np.asarray(load_phase) / turns)
+    harmonics = np.where(there, of_torque[np.where(there, whole, 0.0).astype(np.int64)], 0.0)
+    return harmonics * np.exp(1j * whole * np.asarray(load_phase) / turns)
 
 
 def motor_torque(

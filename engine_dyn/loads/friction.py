@@ -269,11 +269,11 @@ class ValveTrain(NamedTuple):
     number : int
         Under which the kind is known.
     flat : float
-        Of a flat follower on the cam [kPa mm]; 0 for a roller.
+        Constant of a flat follower on the cam [kPa mm]; 0 for a roller.
     roller : float
-        Of a roller follower [kPa mm/rpm]; 0 for a flat one.
+        Constant of a roller follower [kPa mm/rpm]; 0 for a flat one.
     hydrodynamic, mixed : float
-        Of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed lubrication [kPa].
+        Constants of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed lubrication [kPa].
     """
 
     number: int
@@ -404,7 +404,7 @@ def valve_train(
     cylinders : array_like
         Their number.
     speed : array_like
-        Of the crank [rad/s].
+        Speed of the crank [rad/s].
     kind : array_like of int
         Number of a kind in `VALVE_TRAINS`.
     lift : array_like

@@ -74,7 +74,7 @@ INPUTS = (
 
 
 class Form(NamedTuple):
-    """What all designs of a sweep have in common of a law.
+    """The part of a law that all designs of a sweep have in common.
 
     Attributes
     ----------
@@ -271,7 +271,7 @@ def slope_and_sign(
 
 
 class LawFacts(NamedTuple):
-    """What one law over speed is called, and what it needs.
+    """Name and needs of one law over speed.
 
     Attributes
     ----------

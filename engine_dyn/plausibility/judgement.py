@@ -89,9 +89,9 @@ class Implausible:
     value : float
         The worst value, in the unit of the check.
     given : tuple of str
-        What it follows from, such as "speed = 126 rpm".
+        Values that it follows from, such as "speed = 126 rpm".
     question : str
-        What may be meant; empty where nothing usual fits.
+        The value that may be meant; empty where nothing usual fits.
     key : str
         The parameter that is asked about, or the first that may be wrong.
     count, of : int
@@ -185,11 +185,11 @@ def implausible(
     >>> found.key
     'bore'
     """
-    found: list[Implausible] = []
+    unusual: list[Implausible] = []
     values = {n: v if isinstance(v, float | int) else _array(n, v) for n, v in values.items()}
     if diagram is not None:
         values.setdefault("period", diagram.period)
-        found += judged_diagrams((diagram,), driven=driven, silenced=frozenset(silenced))
+        unusual += judged_diagrams((diagram,), driven=driven, silenced=frozenset(silenced))
     if "offset" in values:
         values["pin_offset"], values["crank_offset"] = values.pop("offset"), 0.0
     wrong: set[str] = set()
@@ -204,8 +204,8 @@ def implausible(
         one = judged(check, base, measured, SI_UNITS)
         if one is not None:
             wrong.add(one.key)
-            found.append(one)
-    return tuple(found)
+            unusual.append(one)
+    return tuple(unusual)
 
 
 def _array(name: str, values: Any) -> Any:
@@ -368,7 +368,7 @@ def _question(
             meant = suspicion.meant(point[key]) / size
             if math.isclose(meant, point[key], rel_tol=1e-9):
                 continue
-            if math.isnan(meant):  # of another dimension: nothing to compute
+            if math.isnan(meant):  # a diagram has another dimension: nothing to compute
                 fitting.append((0, suspicion.question))
                 continue
             far = _fit(check, {**point, key: meant}, measured)
@@ -376,7 +376,7 @@ def _question(
                 fitting.append((int(2.0 * far) if check.low > 0.0 else 0, suspicion.question))
         if fitting:
             # Nearest to the middle of the range; of those that are as near, the most usual.
-            return [key], min(fitting, key=lambda found: found[0])[1]
+            return [key], min(fitting, key=lambda fit: fit[0])[1]
         if place == 0 and check.low > 0.0 and not 0.5 * check.low <= value <= 2.0 * check.high:
             wrong = [k for k in keys if _fits_ten_times(check, point, k, measured)]
             if wrong:
@@ -420,7 +420,7 @@ _FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")
 
 @lru_cache(maxsize=1024)
 def _facts(diagram: Diagram) -> tuple[float, ...]:
-    """What checks of diagrams take, in the order of `_FACTS`, SI."""
+    """Measures that checks of diagrams take, in the order of `_FACTS`, SI."""
     phi = (np.arange(SAMPLES) / SAMPLES - 0.5) * diagram.period
     # The crank ratio changes the mean effective pressure by a few percent at most: 0.3 will do.
     lean = 0.3 * np.sin(phi)
@@ -454,7 +454,7 @@ def judged_diagrams(
     columns = np.array([_facts(diagram) for diagram in diagrams]).T
     facts = dict(zip(_FACTS, columns, strict=True))
     facts["burns"] = np.full(len(diagrams), not driven)
-    found: list[Implausible] = []
+    unusual: list[Implausible] = []
     for check in DIAGRAM_CHECKS:
         if check.name in silenced:
             continue
@@ -465,7 +465,7 @@ def judged_diagrams(
         place = int(np.argmax(np.where(bad, _distance(check, measure), -math.inf)))
         value = float(measure[place]) / check.si
         question = _question_of_diagram(check, value, written)
-        found.append(
+        unusual.append(
             Implausible(
                 check, value, (), question, "the diagram's " + check.blames[0], int(bad.sum()),
                 len(diagrams), (place,),
@@ -473,15 +473,15 @@ def judged_diagrams(
         )  # fmt: skip
         if question:
             break  # the other measures are wrong for the same reason
-    return tuple(found)
+    return tuple(unusual)
 
 
 def _question_of_diagram(check: Check, value: float, written: float) -> str:
-    """What a diagram may have been meant as; empty where nothing usual fits."""
+    """The reading that a diagram may have been meant for; empty where nothing usual fits."""
     if check.blames == ("angle",):
         late = value < check.low if check.name == "compression_rise" else value > check.high
         shift = "late" if late else "early"
-        if check.name == "compression_rise":  # which a wrong level changes as well
+        if check.name == "compression_rise":  # a wrong level changes these as well
             return f"{shift}? Or is its pressure too {'high' if late else 'low'}"
         return shift
     if check.name not in ("peak_pressure", "lowest_pressure"):

@@ -1,4 +1,4 @@
-"""What engines usually have: the one table of ranges, with their sources and usual mistakes.
+"""Ranges that are usual for engines: the one table, with sources and usual mistakes.
 
 A range is wide: it holds the smallest model engine and the largest marine engine, idling and
 racing, because a warning that comes without need is soon read no more. Where measures grow with
@@ -43,7 +43,7 @@ MOST_DELTA = 0.5
 
 @dataclass(frozen=True)
 class Suspicion:
-    """What a value may have been meant as.
+    """Another reading of a value that may have been meant.
 
     Attributes
     ----------
@@ -214,7 +214,7 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
     "rated_power": (_in("kW", 1e3), _in("hp", 745.7), _in("MW", 1e6)),
     "flywheel_density": (_in("g/cm3", 1e3),),
 }  # fmt: skip
-"""What the parameters may have been meant as, the most usual first."""
+"""Meanings that the parameters may have had, the most usual first."""
 
 # --- the ranges -----------------------------------------------------------------------------------
 

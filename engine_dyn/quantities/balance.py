@@ -79,7 +79,7 @@ _ENGINE = (
     "cylinders_by_count",
 )  # fmt: skip
 _MASSES = tuple(name for name in _ENGINE if name != "speed")
-"""What does not depend on the speed: sizes of weights, where forces are compared."""
+"""Results that do not depend on the speed: sizes of weights, where forces are compared."""
 
 FORCE = (
     *_ENGINE, "turning_mass", "throw_turning_mass", "shaft_unbalance", "pair_unbalance",

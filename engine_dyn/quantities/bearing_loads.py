@@ -128,7 +128,7 @@ def _load_nodes(
         )  # fmt: skip
         return one + 1j * other
 
-    def found(threads: int | None = 1, **needs: Any) -> Any:
+    def make_extremes(threads: int | None = 1, **needs: Any) -> Any:
         return bearings.extremes(
             load, needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
             factors(needs), *_engines(needs), needs["curve_period"], needs.get("main_bearing", 1),
@@ -147,8 +147,8 @@ def _load_nodes(
             hidden(whole, "N", f"components of the {text}",
                     components, (*_LOADED, *own, *counted, "crank_angle"), kind="curve", when=when,
                     width=80),
-            hidden(extreme, "N", f"extremes of the {text}", found, (*_LOADED, *own, *counted),
-                    when=when, width=bearings.EXTREMES.itemsize, threaded=True),
+            hidden(extreme, "N", f"extremes of the {text}", make_extremes,
+                    (*_LOADED, *own, *counted), when=when, width=bearings.EXTREMES.itemsize, threaded=True),
         )
     ]  # fmt: skip
     return [
@@ -181,16 +181,16 @@ def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
     needs = (of, *_AROUND, *_COUNTED) if turning == "engine" else (of, *_AROUND)
 
     def make(**needs: Any) -> Any:
-        found = needs[of]
+        component = needs[of]
         if turning == "engine":
-            found = bearings.in_turned_axes(found, bearings.first_crank(
+            component = bearings.in_turned_axes(component, bearings.first_crank(
                 needs["crank_angle"], needs["crank_ratio"], needs["offset_ratio"],
                 needs["cylinder_set"], needs["cylinders_by_count"],
             ))  # fmt: skip
         elif turning == "crank":
             top = slider_crank.dead_centres(needs["crank_ratio"], needs["offset_ratio"]).top
-            found = bearings.in_turned_axes(found, needs["crank_angle"] + top)
-        return found.real if part in ("radial", "x", "side") else found.imag
+            component = bearings.in_turned_axes(component, needs["crank_angle"] + top)
+        return component.real if part in ("radial", "x", "side") else component.imag
 
     return Node(
         name, symbol, "N", long_name, NOTES, kind="curve", needs=needs if turning else (of,),

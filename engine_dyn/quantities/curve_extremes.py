@@ -49,8 +49,8 @@ def of_curve(node: Node, variant: Callable[[str], Node]) -> Node:
             given["curve_period"] = curve_period
         behind = {name: _with_last_axis(value) for name, value in given.items()}
         phi = sample_angles(curve_period, given.get("family"))
-        found = np.asarray(values(phi, behind))
-        shape = found.shape[:-1]
+        samples = np.asarray(values(phi, behind))
+        shape = samples.shape[:-1]
         columns = {
             name: np.broadcast_to(value, (*shape, 1)).reshape(-1, 1) if _varies(value) else value
             for name, value in behind.items()
@@ -60,7 +60,7 @@ def of_curve(node: Node, variant: Callable[[str], Node]) -> Node:
             chosen = {n: v[designs] if _varies(v) else v for n, v in columns.items()}
             return np.asarray(values(angle[:, None], chosen))[:, 0]
 
-        return sign * largest(found.reshape(-1, phi.size), phi, at, sign)[0].reshape(shape)
+        return sign * largest(samples.reshape(-1, phi.size), phi, at, sign)[0].reshape(shape)
 
     return replace(node, needs=tuple(sorted(needs | {"curve_period"})), removes=(), make=make)
 

@@ -83,11 +83,11 @@ def means_of_curves(quantities: Iterable[Node]) -> tuple[Node, ...]:
     nodes = list(quantities)
     known = {node.name for node in nodes}
     curves = {node.name: node for node in reversed(nodes) if node.kind == "curve" and node.public}
-    found = []
+    means = []
     for curve in curves.values():
         plain = replace(curve, when="")
-        found += [
+        means += [
             _of_curve(plain, RMS, "root mean square", "({})_{{rms}}", root_mean_square),
             _of_curve(plain, MEAN, "mean", r"\langle {} \rangle", curve_mean),
         ]
-    return tuple(node for node in found if node.name not in known)
+    return tuple(node for node in means if node.name not in known)

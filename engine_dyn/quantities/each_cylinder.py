@@ -41,7 +41,7 @@ def _stroke(*, double_radius: Any, **needs: Any) -> Any:
 
 def _top(*, period: float, **needs: Any) -> Any:
     top = _of_each(needs, lambda member, *crank: -member.phase_of(*crank))
-    # What rounding puts below 0 is 0.
+    # Rounding may put a square below 0.
     return np.where(top < -1e-12, top + period, np.maximum(top, 0.0))
 
 
@@ -105,7 +105,7 @@ MOTION = (
         SOURCE, kind="curve", needs=("crank_angle", *_OF_EACH, "double_radius"), make=_travel,
     ),
 )  # fmt: skip
-"""What each cylinder has of its own."""
+"""The nodes that each cylinder has of its own."""
 
 _FORCES = (
     _force("reciprocating_force", "P_J", "inertia force of all reciprocating masses, exact", 0,
@@ -192,7 +192,7 @@ FOLLOWED = frozenset({
     "piston_friction_torque",
     *(f"{whose}_{part}_sum" for whose in ("engine", "cylinder")
       for part in ("gas", "speed", "inertia")),
-    # what turns with the crank, and the first crank pin
+    # the mass that turns with the crank, and the first crank pin
     "throw_force", "counterweight_force", "crank_pin_x", "crank_pin_y",
 })  # fmt: skip
 """Nodes that take the mechanism (crank ratio, offset or cylinders) and hold for articulated rods.

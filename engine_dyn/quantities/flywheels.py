@@ -18,12 +18,12 @@ __all__ = ["NODES", "PARAMETERS"]
 
 def _limits() -> tuple[tuple[str, float], ...]:
     """Names of admissible deltas: the finer end of a range, and where it has one the coarser."""
-    found = []
+    limits = []
     for name, (fine, coarse) in flywheel.ADMISSIBLE.items():
-        found.append((name, fine))
+        limits.append((name, fine))
         if coarse != fine:
-            found.append((f"{name}, coarse", coarse))
-    return tuple(found)
+            limits.append((f"{name}, coarse", coarse))
+    return tuple(limits)
 
 
 PARAMETERS = (
@@ -93,10 +93,10 @@ def _triangle(field: str) -> Any:
     def make(brake_power: Any, speed: Any, wanted_delta: Any, period: Any) -> Any:
         power = np.asarray(brake_power, dtype=float)
         drives = power > 0.0
-        found = flywheel.triangular_torque(
+        triangle = flywheel.triangular_torque(
             np.where(drives, power, 1.0), speed, wanted_delta, period
         )
-        return np.where(drives, getattr(found, field), np.nan)
+        return np.where(drives, getattr(triangle, field), np.nan)
 
     return make
 
@@ -166,7 +166,7 @@ def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
 
 
 _ENERGY = "Khurmi and Gupta chapter 16"
-"""Their definitions."""
+"""Source of the definitions of energies."""
 
 _SIZED = "sized_flywheel_inertia", "", "kg m2", "inertia of the flywheel that is sized"
 
@@ -222,7 +222,7 @@ NODES = (
         public=False, when="given_inertia inertia_in_parts",
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
-    # Of an inertia that is given whole, the load's part is not known: scenes are refused.
+    # The load's part of an inertia that is given whole is not known: scenes are refused.
     *(
         Node(
             "load_side_inertia", "", "kg m2",
@@ -410,7 +410,7 @@ NODES = (
         *_SIZED, public=False, when="given_inertia inertia_in_parts",
         make=lambda flywheel_inertia: flywheel_inertia,
     ),
-    # Of an inertia that is given whole, the flywheel's part is not known: scenes are refused.
+    # The flywheel's part of an inertia that is given whole is not known: scenes are refused.
     *(
         Node(*_SIZED, public=False, when=f"given_inertia {when}", kind="parameter")
         for when in ("inertia_whole", "inertia_of_shaft")

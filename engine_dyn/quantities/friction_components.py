@@ -136,8 +136,8 @@ def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
     # One angle beside designs: the same branch of `pressure`, so the same bits, for all shapes.
     angle = np.array([-np.pi])
     place = np.asarray(row, dtype=float)[..., None]
-    found = torque.pressure(angle, family, place)[..., 0]
-    return found * pressure_scale / components.ATMOSPHERE
+    pressure = torque.pressure(angle, family, place)[..., 0]
+    return pressure * pressure_scale / components.ATMOSPHERE
 
 
 NODES: tuple[Node, ...] = (

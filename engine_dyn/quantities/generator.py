@@ -100,9 +100,9 @@ _EXTREMES = np.dtype([("low", np.float64), ("high", np.float64)])
 
 
 def _extremes(*, omega_close: Any, curve_period: float) -> Any:
-    found = time_over_angle.extremes(*_close_curve(omega_close, curve_period))
-    result = np.empty(found[0].shape, dtype=_EXTREMES)
-    result["low"], result["high"] = found
+    extremes = time_over_angle.extremes(*_close_curve(omega_close, curve_period))
+    result = np.empty(extremes[0].shape, dtype=_EXTREMES)
+    result["low"], result["high"] = extremes
     return result
 
 
@@ -306,7 +306,7 @@ _STROKES = {
 }  # fmt: skip
 
 OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
-"""What a two-stroke engine has no half turn for."""
+"""Strokes that have no half turn of their own in a two-stroke engine."""
 
 _DURATIONS = (
     Node(

@@ -89,7 +89,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *(node for feature in FEATURES for node in feature.nodes),
     *each_cylinder.NODES,
 )
-"""What is computed; the subject files also hold what only stands on the way, which is not public.
+"""All nodes that are computed, public ones and those on the way to them.
 """
 
 _CURVE_MEANS = curve_means.means_of_curves(_QUANTITIES)
@@ -187,15 +187,15 @@ for _node in (variant for variants in NODES.values() for variant in variants):
     check_words(_node.name, _node.when)
 
 PARAMETERS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _PARAMETERS})
-"""What a scene may set or vary."""
+"""Parameters that a scene may set or vary."""
 
 NUMBERED: frozenset[str] = frozenset({*single_cylinders.OF_CYLINDER, *shaft_numbers.OF_SHAFT})
-"""Those of them that belong to a single cylinder, disc, shaft, gear or damper."""
+"""Parameters that belong to a single cylinder, disc, shaft, gear or damper."""
 
 PATTERNS: Mapping[str, Node] = MappingProxyType(
     {**single_cylinders.PATTERNS, **shaft_numbers.PATTERNS}
 )
-"""What lists show of these: N stands for the number."""
+"""Numbered parameters as lists show them: N stands for the number."""
 
 UNLESS_GIVEN: Mapping[str, float] = MappingProxyType(
     {n.name: n.unless_given for n in _PARAMETERS if n.unless_given is not None}
@@ -205,14 +205,14 @@ UNLESS_GIVEN: Mapping[str, float] = MappingProxyType(
 QUANTITIES: Mapping[str, Node] = MappingProxyType(
     {name: _by_name[name][0] for name in sorted({n.name for n in _QUANTITIES if n.public})}
 )
-"""What lists and tables show of what a scene may ask for."""
+"""Quantities that lists and tables show; a scene may ask for them."""
 
 CURVE_MEANS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _CURVE_MEANS})
 """Root mean square and mean of every curve, by the endings of `curve_means`: lists name these once.
 """
 
 ALL_QUANTITIES: Mapping[str, Node] = MappingProxyType({**QUANTITIES, **CURVE_MEANS})
-"""What a scene may ask for."""
+"""All quantities that a scene may ask for."""
 
 CONSTANTS: tuple[str, ...] = tuple(n.name for n in _CONSTANTS)
 

@@ -13,7 +13,7 @@ from engine_dyn.quantities.node import Node
 __all__ = ["NODES", "OF_ANGLE", "load_coefficient_unit"]
 
 OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
-"""What a load over angle needs."""
+"""Nodes that a load over angle needs."""
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
 """Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""

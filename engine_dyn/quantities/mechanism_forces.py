@@ -54,7 +54,7 @@ class _Part(NamedTuple):
     Attributes
     ----------
     prefix, letter : str
-        Of the names of its components and of their symbols.
+        Beginning of the names of its components, and letter of their symbols.
     force : str
         The node.
     whose : str
@@ -80,13 +80,13 @@ class _Component(NamedTuple):
     Attributes
     ----------
     name, symbol : str
-        Of the component of the sum.
+        Name and symbol of the component of the whole force.
     long_name, short, behind : str
-        Of the sum; of a part, in front of and behind whose it is.
+        Meaning for the whole force; for a part, the words before and after the name of the part.
     sources : tuple of str
         Equations for the sum, the gas and the masses.
     needs : tuple of str
-        Of the ratio.
+        Nodes that the ratio takes.
     ratio : callable
         Component over the force on the piston.
     """
@@ -160,7 +160,7 @@ _NET_COMPONENTS = (
         "wall thrust with weight and piston friction, positive opposite to the side where the "
         "crank pin moves down",
         KHURMI, ("net_piston_force", "mass_of_first", "direction_of_first", *_ANGLE),
-        # Of a cylinder that leans, the weight also lies on the wall.
+        # The weight also lies on the wall of a cylinder that leans.
         lambda net_piston_force, mass_of_first, direction_of_first, crank_angle, crank_ratio,
         offset_ratio: net_piston_force
         * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio)

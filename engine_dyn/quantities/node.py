@@ -1,4 +1,4 @@
-"""What the graph of parameters and quantities is made of: nodes and dimensions."""
+"""Nodes and dimensions, from which the graph of parameters and quantities is made."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Node:
     named : tuple of (str, float)
         Names that scenes may write for values of a parameter, in file units.
     meanings : tuple of str
-        What the numbers 0, 1, 2 ... mean, for a quantity that is a verdict; one word each.
+        Meanings of the numbers 0, 1, 2 ..., for a quantity that is a verdict; one word each.
     throws : bool
         The places of the engine's throws must be known.
     width : int

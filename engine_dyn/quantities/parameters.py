@@ -68,7 +68,7 @@ _VARIANTS: Mapping[str, tuple[dict[str, Any], ...]] = {
         {"when": "crank_mass_given"},
     ),
 }  # fmt: skip
-"""What makes a parameter that is not given, and when; the others are given or have a value."""
+"""Functions that make a parameter that is not given, and when; others are given or have a value."""
 
 PARAMETERS: tuple[Node, ...] = tuple(
     given(name, **more) for name in parameters.PARAMETERS for more in _VARIANTS.get(name, ({},))

@@ -62,9 +62,9 @@ def _numbered(what: str, count: int, values: Mapping[str, Any]) -> list[Any]:
 
 def _placed(shaft: Shaft, first: int, given: list[Any]) -> Any:
     """Values of dampers or pendulums at the places of their shafts, from `first` on; else NaN."""
-    found = [np.full(1, np.nan)] * len(shaft.shafts)
-    found[first : first + len(given)] = given
-    return joined(found)
+    columns = [np.full(1, np.nan)] * len(shaft.shafts)
+    columns[first : first + len(given)] = given
+    return joined(columns)
 
 
 def joined(parts: list[Any]) -> Any:

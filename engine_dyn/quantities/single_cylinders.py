@@ -63,7 +63,7 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
 
 
 def _named() -> dict[str, tuple[Place, Node]]:
-    found = {}
+    nodes = {}
     for pattern in PATTERNS.values():
         what = pattern.name.removesuffix("_N")
         # Crank angle and stroke are those of cylinder 1.
@@ -73,8 +73,8 @@ def _named() -> dict[str, tuple[Place, Node]]:
                 pattern, name=f"{what}_{number}", long_name=text,
                 symbol=pattern.symbol.replace("N", f"{{{number}}}"), public=False,
             )  # fmt: skip
-            found[node.name] = Place(what, number), node
-    return found
+            nodes[node.name] = Place(what, number), node
+    return nodes
 
 
 _NAMED = _named()

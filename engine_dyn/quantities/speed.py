@@ -79,14 +79,14 @@ def _solve(**needs: Any) -> dict[str, Any]:
         points = np.concatenate([np.ravel(given["crank_angle"])[:number], np.ravel(between)])
         given["crank_angle"] = points
     asked = [*here, *(kernels for kernels in close.values() if kernels not in here)]
-    found = dispatch.solve(**given | {"wanted": asked})
+    results = dispatch.solve(**given | {"wanted": asked})
     if close:
-        curves = {name: found[name] for name in CURVE_NAMES if name in found}
-        found |= {n: np.ascontiguousarray(curves[k][..., number:]) for n, k in close.items()}
-        found |= {n: np.ascontiguousarray(c[..., :number]) for n, c in curves.items()}
+        curves = {name: results[name] for name in CURVE_NAMES if name in results}
+        results |= {n: np.ascontiguousarray(curves[k][..., number:]) for n, k in close.items()}
+        results |= {n: np.ascontiguousarray(c[..., :number]) for n, c in curves.items()}
     if AT_START in wanted:
-        found[AT_START] = _at_start(found["omega"], needs["start_angle"], needs["crank_angle"])
-    return {**found, "outcome": found["status"]}
+        results[AT_START] = _at_start(results["omega"], needs["start_angle"], needs["crank_angle"])
+    return {**results, "outcome": results["status"]}
 
 
 def _solve_given_torque(period: float, **needs: Any) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def _solve_given_torque(period: float, **needs: Any) -> dict[str, Any]:
 
 
 def without_cylinders(period: float) -> dict[str, Any]:
-    """What the kernels take of an engine whose torque is given: cylinders that do nothing.
+    """Inputs of the kernels for an engine whose torque is given: cylinders that do nothing.
 
     The piston has an area of 1 m2 and the crank a radius of 1 m, without pressure and mass; only
     the cycle, `period` [rad], counts.
@@ -138,8 +138,8 @@ def _speed_search(key: str, extreme: str) -> Any:
         for _ in range(40):
             given = {**without_cylinders(period), **needs, "speed": speed}
             if wanted_delta is not None:
-                found = _search(**given, wanted_delta=wanted_delta)
-                given["inertia"] = found["inertia_required"]
+                results = _search(**given, wanted_delta=wanted_delta)
+                given["inertia"] = results["inertia_required"]
             ratio = target / _solve(**given, close_angle=None, wanted=[extreme])[extreme]
             ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution then tells what failed
             speed = speed * ratio
@@ -153,8 +153,8 @@ def _speed_search(key: str, extreme: str) -> Any:
 def _search(**needs: Any) -> dict[str, Any]:
     from engine_dyn.speed.required import solve_for_inertia
 
-    found = solve_for_inertia(**_keywords(needs))
-    return {"inertia_required": found.inertia, "search_status": found.status}
+    results = solve_for_inertia(**_keywords(needs))
+    return {"inertia_required": results.inertia, "search_status": results.status}
 
 
 def _both_statuses(outcome: Any, search_status: Any) -> Any:
@@ -166,10 +166,10 @@ def _both_statuses(outcome: Any, search_status: Any) -> Any:
 _ANGLES_OF_CURVES = ("crank_angle", "close_angle")
 
 _LAWS = {law.name: law.needs for law in LAWS}
-"""What each law over speed needs."""
+"""Nodes that each law over speed needs."""
 
 _ANGLES: dict[str, tuple[str, ...]] = {"steady_load": (), "angle_load": OF_ANGLE}
-"""What a load over angle needs."""
+"""Nodes that a load over angle needs."""
 
 
 OF_CYLINDERS = (
@@ -177,10 +177,10 @@ OF_CYLINDERS = (
     "bore", "double_radius", "reciprocating_mass", "friction_torque", "cylinder_set",
     "cylinders_by_count", "family",
 )  # fmt: skip
-"""What an engine needs whose torque follows from its pressure."""
+"""Nodes that an engine needs whose torque follows from its pressure."""
 
 OF_TORQUE = ("period", "torque_factor", "driven")
-"""What one needs whose torque is given."""
+"""Nodes that an engine needs whose torque is given."""
 
 
 def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
@@ -190,7 +190,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
         constant = "load_offset"
         acting: tuple[str, ...] = ("load_exponent", "driven")
     else:
-        # Of a load over angle, its mean is part of what the speed does not change.
+        # The mean of a load over angle is part of the load that the speed does not change.
         constant = "load_constant"
         acting = ("driven", *dict.fromkeys((*_LAWS[law], *_ANGLES[angle])))
     return Node(
@@ -210,7 +210,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
 def _inertia_search(solution: Node) -> Node:
     """Return the stage that finds the inertia for a wanted delta, beside one that solves."""
     needs = [need for need in solution.needs if need not in ("inertia", *_ANGLES_OF_CURVES)]
-    # Of a load over speed alone, the search finds its start by itself, and faster.
+    # With a load over speed alone, the search finds its start by itself, and faster.
     by_torque = "by_torque" in solution.when
     swing = ("energy_swing",) if by_torque or "load_offset" not in needs else ()
     return replace(

@@ -20,7 +20,7 @@ __all__ = ["NODES"]
 
 _OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
 _EXTREMES = tuple(n for n in _OF_CYLINDERS if n not in (*FRICTION_NAMES, "friction_torque"))
-"""What the extremes of the torque need, and without friction."""
+"""Nodes that the extremes of the torque need without friction."""
 
 _INDICATED = {"indicated_torque_max": "torque_max", "indicated_torque_min": "torque_min"}
 """Extremes of the torque without friction, and what their kernel calls them."""
@@ -50,10 +50,10 @@ _GIVEN = (*OF_TORQUE, "speed", "tolerance")
 
 
 def _indicated_solution(**needs: Any) -> Any:
-    found = _torque_solution(
+    extremes = _torque_solution(
         **{**needs, "friction_torque": 0.0, "wanted": list(_INDICATED.values())}
     )
-    return {name: found[kernels] for name, kernels in _INDICATED.items()}
+    return {name: extremes[kernels] for name, kernels in _INDICATED.items()}
 
 
 def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: str) -> Node:

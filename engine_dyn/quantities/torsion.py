@@ -95,10 +95,10 @@ def _modes(
     modes = natural_modes(system, speed_of_modes)
     count = np.size(mode)
 
-    found = {}
+    results = {}
     if "mode_node" in wanted:
-        found["mode_node"] = _first_modes(zero_crossings(system, modes), count, bad, 1)
-    return found | {
+        results["mode_node"] = _first_modes(zero_crossings(system, modes), count, bad, 1)
+    return results | {
         "natural_frequency": _first_modes(modes.frequency, count, bad),
         "mode_shape": _first_modes(modes.shape, count, bad, 1),
         "modal_inertia": _first_modes(modes.modal_inertia, count, bad),
@@ -143,13 +143,13 @@ def _damping(
         shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
         load_damping,
     )  # fmt: skip
-    found = {}
+    results = {}
     if "modal_damping_ratio" in wanted:
         modes = natural_modes(system, speed_of_modes)
-        found["modal_damping_ratio"] = modal_damping(system, modes, speed_of_modes)
+        results["modal_damping_ratio"] = modal_damping(system, modes, speed_of_modes)
     if not {*_DAMPED}.isdisjoint(wanted):
-        found |= zip(_DAMPED, damped_modes(system, speed_of_modes), strict=True)
-    return {name: _first_modes(found[name], np.size(mode), bad) for name in wanted}
+        results |= zip(_DAMPED, damped_modes(system, speed_of_modes), strict=True)
+    return {name: _first_modes(results[name], np.size(mode), bad) for name in wanted}
 
 
 def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
@@ -168,7 +168,7 @@ def _critical_speeds(
     coupling_stiffness: Any, order: Any, mode: Any, wanted: tuple[str, ...],
     load_damping: Any = 0.0, threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
-    """Of a shaft with pendulums, whose stiffness follows the speed."""
+    """Critical speeds of a shaft with pendulums, whose stiffness follows the speed."""
     from engine_dyn.torsion.damped import damped_critical_speeds
     from engine_dyn.torsion.modes import critical_speeds
 
@@ -179,8 +179,8 @@ def _critical_speeds(
     )  # fmt: skip
     (name,) = wanted
     speeds = damped_critical_speeds if name.startswith("damped") else critical_speeds
-    found = np.swapaxes(speeds(system, np.ravel(order)), -1, -2)
-    return {name: _first_modes(found, np.size(mode), bad, 1)}
+    critical = np.swapaxes(speeds(system, np.ravel(order)), -1, -2)
+    return {name: _first_modes(critical, np.size(mode), bad, 1)}
 
 
 def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
@@ -233,12 +233,14 @@ def _respond(
         ((shaft.load,), every_load_harmonics, -load_swing / ratios[shaft.load]),
         ((shaft.auxiliaries,), every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
     ]
-    acting = [part for part in acting if np.ndim(part[1])]  # what does not act is the number 0
+    acting = [
+        part for part in acting if np.ndim(part[1])
+    ]  # a part that does not act is the number 0
     acting = [(on, a if on is shaft.throws else np.expand_dims(a, -2), f) for on, a, f in acting]
     discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
     orders = np.ravel(every_order)
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
-    found = forced_response(
+    response = forced_response(
         system, orders, speed, discs, [_on_discs(*part[:2], discs) for part in acting],
         [part[2] for part in acting], kept=np.searchsorted(orders, np.ravel(order) - 1e-9),
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
@@ -247,7 +249,7 @@ def _respond(
     )  # fmt: skip
 
     def value(name: str) -> Any:
-        result = found[_RESULTS[name]]
+        result = response[_RESULTS[name]]
         match name:
             case "shaft_torque_lowest":
                 return result[..., 0]
@@ -262,7 +264,7 @@ def _respond(
         return half_range(result) if name.endswith("half_range") else result
 
     results = {name: value(name) for name in wanted if name in _RESULTS}
-    status = found["status"]
+    status = response["status"]
     if bad.any():
         for name, array in results.items():
             own = array.ndim - status.ndim
@@ -276,9 +278,9 @@ def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
     given = np.asarray(harmonics)[..., : len(own), :]
     if list(own) == discs:
         return given
-    found = np.zeros((*given.shape[:-2], len(discs), given.shape[-1]), dtype=np.complex128)
-    found[..., [discs.index(disc) for disc in own], :] = given
-    return found
+    torques = np.zeros((*given.shape[:-2], len(discs), given.shape[-1]), dtype=np.complex128)
+    torques[..., [discs.index(disc) for disc in own], :] = given
+    return torques
 
 
 def _mean_torques(

@@ -134,7 +134,7 @@ def check_words(name: str, when: str) -> None:
     Parameters
     ----------
     name, when : str
-        Of the node.
+        Name and words of the node.
 
     Raises
     ------

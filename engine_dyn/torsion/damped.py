@@ -48,7 +48,7 @@ def damped_modes(system: ShaftSystem, speed: Any = 0.0) -> DampedModes:
     system : ShaftSystem
         Its loss factors and damping may have any size.
     speed : array_like
-        Of the crank [rad/s], which stiffens pendulums.
+        Speed of the crank [rad/s], which stiffens pendulums.
     """
     state = _state(system, speed)
     roots = _swinging(state.matrix, state.lowest, state.above)
@@ -116,7 +116,7 @@ def _swinging(matrix: Complexes, lowest: Floats, count: int) -> Complexes:
     """Eigenvalues that swing, by their size; NaN past the last."""
     roots = np.linalg.eigvals(matrix)
     length = np.abs(roots)
-    # What is damped more, above 0.995, dies before it swings; what turns freely has a root that is
+    # A mode that is damped more, above 0.995, dies before it swings; what turns freely has a root that is
     # rounding.
     swings = (roots.imag > 0.1 * length) & (length > 1e-6 * lowest)
     roots = np.where(swings, roots, np.nan)

@@ -51,7 +51,7 @@ RESULTS = {
     "shaft_loss": "mean power lost in each shaft, coupling or damper [W], (..., S)",
     "frame_loss": "mean power lost between all discs and the frame [W], (...)",
 }
-"""What can be asked for."""
+"""Names of the results that can be asked for."""
 
 DETUNED = 1e-12
 """Least |k* + Z| over its terms."""
@@ -96,7 +96,7 @@ class _Cases(NamedTuple):
 
 
 class _Signals(NamedTuple):
-    """What is wanted of a case, as lines of harmonics: first angles, then torques.
+    """Results that are wanted of a case, as lines of harmonics: first angles, then torques.
 
     An angle is that of the second node, times its ratio, less that of the first; `ratios` has the
     shape (designs, A, 2). From line `speeds` on, its speed is wanted. A torque is that of the shaft
@@ -179,7 +179,7 @@ def forced_response(
     Returns
     -------
     dict
-        What was wanted, and "status", shape (...): `no_steady_state` where an order meets a
+        The results that were wanted, and "status", shape (...): `no_steady_state` where an order meets a
         natural frequency of an undamped system. Results of that order, and extremes and losses of
         the case, are then NaN.
 
@@ -201,7 +201,7 @@ def forced_response(
     signals, lines = _signals(system, wanted, twist, speed_of)
     table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
     count, orders = cases.speed.size, cases.orders.size
-    found = _Found(
+    responses = _Found(
         np.empty((count, signals.stored.size, cases.kept.size, 2)),
         np.empty((count, signals.swung.size, 3)),
         np.empty((count if "shaft_loss" in wanted else 0, system.node_of_shaft.size)),
@@ -211,7 +211,7 @@ def forced_response(
     which, none = np.arange(count), np.empty((0, 2, system.parent.size, 2, orders))
 
     def solve(some: Integers) -> int:
-        _respond(some, none, tree, cases, signals, table, found)
+        _respond(some, none, tree, cases, signals, table, responses)
         return some.size
 
     pieces = (which[i : i + AT_ONCE] for i in range(0, count, AT_ONCE))
@@ -219,21 +219,21 @@ def forced_response(
         if progress:
             progress(done)
     status = np.full(count, CONVERGED, dtype=np.int8)
-    for case in np.flatnonzero(found.doubtful):
+    for case in np.flatnonzero(responses.doubtful):
         known, resonant = _with_pivoting(tree, cases, int(case))
         status[case] = NO_STEADY_STATE if resonant else CONVERGED
-        _respond(which[case : case + 1], known, tree, cases, signals, table, found)
+        _respond(which[case : case + 1], known, tree, cases, signals, table, responses)
     results: dict[str, Any] = {"status": status.reshape(shape)}
     values: Any
     for name in wanted:
         if name == "shaft_loss":
-            values = found.shaft_loss[:, system.node_of_shaft - 1]
+            values = responses.shaft_loss[:, system.node_of_shaft - 1]
         elif name == "frame_loss":
-            values = found.frame_loss
+            values = responses.frame_loss
         elif name.endswith("extremes"):
-            values = found.extremes[:, lines[name]]
+            values = responses.extremes[:, lines[name]]
         else:
-            values = found.harmonics[:, lines[name]].view(np.complex128)[..., 0]
+            values = responses.harmonics[:, lines[name]].view(np.complex128)[..., 0]
         results[name] = values.reshape((*shape, *values.shape[1:]))
     return results
 
@@ -333,7 +333,7 @@ def _numbers(own: tuple[int, ...], shape: tuple[int, ...]) -> Integers:
 @kernel
 def _respond(
     which: Integers, known: Floats, tree: _Tree, cases: _Cases, signals: _Signals,
-    table: Synthesis, found: _Found,
+    table: Synthesis, results: _Found,
 ) -> None:  # fmt: skip
     """Solve some cases, or, with angles and twists of the nodes in `known`, derive results."""
     nodes, orders, quarter = tree.parent.size, cases.orders.size, table.quarters[-1]
@@ -354,32 +354,34 @@ def _respond(
             _eliminate(tree.parent, angle, twist, stiff, lost)
             for v in range(orders):
                 if lost[v] > 0.0:
-                    found.doubtful[case] = 1
+                    results.doubtful[case] = 1
         else:
             angle[:], twist[:] = known[number, 0], known[number, 1]
         _to_lines(design, signals, cases.orders, angle, twist, stiff, lines)
         for i in range(signals.stored.size):
             line = lines[signals.stored[i]]
             for v in range(cases.kept.size):
-                found.harmonics[case, i, v, 0] = line[0, cases.kept[v]]
-                found.harmonics[case, i, v, 1] = line[1, cases.kept[v]]
+                results.harmonics[case, i, v, 0] = line[0, cases.kept[v]]
+                results.harmonics[case, i, v, 1] = line[1, cases.kept[v]]
         for i in range(signals.swung.size):
             line = lines[signals.swung[i]]
-            extremes_of(line[0], line[1], table, size, weight, sums, curve, found.extremes[case, i])
-        if found.shaft_loss.size > 0:
-            for shaft in range(found.shaft_loss.shape[1]):
+            extremes_of(
+                line[0], line[1], table, size, weight, sums, curve, results.extremes[case, i]
+            )
+        if results.shaft_loss.size > 0:
+            for shaft in range(results.shaft_loss.shape[1]):
                 k, turned, loss = stiff[shaft + 1], twist[shaft + 1], 0.0
                 for v in range(orders):
                     loss += w[v] * k[1, v] * (turned[0, v] ** 2 + turned[1, v] ** 2)
-                found.shaft_loss[case, shaft] = 0.5 * loss
-        if found.frame_loss.size > 0:
+                results.shaft_loss[case, shaft] = 0.5 * loss
+        if results.frame_loss.size > 0:
             total = 0.0
             for node in range(nodes):
                 loss = 0.0
                 for v in range(orders):
                     loss += w[v] ** 2 * (angle[node, 0, v] ** 2 + angle[node, 1, v] ** 2)
                 total += 0.5 * tree.disc_damping[design, node] * loss
-            found.frame_loss[case] = total
+            results.frame_loss[case] = total
 
 
 @inlined
@@ -499,7 +501,7 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
     parts = np.tensordot(cases.factor[case], cases.harmonics[cases.line[case]], axes=1)
     forces = cases.throw_ratio[design][:, None] * (parts[:, 0] + 1j * parts[:, 1])
     nodes, orders = inertia.size, cases.orders.size
-    found = np.full((2, nodes, orders), np.nan, dtype=np.complex128)
+    solution = np.full((2, nodes, orders), np.nan, dtype=np.complex128)
     real = stiffness + speed**2 * following
     joins = np.eye(nodes)[1:]
     joins[np.arange(nodes - 1), tree.parent[1:]] = -1.0
@@ -517,12 +519,12 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
         except np.linalg.LinAlgError:
             meets[v] = True
         if not meets[v]:
-            found[0, :, v], found[1, 0, v] = solved[:nodes], 0.0
+            solution[0, :, v], solution[1, 0, v] = solved[:nodes], 0.0
             with np.errstate(divide="ignore", invalid="ignore"):  # dampers that hold nothing
                 known = np.abs(stiff) > scale
                 twist = np.where(known, scale * solved[nodes:] / stiff, joins @ solved[:nodes])
-            found[1, 1:, v] = twist
-    return np.stack([found.real, found.imag], axis=-2)[None], bool(meets.any())
+            solution[1, 1:, v] = twist
+    return np.stack([solution.real, solution.imag], axis=-2)[None], bool(meets.any())
 
 
 def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Booleans:

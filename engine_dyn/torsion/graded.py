@@ -209,7 +209,7 @@ def modes_below(
     order : float
         nu, to which the speed belongs; infinite: at rest.
     square : float
-        Of the frequency [rad2/s2].
+        Square of the frequency [rad2/s2].
     dynamic : ndarray, shape (M,)
         Scratch.
     """

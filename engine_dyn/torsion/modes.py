@@ -76,7 +76,7 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
     system : ShaftSystem
         Losses and damping are left out.
     speed : array_like
-        Of the crank [rad/s], which stiffens pendulums; broadcasts with the designs.
+        Speed of the crank [rad/s], which stiffens pendulums; broadcasts with the designs.
     unit : int, optional
         Disc of unit amplitude, not finite where that disc does not move; by default the disc that
         moves most in each mode, the first of several that move as much.
@@ -118,10 +118,10 @@ def elastic_modes(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floa
             np.broadcast_to(values, inertia.shape)[wide]
             for values in (inertia, system.stiffness_at(speed), system.ground_stiffness)
         )
-        found = squares[wide], angle[wide], twist[wide]
-        if found[0].size:
-            graded_modes(system.parent, *own, *found)
-        squares[wide], angle[wide], twist[wide] = found
+        modes = squares[wide], angle[wide], twist[wide]
+        if modes[0].size:
+            graded_modes(system.parent, *own, *modes)
+        squares[wide], angle[wide], twist[wide] = modes
     return squares, angle, twist
 
 
@@ -218,8 +218,8 @@ def critical_speeds(
     following = np.ascontiguousarray(system.speed_stiffness).reshape(-1, system.parent.size)
     squares = np.empty((len(following), nu.size, system.parent.size))
     critical_squares(system.parent, *own, following, nu, squares)
-    found = np.sqrt(squares).reshape(*system.shape, *squares.shape[1:])
-    return within(found / nu[:, None])
+    frequencies = np.sqrt(squares).reshape(*system.shape, *squares.shape[1:])
+    return within(frequencies / nu[:, None])
 
 
 def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:
@@ -297,7 +297,7 @@ def elastic_over_rigid(
     orders : array_like
         nu.
     speed : array_like
-        Of the crank [rad/s].
+        Speed of the crank [rad/s].
     throws : sequence of int
         Disc on which each torque acts.
     torque : array_like of complex

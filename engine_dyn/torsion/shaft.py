@@ -59,7 +59,7 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Shaft:
-    """What of a shaft is the same for all designs. Discs and shafts are numbered from 0.
+    """Names and places of a shaft, the same for all designs. Discs and shafts are numbered from 0.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Shaft:
         ring = place - (self.own_discs if kind == "disc" else self.own_shafts) + 1
         if ring < 1:
             return f"{what}_{place + 1}"
-        # What damps the ring against its hub is a shaft's; nothing damps it against the frame.
+        # The damping of the ring against its hub is a shaft's; nothing damps it against the frame.
         none = what == "disc_damping" or ring > self.dampers
         return "" if none else f"damper_{quantity}_{ring}"
 
@@ -153,55 +153,55 @@ class Shaft:
         Beyond the torques of a table it is unknown: 0. `mean_torque` has the shape (..., S).
         """
         size = np.abs(np.asarray(mean_torque, dtype=float))
-        found = np.full(size.shape, np.nan)
+        stiffness = np.full(size.shape, np.nan)
         for place, table in self.tables.items():
-            found[..., place] = np.interp(size[..., place], *table, left=0.0, right=0.0)
-        return found
+            stiffness[..., place] = np.interp(size[..., place], *table, left=0.0, right=0.0)
+        return stiffness
 
     def stiffnesses(self, values: Mapping[str, Any], of_tables: Any = np.nan) -> list[Any]:
         """Stiffness of each shaft [N m/rad], from its length and diameter where these are given.
 
         `of_tables` has that of couplings with a table along the last axis.
         """
-        found = self.along("shaft_stiffness", values, np.nan)
+        stiffness = self.along("shaft_stiffness", values, np.nan)
         for place in self.tables:
-            found[place] = np.asarray(of_tables)[..., place]
-        for i, given in enumerate(found):
+            stiffness[place] = np.asarray(of_tables)[..., place]
+        for i, given in enumerate(stiffness):
             number = i + 1
             if f"shaft_length_{number}" in values:
-                found[i] = shaft_stiffness(
+                stiffness[i] = shaft_stiffness(
                     values[f"shaft_shear_modulus_{number}"], values[f"shaft_length_{number}"],
                     values[f"shaft_diameter_{number}"], values.get(f"shaft_bore_{number}", 0.0),
                 )  # fmt: skip
             elif i >= self.own_shafts and not np.ndim(given) and np.isnan(given):
-                found[i] = 0.0  # a ring in oil alone, or a pendulum
-        return found
+                stiffness[i] = 0.0  # a ring in oil alone, or a pendulum
+        return stiffness
 
     def inertias(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> list[Any]:
         """Inertia of each disc [kg m2].
 
         `reciprocating`, of the masses of each throw along the last axis, is added.
         """
-        found = self.along("disc_inertia", values, 0.0)
+        inertia = self.along("disc_inertia", values, 0.0)
         if not self.includes_reciprocating:
             of_throws = np.asarray(reciprocating)
             for number, disc in enumerate(self.throws):
-                found[disc] = found[disc] + of_throws[..., number]
-        for place, made in enumerate(self.as_discs(values), len(found) - self.pendulums):
-            found[place] = made.inertia
-        return found
+                inertia[disc] = inertia[disc] + of_throws[..., number]
+        for place, made in enumerate(self.as_discs(values), len(inertia) - self.pendulums):
+            inertia[place] = made.inertia
+        return inertia
 
     def as_discs(self, values: Mapping[str, Any]) -> list[Pendulum]:
         """Return the pendulums as discs on shafts, see `dampers.pendulum`."""
         if not self.pendulums:
             return []
-        ratios, found = self.speed_ratios(values), []
+        ratios, rows = self.speed_ratios(values), []
         for i, (carrier, _) in enumerate(self.shafts[self.first_pendulum :], 1):
             mass, distance, length = (
                 values[f"pendulum_{what}_{i}"] for what in ("mass", "distance", "length")
             )
-            found.append(pendulum(mass, distance, length, ratios[carrier]))
-        return found
+            rows.append(pendulum(mass, distance, length, ratios[carrier]))
+        return rows
 
     def ratios(self, values: Mapping[str, Any]) -> list[Any]:
         """Speed of the second disc of each gear over that of the first."""
@@ -209,16 +209,16 @@ class Shaft:
 
     def speed_ratios(self, values: Mapping[str, Any]) -> list[Any]:
         """Speed of each disc over that of the crank."""
-        found: dict[int, Any] = {self.throws[0]: 1.0}
+        ratios: dict[int, Any] = {self.throws[0]: 1.0}
         links = [(pair, 1.0) for pair in self.shafts]
         links += list(zip(self.gears, self.ratios(values), strict=True))
-        while len(found) < len(self.discs):
+        while len(ratios) < len(self.discs):
             for (first, second), ratio in links:
-                if first in found:
-                    found.setdefault(second, found[first] * ratio)
-                elif second in found:
-                    found[first] = found[second] / ratio
-        return [found[disc] for disc in range(len(self.discs))]
+                if first in ratios:
+                    ratios.setdefault(second, ratios[first] * ratio)
+                elif second in ratios:
+                    ratios[first] = ratios[second] / ratio
+        return [ratios[disc] for disc in range(len(self.discs))]
 
     def inertia(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> Any:
         """Sum of i^2 J of all discs [kg m2]: what a rigid shaft has, at the crank."""
@@ -276,15 +276,15 @@ class Shaft:
 
 def _paths(start: int, links: Sequence[tuple[int, int]]) -> dict[int, list[int]]:
     """Discs on the way from one to each that links of two join to it, both ends included."""
-    found = {start: [start]}
+    paths = {start: [start]}
     reached = [start]
-    for disc in reached:  # which grows
+    for disc in reached:  # the list grows
         for first, second in links:
             other = second if first == disc else first if second == disc else None
-            if other is not None and other not in found:
-                found[other] = [*found[disc], other]
+            if other is not None and other not in paths:
+                paths[other] = [*paths[disc], other]
                 reached.append(other)
-    return found
+    return paths
 
 
 def stacked(values: list[Any]) -> Floats:
@@ -293,7 +293,7 @@ def stacked(values: list[Any]) -> Floats:
 
 
 class Optimum(NamedTuple):
-    """What holds a damper's ring, and the largest amplitude with it.
+    """The stiffness and damping that hold a damper's ring, and the largest amplitude with them.
 
     Attributes
     ----------
@@ -319,7 +319,7 @@ def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
     Parameters
     ----------
     ring, modal_inertia : array_like
-        Of the damper's ring; of the mode, over the square of the hub's amplitude [kg m2].
+        Inertia of the damper's ring; of the mode, over the square of the hub's amplitude [kg m2].
     omega : array_like
         Natural frequency of the mode [rad/s].
     """
@@ -347,7 +347,7 @@ class Pendulum(NamedTuple):
     Attributes
     ----------
     inertia : array_like
-        Of the disc [kg m2].
+        Inertia of the disc [kg m2].
     speed_stiffness : array_like
         Stiffness of the shaft over the square of the crank's speed [kg m2].
     order : array_like
@@ -377,7 +377,7 @@ def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulu
     Parameters
     ----------
     mass : array_like
-        Of all pendulums on the carrier [kg].
+        Mass of all pendulums on the carrier [kg].
     distance, length : array_like
         R and r [m].
     ratio : array_like

@@ -52,14 +52,14 @@ def propulsion_shaft_limits(
     speed_ratio : array_like
         lambda, speed over rated speed [1].
     diameter : array_like
-        Of the shaft [m].
+        Diameter of the shaft [m].
     tensile_strength : array_like
         Specified minimum [Pa].
     shape_factor : array_like
         c_K [1]: 1 for integral flanges and shrink fits, 0.6 for a keyway in a taper, 0.45 in a
         cylinder, 0.5 at a radial hole.
     most_strength : array_like
-        What counts of the strength at most [Pa]: 600 MPa of carbon and carbon-manganese steel and
+        The strength that counts at most [Pa]: 600 MPa of carbon and carbon-manganese steel and
         of propeller shafts, 800 MPa of other shafts of alloy steel.
 
     Notes

@@ -53,7 +53,7 @@ class Synthesis(NamedTuple):
     quarters : ndarray of int, shape (G,)
         M/4, whole blocks.
     cosine, sine : ndarray, shape (G, V, LOW)
-        Of h psi in the first block.
+        Values of h psi in the first block.
     turn : ndarray, shape (G, V, 2)
         Cosine and sine of the angle of a block.
     """
@@ -85,12 +85,12 @@ def synthesis(orders: Floats, period: float) -> Synthesis:
 @inlined
 def extremes_of(
     real: Floats, imaginary: Floats, table: Synthesis, size: Floats, weight: Floats, sums: Floats,
-    curve: Floats, found: Floats,
+    curve: Floats, extremes: Floats,
 ) -> None:  # fmt: skip
     """Least, largest and the bound on the error of both, of the curve with these harmonics.
 
     `size` and `weight`, shape (V,), `sums`, shape (6, M/4), and `curve`, shape (M + 4,), are
-    scratch for the largest M; `found` gets three numbers.
+    scratch for the largest M; `extremes` gets three numbers.
     """
     square = 0.0
     for order in range(real.size):
@@ -145,9 +145,9 @@ def extremes_of(
             value = _extreme_near(curve, i)
             least, most = min(least, value), max(most, value)
     known = square == square
-    found[0] = least if known else math.nan
-    found[1] = most if known else math.nan
-    found[2] = MISSED * bend * step**5 + dropped
+    extremes[0] = least if known else math.nan
+    extremes[1] = most if known else math.nan
+    extremes[2] = MISSED * bend * step**5 + dropped
 
 
 @inlined

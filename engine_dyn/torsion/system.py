@@ -98,9 +98,9 @@ def shaft_system(
     Parameters
     ----------
     inertia : array_like
-        Of each disc [kg m2]; of a crank throw with the mean of its reciprocating masses.
+        Inertia of each disc [kg m2]; of a crank throw with the mean of its reciprocating masses.
     stiffness : array_like
-        Of each shaft [N m/rad]; 0 of a viscous damper.
+        Stiffness of each shaft [N m/rad]; 0 of a viscous damper.
     shafts : sequence of (int, int), optional
         Discs that each shaft joins; default: each disc to the next. A damper's ring, a coupling's
         half and a pendulum are discs, and what holds them is a shaft.
@@ -231,7 +231,7 @@ def _tree(
 ) -> tuple[list[int], list[int], list[int], Floats]:  # fmt: skip
     """Parents of the nodes, node of each disc, node below each shaft, and ratios of the discs."""
     beside: list[list[tuple[int, int]]] = [[] for _ in range(discs)]
-    group = list(range(discs))  # of the discs joined so far
+    group = list(range(discs))  # numbers of the discs joined so far
     for edge, (first, second) in enumerate([*shafts, *meshes]):
         if group[first] == group[second]:
             mesh = edge - len(shafts)
@@ -245,7 +245,7 @@ def _tree(
     parent, node, below = [-1], [-1] * discs, [0] * len(shafts)
     ratio = np.ones((*shape, discs))
     node[crank], reached = 0, [crank]
-    for disc in reached:  # which grows
+    for disc in reached:  # the list grows
         for edge, other in beside[disc]:
             if node[other] >= 0:
                 continue
@@ -273,7 +273,7 @@ def matrices(system: ShaftSystem, speed: Any = 0.0) -> tuple[Floats, Floats, Flo
     stiffness = system.stiffness_at(speed)
     shape = stiffness.shape
     inertia = np.broadcast_to(system.inertia, shape)
-    found = []
+    blocks = []
     for between, own in (
         (stiffness, system.ground_stiffness), (stiffness * system.loss_factor, 0.0),
         (system.damping, system.disc_damping),
@@ -285,8 +285,8 @@ def matrices(system: ShaftSystem, speed: Any = 0.0) -> tuple[Floats, Floats, Flo
             for one, other in ((node, parent), (parent, node)):
                 matrix[..., one, one] += between[..., node]
                 matrix[..., one, other] -= between[..., node]
-        found.append(matrix)
-    return inertia, found[0], found[1], found[2]
+        blocks.append(matrix)
+    return inertia, blocks[0], blocks[1], blocks[2]
 
 
 def mean_torques(system: ShaftSystem, torque: Any, load: int) -> Floats:

@@ -1,4 +1,4 @@
-"""Which moments of an engine hang on the distance of its banks along the shaft alone."""
+"""Moments of an engine that hang on the distance of its banks along the shaft alone."""
 
 from __future__ import annotations
 

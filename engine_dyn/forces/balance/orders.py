@@ -53,13 +53,13 @@ def acceleration_harmonics(
         return np.where(whole, found_here, 0.0).astype(np.complex128)
     among, which = np.unique(nu, return_inverse=True)
     # The acceleration is the slope of the velocity.
-    found = (
+    harmonics = (
         1j * among * velocity_harmonics(among, ratio.reshape(-1, 1), offset_ratio.reshape(-1, 1))
     )
     place, row = np.broadcast_arrays(
         which.reshape(nu.shape), np.arange(ratio.size).reshape(ratio.shape)
     )
-    return np.asarray(found[row, place])
+    return np.asarray(harmonics[row, place])
 
 
 class Ellipse(NamedTuple):

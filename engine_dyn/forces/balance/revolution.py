@@ -44,7 +44,7 @@ COSINE, SINE, ALONG, ACROSS, PLACE, BANK, RADIUS, SIDE = range(8)
 """Rows of a line of force: its phase; mass and radius factors times its direction; see `Lines`."""
 
 TURN_SAMPLES = 360
-"""Of a revolution, to look for the largest vector."""
+"""Samples of a revolution, between which the largest vector is looked for."""
 
 FINER = 8
 """The neighbourhood of the largest sample is sampled again, FINER times finer, in ROUNDS rounds;
@@ -100,7 +100,7 @@ def _cylinder_at(own: Floats, k: int, cosine: float, sine: float) -> float:
 
 @formula
 def _shafts_at(motion: Floats, design: int, c: float, s: float) -> tuple[float, float]:
-    """What turns with the crank and with balance shafts."""
+    """Force of the masses that turn with the crank and with balance shafts."""
     c2, s2 = c * c - s * s, 2.0 * s * c
     a, b = motion[FORWARD, design], motion[FORWARD + 1, design]
     d, e = motion[BACKWARD, design], motion[BACKWARD + 1, design]
@@ -169,7 +169,7 @@ def forces_at(motion: Floats, lines: Floats, turn: Floats, x: Floats, y: Floats)
 
 
 @kernel
-def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) -> None:
+def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, mean_squares: Floats) -> None:
     """Mean of the square of the vector of each design; parameters as `forces_at`."""
     samples = turn.shape[1]
     own, x, y = np.empty(6 * lines.shape[1]), np.empty(samples), np.empty(samples)
@@ -179,11 +179,11 @@ def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) 
         total = 0.0
         for i in range(samples):
             total += _unless_rounding(x[i] * x[i] + y[i] * y[i], motion[LEAST, design])
-        found[design] = total / samples
+        mean_squares[design] = total / samples
 
 
 @kernel
-def largest_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) -> None:
+def largest_of(motion: Floats, lines: Floats, turn: Floats, largest: Floats) -> None:
     """Largest size of the vector of each design, to 1e-9 of it; parameters as `forces_at`."""
     samples, cylinders = turn.shape[1], lines.shape[1]
     own, x, y = np.empty(6 * cylinders), np.empty(samples), np.empty(samples)
@@ -214,9 +214,9 @@ def largest_of(motion: Floats, lines: Floats, turn: Floats, found: Floats) -> No
         left = _square_at(motion, design, own, cylinders, centre - step)
         middle = _square_at(motion, design, own, cylinders, centre)
         right = _square_at(motion, design, own, cylinders, centre + step)
-        found[design] = math.sqrt(_parabola_top(left, middle, right))
+        largest[design] = math.sqrt(_parabola_top(left, middle, right))
         if total != total:
-            found[design] = math.nan
+            largest[design] = math.nan
 
 
 @formula

@@ -70,20 +70,20 @@ class RunningGear:
     crank_ratio, crank_radius : array_like
         lambda [1], r [m].
     reciprocating_mass : array_like
-        Of one cylinder [kg].
+        Reciprocating mass of one cylinder [kg].
     speed : array_like
-        Of the crank [rad/s].
+        Speed of the crank [rad/s].
     by_count : mapping of int to Cylinders
         Cylinders of each set: of each number of them where no more differs between designs.
     cylinders : array_like of int, optional
         Which set; the only one unless given.
     offset : array_like
-        Of the pin's line over the crank radius [1].
+        Offset of the pin's line over the crank radius [1].
     turning_mass : array_like
-        What the counterweights leave of the rotating mass of one cylinder, at the crank radius
+        Rotating mass of one cylinder that the counterweights leave, at the crank radius
         [kg]; negative where they also balance reciprocating mass.
     throw_turning_mass : array_like
-        What they leave of the mass of one throw, on which rods may share the pin [kg].
+        Mass of one throw that they leave, on which rods may share the pin [kg].
     shaft : array_like
         Unbalance (mass times radius) of a shaft that turns backwards with the crank's speed, in
         the middle of the engine, against the backward first order [kg m].
@@ -206,7 +206,7 @@ class RunningGear:
         """Moment about the middle of the crank of all that turns with it, N m."""
         return self._scaled(np.abs(self._without_rounding(self._turning(moment=True), True)))
 
-    # what would balance it
+    # the vector that would balance it
 
     def shaft_required(self) -> Floats:
         """Unbalance of the shaft that cancels the backward first order of the force [kg m]."""
@@ -253,8 +253,8 @@ class RunningGear:
         forward, backward = without._orders(1.0, moment=False)
         weights = without._counterweights()
         shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in _ARRAYS))
-        found = least_mean_square(forward, backward, weights, across_weight)
-        return np.array(np.broadcast_to(found, shape))[()]
+        best = least_mean_square(forward, backward, weights, across_weight)
+        return np.array(np.broadcast_to(best, shape))[()]
 
     # how it is done: everything below is in kg m, or kg m2 for moments
 
@@ -353,12 +353,12 @@ class RunningGear:
             def total(lines: Lines, weight: Floats) -> Any:
                 vector = np.exp(1j * (lines.direction + sense * nu[..., None] * lines.phase))
                 share = weight * lines.mass_factor * lines.radius * vector
-                found: Any = 0.0
+                sum_of_counts: Any = 0.0
                 for *own, alike in lines.kinds(ratio, offset_ratio):
                     harmonic = acceleration_harmonics(nu, *own)
                     harmonic = harmonic if sense > 0.0 else np.conj(harmonic)
-                    found = found + harmonic * share[..., alike].sum(axis=-1)
-                return found
+                    sum_of_counts = sum_of_counts + harmonic * share[..., alike].sum(axis=-1)
+                return sum_of_counts
 
             return total
 
@@ -416,31 +416,31 @@ class RunningGear:
 
     def _largest(self, *, moment: bool) -> Floats:
         """Largest vector of designs in a column."""
-        found = np.empty(np.shape(self.speed)[0])
+        largest = np.empty(np.shape(self.speed)[0])
         for designs, motion, lines in self._engines(moment):
             result = np.empty(designs.size)
             largest_of(motion, lines, turns(TURN_SAMPLES), result)
-            found[designs] = result
-        return np.asarray(self._scaled(found[:, None])[:, 0])
+            largest[designs] = result
+        return np.asarray(self._scaled(largest[:, None])[:, 0])
 
     def _root_mean_square(self, *, moment: bool) -> Floats:
         """Root mean square of the vectors of designs in a column."""
-        found = np.empty(np.shape(self.speed)[0])
+        mean_squares = np.empty(np.shape(self.speed)[0])
         for designs, motion, lines in self._engines(moment):
             result = np.empty(designs.size)
             mean_squares_of(motion, lines, turns(TURN_SAMPLES), result)
-            found[designs] = np.sqrt(result)
-        return np.asarray(self._scaled(found[:, None])[:, 0])
+            mean_squares[designs] = np.sqrt(result)
+        return np.asarray(self._scaled(mean_squares[:, None])[:, 0])
 
     def _least_peak(self, across_weight: float) -> Floats:
         """Fraction of the least largest force of designs in a column."""
-        found, turn = np.empty(np.shape(self.speed)[0]), turns(2 * TURN_SAMPLES)
-        weights = np.broadcast_to(self._counterweights(), (found.size, 1))[:, 0]
+        best, turn = np.empty(np.shape(self.speed)[0]), turns(2 * TURN_SAMPLES)
+        weights = np.broadcast_to(self._counterweights(), (best.size, 1))[:, 0]
         for designs, motion, lines in self._engines(moment=False):
             x, y = np.empty((2, designs.size, turn.shape[1]))
             forces_at(motion, lines, turn, x, y)
-            found[designs] = least_peak(x, y, weights[designs], turn, across_weight)
-        return found
+            best[designs] = least_peak(x, y, weights[designs], turn, across_weight)
+        return best
 
     def _engines(self, moment: bool) -> Iterator[tuple[Integers, Floats, Floats]]:
         """Designs in a column, engine by engine: their places, numbers and lines of force."""

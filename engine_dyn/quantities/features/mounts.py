@@ -166,7 +166,7 @@ def _offset_moment_harmonics(*, order: Any, **needs: Any) -> Any:
 
 
 _WITH_PITCH = tuple(dict.fromkeys((*FORCE, *MOMENT)))
-"""What the shaking force and moment need."""
+"""Nodes that the shaking force and moment need."""
 
 
 def _upright(needs: dict[str, Any]) -> Any:

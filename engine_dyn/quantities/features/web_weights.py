@@ -77,7 +77,7 @@ class WebWeights:
 
 
 class Crankshaft(NamedTuple):
-    """What turns with the crank; arrays broadcast.
+    """Masses that turn with the crank; arrays broadcast.
 
     Attributes
     ----------
@@ -194,12 +194,12 @@ def _of_bays(
     numbers = np.asarray(bays)
 
     def of_engine(engine: Cylinders) -> Any:
-        found: Any = np.nan
+        moment: Any = np.nan
         here = loads(engine)
         for number in range(1, len(_bearings(engine))):
             if (numbers == number).any():
-                found = np.where(numbers == number, _of_bay(number, engine, shaft, here), found)
-        return found
+                moment = np.where(numbers == number, _of_bay(number, engine, shaft, here), moment)
+        return moment
 
     return value_of_sets(shaft.cylinders, shaft.by_count, of_engine)
 
@@ -227,7 +227,7 @@ def _of_bay(number: int, engine: Cylinders, shaft: Crankshaft, every: list[tuple
 def _loads(engine: Cylinders, shaft: Crankshaft) -> list[tuple[Any, Any]]:
     """Unbalance [kg m] and place [m] of everything that turns."""
     lines, spacing = lines_of(engine), np.asarray(shaft.spacing)
-    found = []
+    loads = []
     for k, radius in enumerate(lines.radius):
         top = slider_crank.dead_centres(
             radius * np.asarray(shaft.crank_ratio),
@@ -236,9 +236,9 @@ def _loads(engine: Cylinders, shaft: Crankshaft) -> list[tuple[Any, Any]]:
         mass = np.asarray(shaft.rod_mass) + lines.throw_share[k] * np.asarray(shaft.throw_mass)
         direction = np.exp(1j * (lines.direction[k] + lines.phase[k] + np.asarray(top)))
         place = spacing * (lines.place[k] + middle_of(engine)) + lines.bank[k] * shaft.bank_offset
-        found.append((mass * radius * shaft.crank_radius * direction, place))
+        loads.append((mass * radius * shaft.crank_radius * direction, place))
     each = zip(_vectors(shaft, engine), _places(shaft), strict=True)
-    return [*found, *((vector, np.asarray(place)) for vector, place in each)]
+    return [*loads, *((vector, np.asarray(place)) for vector, place in each)]
 
 
 def _summed(shaft: Crankshaft, engine: Cylinders, weights: list[Any]) -> Any:
