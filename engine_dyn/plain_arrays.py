@@ -48,7 +48,7 @@ def plain(value: Any) -> Any:
 
 
 class PlainType(types.Type):
-    """The part of an array that kernels see; the length of the last axis may be known beforehand."""
+    """The part of an array that kernels see; the last axis may have a length that is known."""
 
     def __init__(self, item: Any, ndim: int, columns: int = 0) -> None:
         super().__init__(name=f"PlainArray({item}, {ndim}, {columns})")

@@ -61,7 +61,7 @@ HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
 """Highest order and most orders of a torque in closed form."""
 
 LARGEST = 1e12
-"""Largest torque and speed of a table, far above those of any machine: results must not overflow."""
+"""Largest torque and speed of a table, far above those of any machine: nothing may overflow."""
 
 ENDS_TOLERANCE = 0.02
 """Largest difference of both ends of a period, over the range of the torque."""

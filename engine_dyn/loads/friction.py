@@ -273,7 +273,8 @@ class ValveTrain(NamedTuple):
     roller : float
         Constant of a roller follower [kPa mm/rpm]; 0 for a flat one.
     hydrodynamic, mixed : float
-        Constants of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed lubrication [kPa].
+        Constants of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed
+        lubrication [kPa].
     """
 
     number: int

@@ -148,7 +148,8 @@ def _load_nodes(
                     components, (*_LOADED, *own, *counted, "crank_angle"), kind="curve", when=when,
                     width=80),
             hidden(extreme, "N", f"extremes of the {text}", make_extremes,
-                    (*_LOADED, *own, *counted), when=when, width=bearings.EXTREMES.itemsize, threaded=True),
+                    (*_LOADED, *own, *counted), when=when, width=bearings.EXTREMES.itemsize,
+                    threaded=True),
         )
     ]  # fmt: skip
     return [

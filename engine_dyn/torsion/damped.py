@@ -116,8 +116,8 @@ def _swinging(matrix: Complexes, lowest: Floats, count: int) -> Complexes:
     """Eigenvalues that swing, by their size; NaN past the last."""
     roots = np.linalg.eigvals(matrix)
     length = np.abs(roots)
-    # A mode that is damped more, above 0.995, dies before it swings; what turns freely has a root that is
-    # rounding.
+    # A mode that is damped more, above 0.995, dies before it swings; the root of a part that turns
+    # freely is rounding.
     swings = (roots.imag > 0.1 * length) & (length > 1e-6 * lowest)
     roots = np.where(swings, roots, np.nan)
     order = np.argsort(np.abs(roots), axis=-1)[..., :count]
