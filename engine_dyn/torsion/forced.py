@@ -180,8 +180,8 @@ def forced_response(
     -------
     dict
         The results that were wanted, and "status", shape (...): `no_steady_state` where an order
-        meets a natural frequency of an undamped system. Results of that order, and extremes and losses of
-        the case, are then NaN.
+        meets a natural frequency of an undamped system. Results of that order, and extremes and
+        losses of the case, are then NaN.
 
     Raises
     ------
