@@ -34,50 +34,34 @@ class Usual(NamedTuple):
 
 @dataclass(frozen=True)
 class Parameter:
-    """A key of scenes and engine files: a number, or a name for one.
+    """A key of scenes and engine files: a number, or a name for one."""
 
-    Parameters
-    ----------
-    name, symbol, unit, meaning, source : str
-        Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
-        as UDUNITS reads it; one line of meaning; author and equation.
-    si : float
-        SI value of one file unit.
-    above, at_least, below, at_most : float, optional
-        Ends of the range in file units: outside it, or part of it.
-    whole, even : bool
-        Whether only whole numbers are allowed, and only even ones.
-    named : tuple of (str, float)
-        Names that scenes may write for values, in file units.
-    unless_given : float, optional
-        Value in file units where neither scene nor engine gives one. It may lie outside the range
-        and then says that there is none (`passes` = 0: until the cycle closes).
-    keyword : str
-        Keyword of `engine_dyn.periodic_speed`, where it has another name there.
-    typical : float
-        Value in file units that templates propose; that of the keyword where it is left out. NaN
-        where there is none.
-    usual : Usual, optional
-        Range outside of which a warning asks whether the value is meant.
-    """
-
+    # Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
+    # as UDUNITS reads it; one line of meaning; author and equation.
     name: str
     symbol: str
     unit: str
     meaning: str
     source: str
-    si: float = 1.0
+    si: float = 1.0  # SI value of one file unit
+    # Ends of the range in file units: outside it, or part of it.
     above: float | None = None
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
+    # Whether only whole numbers are allowed, and only even ones.
     whole: bool = False
     even: bool = False
+    # Names that scenes may write for values, in file units.
     named: tuple[tuple[str, float], ...] = ()
+    # Value in file units where neither scene nor engine gives one. It may lie outside the range and
+    # then says that there is none (`passes` = 0: until the cycle closes).
     unless_given: float | None = None
-    keyword: str = ""
+    keyword: str = ""  # Keyword of `engine_dyn.periodic_speed`, where it has another name there
+    # Value in file units that templates propose; that of the keyword where it is left out. NaN
+    # where there is none.
     typical: float = math.nan
-    usual: Usual | None = None
+    usual: Usual | None = None  # Range outside of which a warning asks whether the value is meant
 
     @property
     def low(self) -> float:

@@ -81,17 +81,11 @@ def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
 
 
 class MasterLoads(NamedTuple):
-    """Loads of the master rod of cylinder 1 [N].
+    """Loads of the master rod of cylinder 1 [N]."""
 
-    Attributes
-    ----------
-    wall_thrust : ndarray
-        Force of the wall on the master's piston, to the side to which the crank pin goes down.
-    crank_pin : ndarray
-        Force on the crank pin, real along the throw, imaginary in the sense of rotation.
-    """
-
+    # Force of the wall on the master's piston, to the side to which the crank pin goes down.
     wall_thrust: Any
+    # Force on the crank pin, real along the throw, imaginary in the sense of rotation.
     crank_pin: Any
 
 

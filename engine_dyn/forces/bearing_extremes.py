@@ -51,30 +51,17 @@ them the place in samples and the squares of the load before it, at it and behin
 
 
 class Sampled(NamedTuple):
-    """The cylinders of an engine at equally spaced crank angles.
+    """The cylinders of an engine at equally spaced crank angles."""
 
-    Attributes
-    ----------
-    cylinders : ndarray, shape (6, Z)
-        `SHARE` and so on of each cylinder.
-    curve : ndarray of int64, shape (Z,)
-        Which of the curves below is a cylinder's: those of one phase and one pressure share it.
-    throws : ndarray of int64, shape (T + 1,)
-        Where the cylinders of each throw along the shaft begin in `on_throws`.
-    on_throws : ndarray of int64
-        Cylinders of the throws.
-    turn : ndarray, shape (C, 2, A)
-        Sine and cosine of a cylinder's own angle.
-    pressure : ndarray, shape (C, R, A)
-        Pressure of each row of the diagrams [Pa].
-    """
-
-    cylinders: Floats
+    cylinders: Floats  # `SHARE` and so on of each cylinder; shape (6, Z)
+    # Which of the curves below is a cylinder's: those of one phase and one pressure share it; shape
+    # (Z,)
     curve: Integers
+    # Where the cylinders of each throw along the shaft begin in `on_throws`; shape (T + 1,)
     throws: Integers
-    on_throws: Integers
-    turn: Floats
-    pressure: Floats
+    on_throws: Integers  # Cylinders of the throws
+    turn: Floats  # Sine and cosine of a cylinder's own angle; shape (C, 2, A)
+    pressure: Floats  # Pressure of each row of the diagrams [Pa]; shape (C, R, A)
 
     @classmethod
     def of(

@@ -115,24 +115,16 @@ Parts = Callable[[Any, Cylinders, Any, Any, Family, Any, int], Any]
 
 
 class Factors(NamedTuple):
-    """Factors of the five parts of a load, for each design.
+    """Factors of the five parts of a load, for each design."""
 
-    Attributes
-    ----------
-    gas, crankcase, reciprocating, rotating : array_like
-        p scale times area [m2], p_c times area [N], m r omega^2 and m_turning r omega^2 [N].
-    throws : array_like
-        m r omega^2 of each throw [N]; only main journals bear it.
-    web_up, web_side : array_like
-        Load of a main journal by the counterweights of webs at crank angle 0, upwards and to the
-        side [N].
-    """
-
+    # p scale times area [m2], p_c times area [N], m r omega^2 and m_turning r omega^2 [N].
     gas: Any
     crankcase: Any
     reciprocating: Any
     rotating: Any
-    throws: Any = 0.0
+    throws: Any = 0.0  # m r omega^2 of each throw [N]; only main journals bear it
+    # Load of a main journal by the counterweights of webs at crank angle 0, upwards and to the side
+    # [N].
     web_up: Any = 0.0
     web_side: Any = 0.0
 

@@ -148,26 +148,16 @@ Single = Callable[[Floats, Any, Any, PressureFactor], Any]
 
 
 class Part(NamedTuple):
-    """A part of the torque of one cylinder.
+    """A part of the torque of one cylinder."""
 
-    Attributes
-    ----------
-    single : callable
-        Its harmonics, over the lever of the cylinder: see `Single`.
-    lever : callable
-        Factor of a cylinder on them. On a throw of rho engine's radii the force has rho
-        times the lever, and the acceleration is rho times as large besides.
-    curve : callable
-        The part over a cylinder's own angle, of angle, cylinder, crank ratio, offset ratio and
-        `more`: its harmonics with an articulated rod are those of samples.
-    more : tuple of array_like
-        Further inputs of the curve; they broadcast.
-    """
-
-    single: Single
+    single: Single  # Its harmonics, over the lever of the cylinder: see `Single`
+    # Factor of a cylinder on them. On a throw of rho engine's radii the force has rho times the
+    # lever, and the acceleration is rho times as large besides.
     lever: Callable[[Member], float]
+    # The part over a cylinder's own angle, of angle, cylinder, crank ratio, offset ratio and
+    # `more`: its harmonics with an articulated rod are those of samples.
     curve: Callable[..., Any]
-    more: tuple[Any, ...] = ()
+    more: tuple[Any, ...] = ()  # Further inputs of the curve; they broadcast
 
 
 VELOCITY = Part(

@@ -48,30 +48,15 @@ def superpose(
 
 
 class CrankTrain(NamedTuple):
-    """Slider-cranks of the cylinders of designs; arrays broadcast.
+    """Slider-cranks of the cylinders of designs; arrays broadcast."""
 
-    Attributes
-    ----------
-    crank_ratio : array_like
-        lambda = r/l of the engine [1].
-    double_radius : array_like
-        2 r [m], the stroke of an engine without offset.
-    cylinders : array_like of int
-        Set of each design, or its number of evenly firing equal cylinders.
-    period : float
-        Angle of the cycle [rad].
-    offset : array_like
-        Distance of the piston pin's line from the crank's axis over the crank radius [1].
-    by_count : mapping of int to Cylinders, optional
-        Cylinders of each set.
-    """
-
-    crank_ratio: Any
-    double_radius: Any
-    cylinders: Any
-    period: float
+    crank_ratio: Any  # lambda = r/l of the engine [1]
+    double_radius: Any  # 2 r [m], the stroke of an engine without offset
+    cylinders: Any  # Set of each design, or its number of evenly firing equal cylinders
+    period: float  # Angle of the cycle [rad]
+    # Distance of the piston pin's line from the crank's axis over the crank radius [1].
     offset: Any = 0.0
-    by_count: CylindersByCount | None = None
+    by_count: CylindersByCount | None = None  # Cylinders of each set
 
     def velocity(self, phi: Any, member: Member) -> Any:
         """Piston velocity of a cylinder over the engine's crank radius and speed [1]."""

@@ -96,24 +96,12 @@ def pressure_of_first(
 
 
 class GasPressure(NamedTuple):
-    """Pressure in the cylinders of designs, from their diagrams; arrays broadcast.
+    """Pressure in the cylinders of designs, from their diagrams; arrays broadcast."""
 
-    Attributes
-    ----------
-    family : Family
-        Indicator diagrams.
-    row : array_like
-        (Fractional) row of the family's table, see `family.Family.locate`.
-    scale : array_like
-        Factor on the pressure [1].
-    crankcase : array_like
-        Absolute pressure under the piston [Pa].
-    """
-
-    family: Family
-    row: Any
-    scale: Any
-    crankcase: Any
+    family: Family  # Indicator diagrams
+    row: Any  # (Fractional) row of the family's table, see `family.Family.locate`
+    scale: Any  # Factor on the pressure [1]
+    crankcase: Any  # Absolute pressure under the piston [Pa]
 
     def difference(self, phi: Any, member: Member, train: CrankTrain) -> Any:
         """Pressure in a cylinder less that in the crankcase, p - p_c [Pa]."""

@@ -39,27 +39,14 @@ class _Height(NamedTuple):
 
 
 class ArticulatedRod(NamedTuple):
-    """Numbers that tell an articulated rod from a plain one.
+    """Numbers that tell an articulated rod from a plain one."""
 
-    Attributes
-    ----------
-    radius : float
-        Distance K of the knuckle pin from the crank pin over the crank radius [1].
-    angle : float
-        Direction alpha of the knuckle pin from the master rod's axis [rad].
-    bank : float
-        Direction gamma of the cylinder from the master's [rad].
-    length : float
-        Rod length S over the crank radius [1]; 0: that of the master rod less the knuckle's radius.
-    knuckle_mass : float
-        Mass at the knuckle pin over the engine's reciprocating mass [1].
-    """
-
-    radius: float
-    angle: float
-    bank: float
+    radius: float  # Distance K of the knuckle pin from the crank pin over the crank radius [1]
+    angle: float  # Direction alpha of the knuckle pin from the master rod's axis [rad]
+    bank: float  # Direction gamma of the cylinder from the master's [rad]
+    # Rod length S over the crank radius [1]; 0: that of the master rod less the knuckle's radius.
     length: float = 0.0
-    knuckle_mass: float = 0.0
+    knuckle_mass: float = 0.0  # Mass at the knuckle pin over the engine's reciprocating mass [1]
 
     def rod(self, crank_ratio: Any) -> Any:
         """Length S of the rod over the crank radius [1]."""

@@ -63,35 +63,24 @@ PressureFactor = float | tuple[float, ...]
 class Member(NamedTuple):
     """One cylinder.
 
-    Attributes
-    ----------
-    phase : float
-        Angle to add to the engine's to get the cylinder's own [rad].
-    pressure_factor : float or tuple of float
-        f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1]; one for
-        each cycle where these differ, the first around the cylinder's own angle 0. `SEALED` where
-        the valves stay shut.
-    mass_factor : float
-        Reciprocating mass over the engine's [1].
-    radius_factor : float
-        Crank radius, and stroke, over the engine's; rods are equally long [1].
-    side : float
-        Factor on the offset: -1 where the bank lies to the other side of the crank's axis than
-        that of cylinder 1 (VR engines) [1].
-    rod : ArticulatedRod, optional
-        The rod, where it hangs on a master rod; its crank radius is then the engine's.
-
     Notes
     -----
     `angle` is the cylinder's own, from its own top dead centre; crank ratio and offset over the
     crank radius are the engine's. What is returned is over the engine's crank radius and speed.
     """
 
-    phase: float
+    phase: float  # Angle to add to the engine's to get the cylinder's own [rad]
+    # f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1]; one for
+    # each cycle where these differ, the first around the cylinder's own angle 0. `SEALED` where the
+    # valves stay shut.
     pressure_factor: PressureFactor
-    mass_factor: float
+    mass_factor: float  # Reciprocating mass over the engine's [1]
+    # Crank radius, and stroke, over the engine's; rods are equally long [1].
     radius_factor: float = 1.0
+    # Factor on the offset: -1 where the bank lies to the other side of the crank's axis than that
+    # of cylinder 1 (VR engines) [1].
     side: float = 1.0
+    # The rod, where it hangs on a master rod; its crank radius is then the engine's.
     rod: ArticulatedRod | None = None
 
     @property
@@ -193,24 +182,14 @@ LARGEST_FIRING = 4.0
 
 @dataclass(frozen=True)
 class Cylinders:
-    """The cylinders of one engine.
+    """The cylinders of one engine."""
 
-    Attributes
-    ----------
-    period : float
-        Angle after which all repeats [rad]: that of the cycle, or of several with a pattern.
-    members : tuple of Member
-        In the order of their numbers; where no order is known, in that of their firing.
-    arrangement : Arrangement, optional
-        Throws and banks, where they are known.
-    cycles : int
-        Cycles in the period.
-    """
-
+    # Angle after which all repeats [rad]: that of the cycle, or of several with a pattern.
     period: float
+    # In the order of their numbers; where no order is known, in that of their firing.
     members: tuple[Member, ...]
-    arrangement: Arrangement | None = None
-    cycles: int = 1
+    arrangement: Arrangement | None = None  # Throws and banks, where they are known
+    cycles: int = 1  # Cycles in the period
 
     @cached_property
     def symmetry(self) -> int:

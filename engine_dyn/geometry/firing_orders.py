@@ -40,30 +40,17 @@ _MAN = "MAN B&W two-stroke engines; not compared with a maker's table"
 
 
 class KnownOrder(NamedTuple):
-    """A firing order and where it comes from.
+    """A firing order and where it comes from."""
 
-    Attributes
-    ----------
-    order : tuple of int
-        Cylinders as they fire, from 1 on.
-    source : str
-        Citation, or engines that use it.
-    numbering : str
-        Numbering of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1,
-        2, ... on one, the rest on the other), "alternate" from throw to throw (odd numbers on one
-        bank).
-    crank : str
-        "cross-plane" or "flat-plane", where there is a choice.
-    built : tuple of (float or None, str)
-        Bank angle [degree] and pins, "shared" or "split", of V engines that have been built so, and
-        take the order (the first that fits) when none is given. None: any angle below 180. Both
-        words also where split pins would stand together.
-    """
-
-    order: tuple[int, ...]
-    source: str
+    order: tuple[int, ...]  # Cylinders as they fire, from 1 on
+    source: str  # Citation, or engines that use it
+    # Numbering of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1, 2,
+    # ... on one, the rest on the other), "alternate" from throw to throw (odd numbers on one bank).
     numbering: str = "banks"
-    crank: str = ""
+    crank: str = ""  # "cross-plane" or "flat-plane", where there is a choice
+    # Bank angle [degree] and pins, "shared" or "split", of V engines that have been built so, and
+    # take the order (the first that fits) when none is given. None: any angle below 180. Both words
+    # also where split pins would stand together.
     built: tuple[tuple[float | None, str], ...] = ()
 
 

@@ -60,18 +60,10 @@ DIGITS = 9
 
 @dataclass(frozen=True)
 class PossibleOrder:
-    """One firing order of an engine.
+    """One firing order of an engine."""
 
-    Attributes
-    ----------
-    arrangement : Arrangement
-        The engine that fires so; its name is the order.
-    own_crank : bool
-        Whether the crankshaft is the engine's as it is.
-    """
-
-    arrangement: Arrangement
-    own_crank: bool
+    arrangement: Arrangement  # The engine that fires so; its name is the order
+    own_crank: bool  # Whether the crankshaft is the engine's as it is
 
 
 def count_orders(engine: Arrangement, crank: str = "own") -> int:
@@ -267,24 +259,13 @@ def known_order_of(engine: Arrangement) -> tuple[KnownOrder, str] | None:
 
 @dataclass(frozen=True)
 class _Places:
-    """Crank and cylinders at each place along the shaft.
+    """Crank and cylinders at each place along the shaft."""
 
-    Attributes
-    ----------
-    members : tuple of tuple of int
-        Cylinders, from 0, of each place, by their banks.
-    base : tuple of float
-        Angle of the throw of the first of them [rad].
-    kinds : tuple
-        Parts that are alike may change places: banks, angles between throws, crank radii.
-    first : int
-        Place of cylinder 1.
-    """
-
-    members: tuple[tuple[int, ...], ...]
-    base: tuple[float, ...]
+    members: tuple[tuple[int, ...], ...]  # Cylinders, from 0, of each place, by their banks
+    base: tuple[float, ...]  # Angle of the throw of the first of them [rad]
+    # Parts that are alike may change places: banks, angles between throws, crank radii.
     kinds: tuple[tuple[tuple[int, float, float], ...], ...]
-    first: int
+    first: int  # Place of cylinder 1
 
 
 def _places(engine: Arrangement) -> _Places:

@@ -290,23 +290,15 @@ def angle_of_travel(
 
 
 class DeadCentres(NamedTuple):
-    """Where the piston turns back.
+    """Where the piston turns back."""
 
-    Attributes
-    ----------
-    top : ndarray or float
-        Angle of the crank to the cylinder axis at top dead centre [rad], theta_T; positive for a
-        positive offset. The engine's angle phi is 0 there.
-    bottom : ndarray or float
-        The engine's angle phi at bottom dead centre [rad], from top dead centre on; pi without
-        offset, more with a positive one.
-    stroke : ndarray or float
-        Stroke over two crank radii [1]; 1 without offset, more with any.
-    """
-
+    # Angle of the crank to the cylinder axis at top dead centre [rad], theta_T; positive for a
+    # positive offset. The engine's angle phi is 0 there.
     top: Any
+    # The engine's angle phi at bottom dead centre [rad], from top dead centre on; pi without
+    # offset, more with a positive one.
     bottom: Any
-    stroke: Any
+    stroke: Any  # Stroke over two crank radii [1]; 1 without offset, more with any
 
 
 def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> DeadCentres:

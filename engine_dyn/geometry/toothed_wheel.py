@@ -22,18 +22,11 @@ FORMS = "60-2, 36-1, 36-2-1, '17 teeth, 2 missing, 16 teeth, 1 missing', or the 
 
 @dataclass(frozen=True, eq=False)
 class Wheel:
-    """A toothed wheel on the crankshaft, as it passes its sensor.
+    """A toothed wheel on the crankshaft, as it passes its sensor."""
 
-    Attributes
-    ----------
-    text : str
-        The pattern in words, such as 60-2.
-    angle : ndarray, shape (teeth,)
-        Angle of the crank [rad] between the first tooth and each tooth, in the order in which they
-        pass the sensor; the first is 0, and follows the longest gap.
-    """
-
-    text: str
+    text: str  # The pattern in words, such as 60-2
+    # Angle of the crank [rad] between the first tooth and each tooth, in the order in which they
+    # pass the sensor; the first is 0, and follows the longest gap; shape (teeth,)
     angle: Floats
 
     def __post_init__(self) -> None:

@@ -98,20 +98,14 @@ class StrokeFriction(NamedTuple):
 
     docs/method.md (32). A level is the mean torque of its part, for one cylinder, over piston area
     and crank radius. Kernels take numbers, curves take arrays that broadcast.
-
-    Attributes
-    ----------
-    boundary, mixed, hydrodynamic, skirt : array_like
-        Levels of the parts of `FrictionShape`.
-    ring : array_like
-        Pressure of the rings on the liner by their own tension.
     """
 
+    # Levels of the parts of `FrictionShape`.
     boundary: Any
     mixed: Any
     hydrodynamic: Any
     skirt: Any
-    ring: Any
+    ring: Any  # Pressure of the rings on the liner by their own tension
 
     @property
     def levels(self) -> tuple[Any, Any, Any, Any]:
@@ -176,20 +170,14 @@ class FrictionShape:
     docs/method.md (31) and (32), after Rezeka and Henein (1984), as usually quoted. The remainder
     of the friction is constant: bearings, valve gear, auxiliaries. The shape times the mean
     friction torque is the torque M_fr(phi); its mean does not depend on the fractions.
-
-    Attributes
-    ----------
-    boundary, mixed, hydrodynamic, skirt : float
-        Fractions of the mean friction [1], 0 or more, together at most 1.
-    ring_pressure : float
-        Pressure of the rings on the liner by their own tension [Pa].
     """
 
+    # Fractions of the mean friction [1], 0 or more, together at most 1.
     boundary: float
     mixed: float
     hydrodynamic: float
     skirt: float
-    ring_pressure: float
+    ring_pressure: float  # Pressure of the rings on the liner by their own tension [Pa]
 
     def __post_init__(self) -> None:
         """Refuse wrong fractions; ValueError names field, value and what is allowed."""
@@ -262,24 +250,13 @@ BOUNDARY_SPEED = 1000.0
 
 
 class ValveTrain(NamedTuple):
-    """Constants of a kind of valve train, in kPa, mm and rpm.
+    """Constants of a kind of valve train, in kPa, mm and rpm."""
 
-    Attributes
-    ----------
-    number : int
-        Under which the kind is known.
-    flat : float
-        Constant of a flat follower on the cam [kPa mm]; 0 for a roller.
-    roller : float
-        Constant of a roller follower [kPa mm/rpm]; 0 for a flat one.
-    hydrodynamic, mixed : float
-        Constants of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed
-        lubrication [kPa].
-    """
-
-    number: int
-    flat: float
-    roller: float
+    number: int  # Under which the kind is known
+    flat: float  # Constant of a flat follower on the cam [kPa mm]; 0 for a roller
+    roller: float  # Constant of a roller follower [kPa mm/rpm]; 0 for a flat one
+    # Constants of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed lubrication
+    # [kPa].
     hydrodynamic: float
     mixed: float
 

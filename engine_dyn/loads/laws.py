@@ -74,48 +74,27 @@ INPUTS = (
 
 
 class Form(NamedTuple):
-    """The part of a law that all designs of a sweep have in common.
+    """The part of a law that all designs of a sweep have in common."""
 
-    Attributes
-    ----------
-    kind : int
-        Place in `LAWS`.
-    sign : float
-        1 for a load, -1 for a driver.
-    own : bool
-        Whether the law is over the speed of the load's own shaft, which is the gear ratio times the
-        crank's.
-    table : ndarray, shape (3, K)
-        Speed, torque and slope of a table; empty for the other laws.
-    """
-
-    kind: int
-    sign: float
+    kind: int  # Place in `LAWS`
+    sign: float  # 1 for a load, -1 for a driver
+    # Whether the law is over the speed of the load's own shaft, which is the gear ratio times the
+    # crank's.
     own: bool
-    table: Floats
+    table: Floats  # Speed, torque and slope of a table; empty for the other laws; shape (3, K)
 
 
 class Law(NamedTuple):
-    """Law of one design: F(q) = T(omega_n sqrt q)/T(omega_n), docs/method.md (41) and (45).
+    """Law of one design: F(q) = T(omega_n sqrt q)/T(omega_n), docs/method.md (41) and (45)."""
 
-    Attributes
-    ----------
-    kind : int
-        Place in `LAWS`.
-    nominal, scale : float
-        omega_n of the shaft that the law is over [rad/s], and 1/T(omega_n).
-    first, second : float
-        The numbers that `LAWS` names.
-    table : ndarray, shape (3, K)
-        As of `Form`.
-    """
-
-    kind: int
+    kind: int  # Place in `LAWS`
+    # omega_n of the shaft that the law is over [rad/s], and 1/T(omega_n).
     nominal: float
     scale: float
+    # The numbers that `LAWS` names.
     first: float
     second: float
-    table: Floats
+    table: Floats  # As of `Form`; shape (3, K)
 
 
 # --- the laws: torque [N m, or any other unit] and its slope over the speed [rad/s] --------------
@@ -271,38 +250,21 @@ def slope_and_sign(
 
 
 class LawFacts(NamedTuple):
-    """Name and needs of one law over speed.
+    """Name and needs of one law over speed."""
 
-    Attributes
-    ----------
-    name : str
-        Word of the law among the variants of quantities.
-    meaning : str
-        One line, about the scenes that have it.
-    needs : tuple of str
-        Nodes of the graph of quantities that it takes of each design.
-    numbers : tuple of str
-        Inputs of kernels that are its first and second number.
-    keys : tuple of str
-        Keys of scenes and engine files that choose it: any of them is enough. Empty where a table
-        of its own chooses it.
-    torque : callable, optional
-        Torque and its slope, from the speed [rad/s] and its numbers; None where a table gives it.
-    factored : bool
-        Whether k is a plain factor on the torque [N m] of a load; that of a + k omega^alpha has a
-        unit of its own.
-    drives : bool
-        Whether it is the law of a driver.
-    """
-
-    name: str
-    meaning: str
-    needs: tuple[str, ...]
-    numbers: tuple[str, ...]
+    name: str  # Word of the law among the variants of quantities
+    meaning: str  # One line, about the scenes that have it
+    needs: tuple[str, ...]  # Nodes of the graph of quantities that it takes of each design
+    numbers: tuple[str, ...]  # Inputs of kernels that are its first and second number
+    # Keys of scenes and engine files that choose it: any of them is enough. Empty where a table of
+    # its own chooses it.
     keys: tuple[str, ...] = ()
+    # Torque and its slope, from the speed [rad/s] and its numbers; None where a table gives it.
     torque: Callable[..., Any] | None = None
+    # Whether k is a plain factor on the torque [N m] of a load; that of a + k omega^alpha has a
+    # unit of its own.
     factored: bool = False
-    drives: bool = False
+    drives: bool = False  # Whether it is the law of a driver
 
 
 MOTOR_KEYS = (

@@ -43,59 +43,28 @@ MOST_DELTA = 0.5
 
 @dataclass(frozen=True)
 class Suspicion:
-    """Another reading of a value that may have been meant.
+    """Another reading of a value that may have been meant."""
 
-    Attributes
-    ----------
-    question : str
-        Completes the sentence "is the value ...?".
-    meant : callable
-        SI value that is then meant, of the number as it was written.
-    """
-
-    question: str
-    meant: Callable[[float], float]
+    question: str  # Completes the sentence "is the value ...?"
+    meant: Callable[[float], float]  # SI value that is then meant, of the number as it was written
 
 
 @dataclass(frozen=True)
 class Check:
-    """One measure of an engine, and the range in which it usually lies.
+    """One measure of an engine, and the range in which it usually lies."""
 
-    Attributes
-    ----------
-    name : str
-        Under which it is silenced.
-    what : str
-        The measure in words.
-    unit : str
-        Unit of `low` and `high`, and how the measure is shown.
-    low, high : float
-        Ends of the usual range.
-    source : str
-        Where the range comes from.
-    needs : tuple of str
-        Parameters and quantities that the formula takes, in its order.
-    measure : callable
-        The measure in SI units.
-    blames : tuple of str
-        Parameters that may be wrong, the most usual first.
-    si : float
-        SI value of one `unit`.
-    zero : bool
-        Whether exactly 0 is meant so: what is left out.
-    """
-
-    name: str
-    what: str
-    unit: str
+    name: str  # Under which it is silenced
+    what: str  # The measure in words
+    unit: str  # Unit of `low` and `high`, and how the measure is shown
+    # Ends of the usual range.
     low: float
     high: float
-    source: str
-    needs: tuple[str, ...]
-    measure: Callable[..., Any]
-    blames: tuple[str, ...]
-    si: float = 1.0
-    zero: bool = False
+    source: str  # Where the range comes from
+    needs: tuple[str, ...]  # Parameters and quantities that the formula takes, in its order
+    measure: Callable[..., Any]  # The measure in SI units
+    blames: tuple[str, ...]  # Parameters that may be wrong, the most usual first
+    si: float = 1.0  # SI value of one `unit`
+    zero: bool = False  # Whether exactly 0 is meant so: what is left out
 
     @property
     def plain(self) -> bool:

@@ -49,22 +49,13 @@ def _force(name: str, symbol: str, long_name: str, source: str, needs: tuple[str
 
 
 class _Part(NamedTuple):
-    """A force on the piston, whose components are found alike: of gas, of masses, or their sum.
+    """A force on the piston, whose components are found alike: of gas, of masses, or their sum."""
 
-    Attributes
-    ----------
-    prefix, letter : str
-        Beginning of the names of its components, and letter of their symbols.
-    force : str
-        The node.
-    whose : str
-        Said behind the name of a component; nothing of the sum.
-    """
-
+    # Beginning of the names of its components, and letter of their symbols.
     prefix: str
     letter: str
-    force: str
-    whose: str
+    force: str  # The node
+    whose: str  # Said behind the name of a component; nothing of the sum
 
 
 _PARTS = (
@@ -75,30 +66,18 @@ _PARTS = (
 
 
 class _Component(NamedTuple):
-    """A component of the force on the piston: its ratio to it, and how it is called.
+    """A component of the force on the piston: its ratio to it, and how it is called."""
 
-    Attributes
-    ----------
-    name, symbol : str
-        Name and symbol of the component of the whole force.
-    long_name, short, behind : str
-        Meaning for the whole force; for a part, the words before and after the name of the part.
-    sources : tuple of str
-        Equations for the sum, the gas and the masses.
-    needs : tuple of str
-        Nodes that the ratio takes.
-    ratio : callable
-        Component over the force on the piston.
-    """
-
+    # Name and symbol of the component of the whole force.
     name: str
     symbol: str
+    # Meaning for the whole force; for a part, the words before and after the name of the part.
     long_name: str
     short: str
     behind: str
-    sources: tuple[str, str, str]
-    needs: tuple[str, ...]
-    ratio: Callable[..., Any]
+    sources: tuple[str, str, str]  # Equations for the sum, the gas and the masses
+    needs: tuple[str, ...]  # Nodes that the ratio takes
+    ratio: Callable[..., Any]  # Component over the force on the piston
 
 
 _FORCES = (

@@ -32,91 +32,21 @@ EXTREMES = {
 
 @dataclass(frozen=True)
 class Dimension:
-    """A dimension that quantities have beside the axes of a scene.
+    """A dimension that quantities have beside the axes of a scene."""
 
-    Parameters
-    ----------
-    name, symbol, unit, long_name : str
-        As of a node; the name is also that of the leaf that holds its points, in SI units.
-    si : float
-        SI value of one file unit.
-    whole : bool
-        Whether its points are whole numbers.
-    public : bool
-        Whether quantities of archives have it; else it lies on the way to them.
-    """
-
+    # As of a node; the name is also that of the leaf that holds its points, in SI units.
     name: str
     symbol: str
     unit: str
     long_name: str
-    si: float = 1.0
-    whole: bool = False
-    public: bool = True
+    si: float = 1.0  # SI value of one file unit
+    whole: bool = False  # Whether its points are whole numbers
+    public: bool = True  # Whether quantities of archives have it; else it lies on the way to them
 
 
 @dataclass(frozen=True)
 class Node:
     """A parameter, a stage or a quantity.
-
-    Parameters
-    ----------
-    name, symbol, unit, long_name, source : str
-        Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
-        as UDUNITS reads it; one line of meaning; author and equation.
-    needs : tuple of str
-        Names of the nodes that `make` takes; left out, they are its arguments.
-    adds : tuple of str
-        Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
-    removes : tuple of str
-        Dimensions of the needs that the node does not have: `make` sums over them. What it takes
-        has them as axes, in the order of `engine_dyn.quantities.graph.DIMENSIONS`.
-    make : callable, optional
-        Computes the node from its needs, in SI units, broadcasting. Its arguments are the node's
-        needs, by name and in any order. A stage's also takes `wanted` (those of `gives` that are
-        used), `threads` and `progress`, and returns a dict.
-    si : float
-        SI value of one file unit.
-    kind : str
-        "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
-        "curve" (over crank angle), "stage" (a kernel that gives several results at once).
-    gives : tuple of str
-        Results of a stage.
-    when : str
-        Words of `engine_dyn.quantities.variants`: this variant of the name holds for scenes that
-        have all of them; empty: for any scene.
-    can_fail : bool
-        The stage writes `status`.
-    low, high : float
-        Range of a parameter in file units; `low_included`, `high_included` say whether its ends
-        belong to it; `whole` that only whole numbers do, `even` that only even ones do.
-    unless_given : float, optional
-        Value of a parameter in file units where neither scene nor engine gives it. It may lie
-        outside the range and then says that there is none (`passes` = 0: until the cycle closes).
-    public : bool
-        Whether scenes may ask for it.
-    named : tuple of (str, float)
-        Names that scenes may write for values of a parameter, in file units.
-    meanings : tuple of str
-        Meanings of the numbers 0, 1, 2 ..., for a quantity that is a verdict; one word each.
-    throws : bool
-        The places of the engine's throws must be known.
-    width : int
-        Bytes of one value, with what `make` keeps beside it, for the size of blocks; of a stage,
-        what it keeps of a design beside inputs and results.
-    threaded : bool
-        `make` also takes `threads`, the most threads that it may use, None for one a processor.
-    on_card : bool
-        `make` also takes `device`, one of `engine_dyn.speed.methods.DEVICES`.
-    of_shaft : tuple of str
-        Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
-        `make` takes those that there are by their names, `disc_inertia_1` and so on.
-    beside : tuple of str
-        Quantities that archives also hold where this node is computed, because results of theirs
-        are warned of.
-    extreme_of : tuple of (str, str), optional
-        The curve of which this is an extreme, and which one: see `EXTREMES`. It is found between
-        the points of the curve, and does not depend on their distance.
 
     Raises
     ------
@@ -124,36 +54,64 @@ class Node:
         For a kind of extreme that is none of `EXTREMES`.
     """
 
+    # Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
+    # as UDUNITS reads it; one line of meaning; author and equation.
     name: str
     symbol: str
     unit: str
     long_name: str
     source: str = ""
+    # Names of the nodes that `make` takes; left out, they are its arguments.
     needs: tuple[str, ...] = ()
+    # Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
     adds: tuple[str, ...] = ()
+    # Dimensions of the needs that the node does not have: `make` sums over them. What it takes has
+    # them as axes, in the order of `engine_dyn.quantities.graph.DIMENSIONS`.
     removes: tuple[str, ...] = ()
+    # Computes the node from its needs, in SI units, broadcasting. Its arguments are the node's
+    # needs, by name and in any order. A stage's also takes `wanted` (those of `gives` that are
+    # used), `threads` and `progress`, and returns a dict.
     make: Callable[..., Any] | None = None
-    si: float = 1.0
+    si: float = 1.0  # SI value of one file unit
+    # "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
+    # "curve" (over crank angle), "stage" (a kernel that gives several results at once).
     kind: str = "value"
-    gives: tuple[str, ...] = ()
+    gives: tuple[str, ...] = ()  # Results of a stage
+    # Words of `engine_dyn.quantities.variants`: this variant of the name holds for scenes that have
+    # all of them; empty: for any scene.
     when: str = ""
-    can_fail: bool = False
+    can_fail: bool = False  # The stage writes `status`
+    # Range of a parameter in file units; `low_included`, `high_included` say whether its ends
+    # belong to it; `whole` that only whole numbers do, `even` that only even ones do.
     low: float = -math.inf
     high: float = math.inf
     low_included: bool = False
     high_included: bool = False
     whole: bool = False
     even: bool = False
+    # Value of a parameter in file units where neither scene nor engine gives it. It may lie outside
+    # the range and then says that there is none (`passes` = 0: until the cycle closes).
     unless_given: float | None = None
-    public: bool = True
+    public: bool = True  # Whether scenes may ask for it
+    # Names that scenes may write for values of a parameter, in file units.
     named: tuple[tuple[str, float], ...] = ()
+    # Meanings of the numbers 0, 1, 2 ..., for a quantity that is a verdict; one word each.
     meanings: tuple[str, ...] = ()
-    throws: bool = False
+    throws: bool = False  # The places of the engine's throws must be known
+    # Bytes of one value, with what `make` keeps beside it, for the size of blocks; of a stage, what
+    # it keeps of a design beside inputs and results.
     width: int = 8
+    # `make` also takes `threads`, the most threads that it may use, None for one a processor.
     threaded: bool = False
-    on_card: bool = False
+    on_card: bool = False  # `make` also takes `device`, one of `engine_dyn.speed.methods.DEVICES`
+    # Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
+    # `make` takes those that there are by their names, `disc_inertia_1` and so on.
     of_shaft: tuple[str, ...] = ()
+    # Quantities that archives also hold where this node is computed, because results of theirs are
+    # warned of.
     beside: tuple[str, ...] = ()
+    # The curve of which this is an extreme, and which one: see `EXTREMES`. It is found between the
+    # points of the curve, and does not depend on their distance.
     extreme_of: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:

@@ -25,19 +25,12 @@ __all__ = ["DampedModes", "damped_critical_speeds", "damped_modes"]
 
 
 class DampedModes(NamedTuple):
-    """Modes that swing, from the lowest natural frequency; NaN past the last.
+    """Modes that swing, from the lowest natural frequency; NaN past the last."""
 
-    Attributes
-    ----------
-    omega, swing : ndarray, shape (..., m)
-        |s| and Im s [rad/s].
-    ratio : ndarray, shape (..., m)
-        Damping ratio -Re s/|s| [1].
-    """
-
+    # |s| and Im s [rad/s]; shape (..., m)
     omega: Floats
     swing: Floats
-    ratio: Floats
+    ratio: Floats  # Damping ratio -Re s/|s| [1]; shape (..., m)
 
 
 def damped_modes(system: ShaftSystem, speed: Any = 0.0) -> DampedModes:

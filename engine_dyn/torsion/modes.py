@@ -42,24 +42,16 @@ WIDE = 1e6
 
 
 class Modes(NamedTuple):
-    """Elastic modes, from the lowest; NaN where a design has fewer than others.
+    """Elastic modes, from the lowest; NaN where a design has fewer than others."""
 
-    Attributes
-    ----------
-    omega : ndarray, shape (..., m)
-        Natural frequencies [rad/s].
-    shape : ndarray, shape (..., m, N)
-        Amplitude of each disc, in its own turns, over that of the disc of unit amplitude.
-    modal_inertia : ndarray, shape (..., m)
-        sum J a^2 [kg m2], which belongs to the disc of unit amplitude.
-    twist : ndarray, shape (..., m, M)
-        Referred amplitude of each node less that of its parent, which of stiff shafts is more exact
-        than the difference; 0 of node 0.
-    """
-
-    omega: Floats
+    omega: Floats  # Natural frequencies [rad/s]; shape (..., m)
+    # Amplitude of each disc, in its own turns, over that of the disc of unit amplitude; shape (...,
+    # m, N)
     shape: Floats
+    # sum J a^2 [kg m2], which belongs to the disc of unit amplitude; shape (..., m)
     modal_inertia: Floats
+    # Referred amplitude of each node less that of its parent, which of stiff shafts is more exact
+    # than the difference; 0 of node 0; shape (..., m, M)
     twist: Floats
 
     @property

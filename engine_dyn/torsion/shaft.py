@@ -59,47 +59,28 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Shaft:
-    """Names and places of a shaft, the same for all designs. Discs and shafts are numbered from 0.
+    """Names and places of a shaft, the same for all designs; discs and shafts count from 0."""
 
-    Parameters
-    ----------
-    discs : tuple of str
-        Names of the discs; the rings of dampers and then the pendulums follow them.
-    shafts : tuple of (int, int)
-        Discs that each shaft joins; what holds rings and pendulums follows.
-    shaft_names : tuple of str
-        Their names.
-    gears : tuple of (int, int)
-        Discs in mesh.
-    throws : tuple of int
-        Disc of each throw of the engine, in the order along the shaft.
-    flywheel, load, auxiliaries : int
-        Discs on which they are.
-    dampers, pendulums : int
-        Their numbers.
-    includes_reciprocating : bool
-        Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
-    keys : tuple of str
-        Parameters that give its numbers, as `engine_dyn.quantities.shaft_numbers` has them.
-    alloy : frozenset of int
-        Shafts of alloy steel, others are of carbon steel.
-    tables : mapping of Table
-        Stiffness of couplings that have it over their mean torque, by the number of the shaft.
-    """
-
+    # Names of the discs; the rings of dampers and then the pendulums follow them.
     discs: tuple[str, ...]
+    # Discs that each shaft joins; what holds rings and pendulums follows.
     shafts: tuple[tuple[int, int], ...]
-    shaft_names: tuple[str, ...]
-    gears: tuple[tuple[int, int], ...]
-    throws: tuple[int, ...]
+    shaft_names: tuple[str, ...]  # Their names
+    gears: tuple[tuple[int, int], ...]  # Discs in mesh
+    throws: tuple[int, ...]  # Disc of each throw of the engine, in the order along the shaft
+    # Discs on which they are.
     flywheel: int
     load: int
     auxiliaries: int
+    # Their numbers.
     dampers: int
     pendulums: int
+    # Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
     includes_reciprocating: bool
+    # Parameters that give its numbers, as `engine_dyn.quantities.shaft_numbers` has them.
     keys: tuple[str, ...]
-    alloy: frozenset[int] = frozenset()
+    alloy: frozenset[int] = frozenset()  # Shafts of alloy steel, others are of carbon steel
+    # Stiffness of couplings that have it over their mean torque, by the number of the shaft.
     tables: Mapping[int, Table] = field(default_factory=dict)
 
     @property
@@ -293,21 +274,11 @@ def stacked(values: list[Any]) -> Floats:
 
 
 class Optimum(NamedTuple):
-    """The stiffness and damping that hold a damper's ring, and the largest amplitude with them.
+    """The stiffness and damping that hold a damper's ring, and the largest amplitude with them."""
 
-    Attributes
-    ----------
-    stiffness : array_like
-        [N m/rad].
-    damping : array_like
-        [N m s/rad].
-    magnifier : array_like
-        Largest amplitude of the mode over that of its static twist [1].
-    """
-
-    stiffness: Any
-    damping: Any
-    magnifier: Any
+    stiffness: Any  # [N m/rad]
+    damping: Any  # [N m s/rad]
+    magnifier: Any  # Largest amplitude of the mode over that of its static twist [1]
 
 
 def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
@@ -342,24 +313,12 @@ def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
 
 
 class Pendulum(NamedTuple):
-    """A centrifugal pendulum as a disc on a shaft.
+    """A centrifugal pendulum as a disc on a shaft."""
 
-    Attributes
-    ----------
-    inertia : array_like
-        Inertia of the disc [kg m2].
-    speed_stiffness : array_like
-        Stiffness of the shaft over the square of the crank's speed [kg m2].
-    order : array_like
-        To which it is tuned, of the turns of its carrier [1].
-    swing : array_like
-        Its swing on the carrier over the twist of the shaft [1].
-    """
-
-    inertia: Any
-    speed_stiffness: Any
-    order: Any
-    swing: Any
+    inertia: Any  # Inertia of the disc [kg m2]
+    speed_stiffness: Any  # Stiffness of the shaft over the square of the crank's speed [kg m2]
+    order: Any  # To which it is tuned, of the turns of its carrier [1]
+    swing: Any  # Its swing on the carrier over the twist of the shaft [1]
 
 
 def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulum:

@@ -42,28 +42,15 @@ LOW = 32
 
 
 class Synthesis(NamedTuple):
-    """Tables for samples of curves with these orders; G numbers of samples are to choose from.
+    """Tables for samples of curves with these orders; G numbers of samples are to choose from."""
 
-    Attributes
-    ----------
-    even : ndarray of bool, shape (V,)
-        Whether the harmonic of an order is even.
-    harmonic : ndarray, shape (V,)
-        h of each order, whole.
-    quarters : ndarray of int, shape (G,)
-        M/4, whole blocks.
-    cosine, sine : ndarray, shape (G, V, LOW)
-        Values of h psi in the first block.
-    turn : ndarray, shape (G, V, 2)
-        Cosine and sine of the angle of a block.
-    """
-
-    even: Booleans
-    harmonic: Floats
-    quarters: Integers
+    even: Booleans  # Whether the harmonic of an order is even; shape (V,)
+    harmonic: Floats  # h of each order, whole; shape (V,)
+    quarters: Integers  # M/4, whole blocks; shape (G,)
+    # Values of h psi in the first block; shape (G, V, LOW)
     cosine: Floats
     sine: Floats
-    turn: Floats
+    turn: Floats  # Cosine and sine of the angle of a block; shape (G, V, 2)
 
 
 def synthesis(orders: Floats, period: float) -> Synthesis:

@@ -31,34 +31,23 @@ class ShaftSystem:
 
     N discs on M nodes; S shafts, each of which lies between a node and its parent. Arrays of values
     have the designs as leading axes.
-
-    Attributes
-    ----------
-    shafts : ndarray of int, shape (S, 2)
-        First and second disc of each shaft.
-    node_of_disc, node_of_shaft : ndarray of int, shapes (N,) and (S,)
-        Node of a disc; node below a shaft, the other one is its parent.
-    ratio : ndarray, shape (..., N)
-        Speed of each disc over the crank's, negative where it turns the other way.
-    shaft_factor : ndarray, shape (..., S)
-        Torque of a shaft over the referred torque k* (theta_node - theta_parent).
-    parent : ndarray of int, shape (M,)
-        Parent of each node, before it in the order; -1 of node 0, which is the crank's.
-    inertia, disc_damping, ground_stiffness : ndarray, shape (..., M)
-        Referred, of each node [kg m2, N m s/rad, N m/rad].
-    stiffness, loss_factor, damping, speed_stiffness : ndarray, shape (..., M)
-        Referred, of the shaft to the parent; those of node 0 are 0.
     """
 
-    shafts: Integers
+    shafts: Integers  # First and second disc of each shaft; shape (S, 2)
+    # Node of a disc; node below a shaft, the other one is its parent; shape (N,) and (S,)
     node_of_disc: Integers
     node_of_shaft: Integers
+    # Speed of each disc over the crank's, negative where it turns the other way; shape (..., N)
     ratio: Floats
+    # Torque of a shaft over the referred torque k* (theta_node - theta_parent); shape (..., S)
     shaft_factor: Floats
+    # Parent of each node, before it in the order; -1 of node 0, which is the crank's; shape (M,)
     parent: Integers
+    # Referred, of each node [kg m2, N m s/rad, N m/rad]; shape (..., M)
     inertia: Floats
     disc_damping: Floats
     ground_stiffness: Floats
+    # Referred, of the shaft to the parent; those of node 0 are 0; shape (..., M)
     stiffness: Floats
     loss_factor: Floats
     damping: Floats

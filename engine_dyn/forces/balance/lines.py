@@ -17,37 +17,18 @@ __all__ = ["Lines", "default_bank_offset", "is_boxer", "lines_of"]
 
 
 class Lines(NamedTuple):
-    """The cylinders as lines of force, from 1 to Z.
+    """The cylinders as lines of force, from 1 to Z."""
 
-    Attributes
-    ----------
-    phase : ndarray
-        Angle to add to the engine's to get the cylinder's own [rad].
-    direction : ndarray
-        Angle of the cylinder's axis from that of cylinder 1 [rad].
-    place : ndarray
-        Distance from the middle of the crank, in distances of neighbouring throws [1].
-    bank : ndarray
-        Number of the bank less the mean of first and last: each stands one offset of the banks
-        further along the shaft [1].
-    mass_factor : ndarray
-        Reciprocating mass over the engine's [1].
-    radius : ndarray
-        Crank radius over the engine's; rods are equally long [1].
-    throw_share : ndarray
-        Share in the throw, 1 over the number of rods on the pin [1].
-    side : ndarray
-        Factor on the engine's offset: -1 to the other side of the crank's axis [1].
-    """
-
-    phase: Floats
-    direction: Floats
-    place: Floats
+    phase: Floats  # Angle to add to the engine's to get the cylinder's own [rad]
+    direction: Floats  # Angle of the cylinder's axis from that of cylinder 1 [rad]
+    place: Floats  # Distance from the middle of the crank, in distances of neighbouring throws [1]
+    # Number of the bank less the mean of first and last: each stands one offset of the banks
+    # further along the shaft [1].
     bank: Floats
-    mass_factor: Floats
-    radius: Floats
-    throw_share: Floats
-    side: Floats
+    mass_factor: Floats  # Reciprocating mass over the engine's [1]
+    radius: Floats  # Crank radius over the engine's; rods are equally long [1]
+    throw_share: Floats  # Share in the throw, 1 over the number of rods on the pin [1]
+    side: Floats  # Factor on the engine's offset: -1 to the other side of the crank's axis [1]
 
     def kinds(self, crank_ratio: Any, offset: Any) -> Iterator[tuple[Any, Any, Booleans]]:
         """Own crank ratio and offset of each kind of cylinders, from the engine's, and which."""

@@ -63,18 +63,12 @@ def acceleration_harmonics(
 
 
 class Ellipse(NamedTuple):
-    """The ellipse along which the tip of a vector of one order runs.
+    """The ellipse along which the tip of a vector of one order runs."""
 
-    Attributes
-    ----------
-    major, minor : ndarray
-        Semi-axes.
-    inclination : ndarray
-        Angle of the long axis from cylinder 1 [rad], above -pi/2 and up to pi/2; 0 for a circle.
-    """
-
+    # Semi-axes.
     major: Any
     minor: Any
+    # Angle of the long axis from cylinder 1 [rad], above -pi/2 and up to pi/2; 0 for a circle.
     inclination: Any
 
 

@@ -56,56 +56,31 @@ Pins = Callable[[Cylinders], list[Any]]
 
 @dataclass(frozen=True, eq=False)
 class WebWeights:
-    """Counterweights, one a place of each array, shape (N,).
+    """Counterweights, one a place of each array, shape (N,)."""
 
-    Attributes
-    ----------
-    mass : ndarray
-        [kg].
-    radius : ndarray
-        Distance of the centre of gravity from the shaft's axis [m].
-    angle : ndarray
-        Direction [rad], with zero and sense of the throws' angles.
-    position : ndarray
-        Place along the shaft [m], from where throws have the position 0, away from the free end.
-    """
-
-    mass: Floats
-    radius: Floats
-    angle: Floats
+    mass: Floats  # [kg]
+    radius: Floats  # Distance of the centre of gravity from the shaft's axis [m]
+    angle: Floats  # Direction [rad], with zero and sense of the throws' angles
+    # Place along the shaft [m], from where throws have the position 0, away from the free end.
     position: Floats
 
 
 class Crankshaft(NamedTuple):
-    """Masses that turn with the crank; arrays broadcast.
+    """Masses that turn with the crank; arrays broadcast."""
 
-    Attributes
-    ----------
-    webs : WebWeights, optional
-        Counterweights.
-    factor : array_like
-        On their masses [1].
-    crank_ratio, offset : array_like
-        lambda [1]; offset of the piston-pin line over the crank radius [1].
-    cylinders, by_count
-        Set of cylinders (broadcasts), and the cylinders of each set.
-    spacing, bank_offset : array_like
-        Distance of neighbouring throws, offset of each bank along the shaft [m].
-    crank_radius : array_like
-        [m].
-    rod_mass, throw_mass : array_like
-        Rotating mass of each cylinder's rod and of each throw, at the crank radius [kg].
-    """
-
-    webs: WebWeights | None
-    factor: Any
+    webs: WebWeights | None  # Counterweights
+    factor: Any  # On their masses [1]
+    # lambda [1]; offset of the piston-pin line over the crank radius [1].
     crank_ratio: Any
     offset: Any
+    # Set of cylinders (broadcasts), and the cylinders of each set.
     cylinders: Any
     by_count: CylindersByCount
+    # Distance of neighbouring throws, offset of each bank along the shaft [m].
     spacing: Any = np.nan
     bank_offset: Any = 0.0
-    crank_radius: Any = 1.0
+    crank_radius: Any = 1.0  # [m]
+    # Rotating mass of each cylinder's rod and of each throw, at the crank radius [kg].
     rod_mass: Any = 0.0
     throw_mass: Any = 0.0
 
