@@ -107,19 +107,6 @@ MOTION = (
 )  # fmt: skip
 """The nodes that each cylinder has of its own."""
 
-_FORCES = (
-    _force("reciprocating_force", "P_J", "inertia force of all reciprocating masses, exact", 0,
-           False),
-    _force("reciprocating_force_first", "P_{J,1}",
-           "first order of the inertia force of all reciprocating masses, primary force", 1, False),
-    _force("reciprocating_force_second", "P_{J,2}",
-           "second order of the inertia force of all reciprocating masses, secondary force", 2,
-           False),
-    _force("shaking_force", "F", "shaking force on the frame, exact, with counterweights", 0, True),
-    _force("shaking_force_first", "F_1", "first order of the shaking force", 1, True),
-    _force("shaking_force_second", "F_2", "second order of the shaking force", 2, True),
-)  # fmt: skip
-
 _LOADED = (
     *(need for need in _NEEDS if need != "crank_angle"), "bore", "family", "row", "pressure_scale",
     "crankcase_pressure", "period", "rod_mass_at_crank",
@@ -140,7 +127,18 @@ def _of_master(needs: dict[str, Any], more: tuple[Any, ...] = ()) -> tuple[Any, 
     )  # fmt: skip
 
 
-_MASTER = (
+NODES = (
+    *MOTION,
+    _force("reciprocating_force", "P_J", "inertia force of all reciprocating masses, exact", 0,
+           False),
+    _force("reciprocating_force_first", "P_{J,1}",
+           "first order of the inertia force of all reciprocating masses, primary force", 1, False),
+    _force("reciprocating_force_second", "P_{J,2}",
+           "second order of the inertia force of all reciprocating masses, secondary force", 2,
+           False),
+    _force("shaking_force", "F", "shaking force on the frame, exact, with counterweights", 0, True),
+    _force("shaking_force_first", "F_1", "first order of the shaking force", 1, True),
+    _force("shaking_force_second", "F_2", "second order of the shaking force", 2, True),
     Node(
         "wall_thrust", "N", "N",
         "wall thrust, side force of the piston on the cylinder wall, positive opposite to the side "
@@ -168,8 +166,6 @@ _MASTER = (
         throws=True, when="articulated_rods", width=250_000,
     ),
 )  # fmt: skip
-
-NODES = (*MOTION, *_FORCES, *_MASTER)
 
 NOT_FOLLOWED = frozenset({
     "tangential_force", "gas_tangential_force", "inertia_tangential_force", "net_tangential_force",

@@ -204,7 +204,47 @@ _ANGLE = _swing(
     "angle of the rigid rotor against the grid, from its mean",
 )  # fmt: skip
 
-_GRID = (
+# --- times ----------------------------------------------------------------------------------------
+
+
+def _duration(begin: float, end: float) -> Callable[..., Any]:
+    return lambda omega, crank_angle, curve_period: time_over_angle.duration(
+        omega, np.ravel(crank_angle)[0], begin, end, curve_period
+    )
+
+
+def _interval(
+    *, omega: Any, crank_angle: Any, period: float, curve_period: float, interval_begin: Any,
+    interval_end: Any,
+) -> Any:  # fmt: skip
+    # The end is the next one within a cycle, however long the curve is.
+    end = interval_begin + period - np.mod(interval_begin - interval_end, period)
+    first = np.ravel(crank_angle)[0]
+    return time_over_angle.duration(omega, first, interval_begin, end, curve_period)
+
+
+_TIME: dict[str, Any] = {"removes": ("crank_angle",)}
+
+_STROKES = {
+    "intake": (-2.0 * np.pi, -np.pi), "compression": (-np.pi, 0.0), "expansion": (0.0, np.pi),
+    "exhaust": (np.pi, 2.0 * np.pi),
+}  # fmt: skip
+
+OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
+"""Strokes that have no half turn of their own in a two-stroke engine."""
+
+NODES: tuple[Node, ...] = (
+    Node("angle_deviation_extremes", "", "", f"extremes of the {_TEXT}", public=False,
+         removes=("close_angle",), make=_extremes,
+         width=_EXTREMES.itemsize),
+    *_DEVIATIONS,
+    *(_electrical(node) for node in _DEVIATIONS),
+    Node(
+        "angle_deviation_over_limit", r"p\theta_{largest}/\theta_{lim}", "1",
+        "largest electrical angle to either side over its limit, above 1 where it is exceeded",
+        DEVIATION, make=lambda angle_deviation_electrical_largest, angle_deviation_limit:
+        angle_deviation_electrical_largest / angle_deviation_limit,
+    ),
     hidden(
         "grid_stiffness", "N m rad-1", "synchronising torque at the crank",
         lambda synchronising_torque, gear_ratio: gear_ratio**2 * synchronising_torque,
@@ -277,38 +317,6 @@ _GRID = (
     *_swing(
         "grid_power", r"\Delta P", r"\Delta P_\nu", "W", 1.0, "power to the grid, from its mean"
     ),
-)  # fmt: skip
-
-# --- times ----------------------------------------------------------------------------------------
-
-
-def _duration(begin: float, end: float) -> Callable[..., Any]:
-    return lambda omega, crank_angle, curve_period: time_over_angle.duration(
-        omega, np.ravel(crank_angle)[0], begin, end, curve_period
-    )
-
-
-def _interval(
-    *, omega: Any, crank_angle: Any, period: float, curve_period: float, interval_begin: Any,
-    interval_end: Any,
-) -> Any:  # fmt: skip
-    # The end is the next one within a cycle, however long the curve is.
-    end = interval_begin + period - np.mod(interval_begin - interval_end, period)
-    first = np.ravel(crank_angle)[0]
-    return time_over_angle.duration(omega, first, interval_begin, end, curve_period)
-
-
-_TIME: dict[str, Any] = {"removes": ("crank_angle",)}
-
-_STROKES = {
-    "intake": (-2.0 * np.pi, -np.pi), "compression": (-np.pi, 0.0), "expansion": (0.0, np.pi),
-    "exhaust": (np.pi, 2.0 * np.pi),
-}  # fmt: skip
-
-OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
-"""Strokes that have no half turn of their own in a two-stroke engine."""
-
-_DURATIONS = (
     Node(
         "cycle_time", "T", "s", "duration of a cycle", DEVIATION,
         make=lambda omega, period: time_over_angle.cycle_time(omega, period), **_TIME,
@@ -329,20 +337,4 @@ _DURATIONS = (
         make=_interval,
         **_TIME,
     ),
-)  # fmt: skip
-
-NODES: tuple[Node, ...] = (
-    Node("angle_deviation_extremes", "", "", f"extremes of the {_TEXT}", public=False,
-         removes=("close_angle",), make=_extremes,
-         width=_EXTREMES.itemsize),
-    *_DEVIATIONS,
-    *(_electrical(node) for node in _DEVIATIONS),
-    Node(
-        "angle_deviation_over_limit", r"p\theta_{largest}/\theta_{lim}", "1",
-        "largest electrical angle to either side over its limit, above 1 where it is exceeded",
-        DEVIATION, make=lambda angle_deviation_electrical_largest, angle_deviation_limit:
-        angle_deviation_electrical_largest / angle_deviation_limit,
-    ),
-    *_GRID,
-    *_DURATIONS,
 )  # fmt: skip

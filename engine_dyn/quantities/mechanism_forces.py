@@ -133,24 +133,6 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
     )  # fmt: skip
 
 
-_NET_COMPONENTS = (
-    _force(
-        "net_wall_thrust", "N_n",
-        "wall thrust with weight and piston friction, positive opposite to the side where the "
-        "crank pin moves down",
-        KHURMI, ("net_piston_force", "mass_of_first", "direction_of_first", *_ANGLE),
-        # The weight also lies on the wall of a cylinder that leans.
-        lambda net_piston_force, mass_of_first, direction_of_first, crank_angle, crank_ratio,
-        offset_ratio: net_piston_force
-        * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio)
-        - mechanism.GRAVITY * mass_of_first * np.sin(direction_of_first),
-    ),
-    *(_component(
-        one, _Part("net_", "n", "net_piston_force", " with weight and piston friction"), KHURMI
-    ) for one in _FORCES if one.name != "wall_thrust"),
-)  # fmt: skip
-
-
 def _angle_at_travel(
     *, piston_travel: Any, crank_ratio: Any, offset_ratio: Any, double_radius: Any, stroke: Any
 ) -> Any:
@@ -170,75 +152,6 @@ def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
         f"{NOTES}, reduced pressures", si=BAR, kind="curve", needs=(of, "bore"), make=make,
     )  # fmt: skip
 
-
-_PRESSURES = (
-    _over_area("piston_pressure", "p", "piston_force", "gas and inertia force"),
-    _over_area("gas_piston_pressure", "p_g", "gas_force", "gas force"),
-    _over_area("inertia_piston_pressure", "p_l", "inertia_force",
-               "force of the reciprocating masses"),
-    *(
-        _over_area(
-            f"{part.prefix}{one.name.split('_')[0]}_pressure", f"p_{{{one.symbol}{part.letter}}}",
-            part.prefix + one.name, one.short + part.whose,
-        )
-        for one in _FORCES
-        for part in _PARTS
-    ),
-)  # fmt: skip
-
-_REDUCED_TORQUES = (
-    *(
-        Node(
-            f"{part.prefix}reduced_torque",
-            rf"\mu_{{\sigma {part.letter}}}" if part.letter else r"\mu_\sigma", "bar",
-            f"torque{part.whose or ' of gas and reciprocating masses'} over the displacement, "
-            "positive in the sense of rotation, cylinder 1",
-            f"{NOTES}, mu", si=BAR, kind="curve",
-            needs=(f"{part.prefix}tangential_pressure", "double_radius", "stroke"),
-            make=lambda double_radius, stroke, **pressure: 0.5 * sum(pressure.values())
-            * double_radius / stroke,
-        )
-        for part in _PARTS
-    ),
-    Node(
-        "reduced_overturning_moment", r"\mu_\alpha", "bar",
-        "overturning moment over the displacement, positive in the sense of rotation, cylinder 1",
-        f"{NOTES}, mu", si=BAR, kind="curve", make=lambda reduced_torque: -reduced_torque,
-    ),
-)  # fmt: skip
-
-_OVERTURNING = (
-    Node(
-        "overturning_moment",
-        r"M_\alpha",
-        "N m",
-        "overturning moment on the frame, positive in the sense of rotation, all cylinders",
-        "Kakaitsas eq. 2.8 (M_a = -N H)",
-        kind="curve",
-        make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
-    ),
-    Node(
-        "gas_overturning_moment",
-        r"M_{\alpha g}",
-        "N m",
-        "overturning moment of the gas on the frame, positive in the sense of rotation, all "
-        "cylinders",
-        "Kakaitsas eq. 2.8 (M_a = -N H)",
-        kind="curve",
-        make=lambda gas_torque: -gas_torque,
-    ),
-    Node(
-        "inertia_overturning_moment",
-        r"M_{\alpha l}",
-        "N m",
-        "overturning moment of the reciprocating masses on the frame, positive in the sense of "
-        "rotation, "
-        "all cylinders",
-        "Kakaitsas eqs. 2.8, 2.13 (M_a = -N H)",
-        kind="curve",
-        make=lambda inertia_torque: -inertia_torque,
-    ),
-)
 
 NODES: tuple[Node, ...] = (
     hidden(
@@ -330,8 +243,50 @@ NODES: tuple[Node, ...] = (
         for component in _FORCES
         for part, source in zip(_PARTS, component.sources, strict=True)
     ),
-    *_NET_COMPONENTS,
-    *_OVERTURNING,
+    _force(
+        "net_wall_thrust", "N_n",
+        "wall thrust with weight and piston friction, positive opposite to the side where the "
+        "crank pin moves down",
+        KHURMI, ("net_piston_force", "mass_of_first", "direction_of_first", *_ANGLE),
+        # The weight also lies on the wall of a cylinder that leans.
+        lambda net_piston_force, mass_of_first, direction_of_first, crank_angle, crank_ratio,
+        offset_ratio: net_piston_force
+        * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio)
+        - mechanism.GRAVITY * mass_of_first * np.sin(direction_of_first),
+    ),
+    *(_component(
+        one, _Part("net_", "n", "net_piston_force", " with weight and piston friction"), KHURMI
+    ) for one in _FORCES if one.name != "wall_thrust"),
+    Node(
+        "overturning_moment",
+        r"M_\alpha",
+        "N m",
+        "overturning moment on the frame, positive in the sense of rotation, all cylinders",
+        "Kakaitsas eq. 2.8 (M_a = -N H)",
+        kind="curve",
+        make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
+    ),
+    Node(
+        "gas_overturning_moment",
+        r"M_{\alpha g}",
+        "N m",
+        "overturning moment of the gas on the frame, positive in the sense of rotation, all "
+        "cylinders",
+        "Kakaitsas eq. 2.8 (M_a = -N H)",
+        kind="curve",
+        make=lambda gas_torque: -gas_torque,
+    ),
+    Node(
+        "inertia_overturning_moment",
+        r"M_{\alpha l}",
+        "N m",
+        "overturning moment of the reciprocating masses on the frame, positive in the sense of "
+        "rotation, "
+        "all cylinders",
+        "Kakaitsas eqs. 2.8, 2.13 (M_a = -N H)",
+        kind="curve",
+        make=lambda inertia_torque: -inertia_torque,
+    ),
     Node(
         "rotating_force", "P_r", "N",
         "centrifugal force of the rotating mass of one cylinder, without counterweights",
@@ -370,8 +325,36 @@ NODES: tuple[Node, ...] = (
         make=lambda torque, gravity_torque, piston_friction_torque: torque + gravity_torque
         - piston_friction_torque,
     ),
-    *_PRESSURES,
-    *_REDUCED_TORQUES,
+    _over_area("piston_pressure", "p", "piston_force", "gas and inertia force"),
+    _over_area("gas_piston_pressure", "p_g", "gas_force", "gas force"),
+    _over_area("inertia_piston_pressure", "p_l", "inertia_force",
+               "force of the reciprocating masses"),
+    *(
+        _over_area(
+            f"{part.prefix}{one.name.split('_')[0]}_pressure", f"p_{{{one.symbol}{part.letter}}}",
+            part.prefix + one.name, one.short + part.whose,
+        )
+        for one in _FORCES
+        for part in _PARTS
+    ),
+    *(
+        Node(
+            f"{part.prefix}reduced_torque",
+            rf"\mu_{{\sigma {part.letter}}}" if part.letter else r"\mu_\sigma", "bar",
+            f"torque{part.whose or ' of gas and reciprocating masses'} over the displacement, "
+            "positive in the sense of rotation, cylinder 1",
+            f"{NOTES}, mu", si=BAR, kind="curve",
+            needs=(f"{part.prefix}tangential_pressure", "double_radius", "stroke"),
+            make=lambda double_radius, stroke, **pressure: 0.5 * sum(pressure.values())
+            * double_radius / stroke,
+        )
+        for part in _PARTS
+    ),
+    Node(
+        "reduced_overturning_moment", r"\mu_\alpha", "bar",
+        "overturning moment over the displacement, positive in the sense of rotation, cylinder 1",
+        f"{NOTES}, mu", si=BAR, kind="curve", make=lambda reduced_torque: -reduced_torque,
+    ),
     Node(
         "tangential_pressure_mean", r"\bar p_T", "bar",
         "cycle mean of the tangential force over piston area, averaged over the cylinders",

@@ -239,7 +239,9 @@ def _of_given_torque(*, torque: Any, crank_angle: Any, order: Any) -> Any:
     )  # fmt: skip
 
 
-_HARMONICS = (
+_FIRST_MODE = "phase vectors in the mode of a uniform shaft, derived here"
+
+NODES: tuple[Node, ...] = (
     *(_of_equal(part) for part in _PARTS),
     _harmonic(
         "phase_vectors", "1", "sum of the phase vectors of all cylinders", ("order", *_COUNTED),
@@ -268,11 +270,6 @@ _HARMONICS = (
     *_of_shaft(),
     _gravity("", False),
     _gravity("cylinder_", True),
-)  # fmt: skip
-
-_FIRST_MODE = "phase vectors in the mode of a uniform shaft, derived here"
-
-_ORDERS = (
     Node(
         "order_frequency", r"f_\nu", "Hz", "frequency of the orders at nominal speed",
         f"{NOTES}, harmonics of the tangential force",
@@ -309,5 +306,3 @@ _ORDERS = (
     *_polar("throw_", "torque", r"M_{j,\nu}",
             "torque on each throw, of gas and reciprocating masses, along the shaft"),
 )  # fmt: skip
-
-NODES: tuple[Node, ...] = (*_HARMONICS, *_ORDERS)

@@ -95,40 +95,6 @@ def _mean_gas_of_unequal_throws(
     )
 
 
-_OF_BOTH_ENDS = (
-    Node(
-        "peak_pressure", "p_{max}", "bar", "largest absolute pressure of both ends", "this project",
-        si=BAR, when="double_acting", extreme_of=("pressure", "largest"),
-        make=lambda double_acting: np.float64(double_acting.largest),
-    ),
-    hidden(
-        "mean_peak_pressure", "Pa", "largest tabulated pressure of both ends",
-        lambda double_acting: np.float64(double_acting.peak_of_ends), when="double_acting",
-    ),
-    Node(
-        "pressure", "p", "bar", "absolute pressure in the head end of cylinder 1", "this project",
-        si=BAR, kind="curve", when="double_acting",
-        make=lambda crank_angle, double_acting: double_acting.head_end(crank_angle),
-    ),
-    *(
-        Node(
-            "crank_end_pressure", "p_{ce}", "bar",
-            "absolute pressure on the crank's side of the piston of cylinder 1", "this project",
-            si=BAR, kind="curve", when=when, needs=("crank_angle", of), make=make,
-        )
-        for when, of, make in (
-            (
-                "double_acting", "double_acting",
-                lambda crank_angle, double_acting: double_acting.crank_end(crank_angle),
-            ),
-            (
-                "single_acting", "crankcase_pressure",
-                lambda crank_angle, crankcase_pressure: crankcase_pressure + 0.0 * crank_angle,
-            ),
-        )
-    ),
-)  # fmt: skip
-
 NODES: tuple[Node, ...] = (
     Node(
         "place", "", "1", "place of load and speed in the table of one family", kind="value",
@@ -231,7 +197,37 @@ NODES: tuple[Node, ...] = (
             crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
         ),
     ),
-    *_OF_BOTH_ENDS,
+    Node(
+        "peak_pressure", "p_{max}", "bar", "largest absolute pressure of both ends", "this project",
+        si=BAR, when="double_acting", extreme_of=("pressure", "largest"),
+        make=lambda double_acting: np.float64(double_acting.largest),
+    ),
+    hidden(
+        "mean_peak_pressure", "Pa", "largest tabulated pressure of both ends",
+        lambda double_acting: np.float64(double_acting.peak_of_ends), when="double_acting",
+    ),
+    Node(
+        "pressure", "p", "bar", "absolute pressure in the head end of cylinder 1", "this project",
+        si=BAR, kind="curve", when="double_acting",
+        make=lambda crank_angle, double_acting: double_acting.head_end(crank_angle),
+    ),
+    *(
+        Node(
+            "crank_end_pressure", "p_{ce}", "bar",
+            "absolute pressure on the crank's side of the piston of cylinder 1", "this project",
+            si=BAR, kind="curve", when=when, needs=("crank_angle", of), make=make,
+        )
+        for when, of, make in (
+            (
+                "double_acting", "double_acting",
+                lambda crank_angle, double_acting: double_acting.crank_end(crank_angle),
+            ),
+            (
+                "single_acting", "crankcase_pressure",
+                lambda crank_angle, crankcase_pressure: crankcase_pressure + 0.0 * crank_angle,
+            ),
+        )
+    ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
         make=_mean_gas_of_equal_throws, when="equal_throws",
