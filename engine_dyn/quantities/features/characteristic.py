@@ -61,7 +61,7 @@ _OF_FRICTION = {
     ),
     "patton_nitschke_heywood": ("fmep_without_gas", "ring_gas_pressure_unthrottled"),
 }  # fmt: skip
-"""What of each law of the friction does not depend on the load."""
+"""Nodes of each law of the friction that do not depend on the load."""
 
 PARAMETERS = (
     parameter(

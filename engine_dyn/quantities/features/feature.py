@@ -15,64 +15,35 @@ Part = TypeVar("Part")
 
 
 class Addition(NamedTuple):
-    """An amount that a part adds to a parameter, wherever the graph takes the parameter.
+    """An amount that a part adds to a parameter, wherever the graph takes the parameter."""
 
-    Attributes
-    ----------
-    parameter : str
-        What is added to. Its own value stays as it is given: archives list that, and elasticities
-        vary it.
-    node : str
-        The node that holds the amount, in the same SI unit.
-    when : str
-        Words of scenes in which it is added, all of which must hold, as of a node.
-    """
-
+    # What is added to. Its own value stays as it is given: archives list that, and elasticities
+    # vary it.
     parameter: str
-    node: str
-    when: str = ""
+    node: str  # The node that holds the amount, in the same SI unit
+    when: str = ""  # Words of scenes in which it is added, all of which must hold, as of a node
 
 
 @dataclass(frozen=True)
 class Feature(Generic[Part]):
-    """Everything that the graph of quantities has because of one part of an engine.
+    """Everything that the graph of quantities has because of one part of an engine."""
 
-    Attributes
-    ----------
-    name : str
-        Key of the part in `Engine.parts`.
-    long_name : str
-        Meaning of the part in one line.
-    subject : str
-        Group of `engine-dyn list quantities` that its quantities stand in.
-    nodes, parameters : tuple of Node
-        Its quantities, and its keys of scenes.
-    dimensions : tuple of Dimension
-        Dimensions counted from 1 over members of the part.
-    sizes : callable
-        From the part to the number of members along each of `dimensions`; without the part all
-        are 0.
-    words : tuple of mapping
-        Groups of words that select variants, with their meanings, as in
-        `engine_dyn.quantities.variants`; which of them holds is said where scenes are read.
-    called : mapping
-        Other names, which people look for, of its quantities and of those that it answers to.
-    adds : tuple of Addition
-        Amounts that the part adds to parameters.
-    constant : str, optional
-        Name of the node that holds the part as a whole; None where no node needs it.
-    """
-
-    name: str
-    long_name: str
-    subject: str = ""
+    name: str  # Key of the part in `Engine.parts`
+    long_name: str  # Meaning of the part in one line
+    subject: str = ""  # Group of `engine-dyn list quantities` that its quantities stand in
+    # Its quantities, and its keys of scenes.
     nodes: tuple[Node, ...] = ()
     parameters: tuple[Node, ...] = ()
-    dimensions: tuple[Dimension, ...] = ()
+    dimensions: tuple[Dimension, ...] = ()  # Dimensions counted from 1 over members of the part
+    # From the part to the number of members along each of `dimensions`; without the part all are 0.
     sizes: Callable[[Part], tuple[int, ...]] = lambda part: ()
+    # Groups of words that select variants, with their meanings, as in
+    # `engine_dyn.quantities.variants`; which of them holds is said where scenes are read.
     words: tuple[Mapping[str, str], ...] = ()
+    # Other names, which people look for, of its quantities and of those that it answers to.
     called: Mapping[str, str] = field(default_factory=dict)
-    adds: tuple[Addition, ...] = ()
+    adds: tuple[Addition, ...] = ()  # Amounts that the part adds to parameters
+    # Name of the node that holds the part as a whole; None where no node needs it.
     constant: str | None = None
 
     def of(self, engine: Engine) -> Part | None:

@@ -37,15 +37,6 @@ __all__ = ["FEATURE", "IdlerGears", "of"]
 class IdlerGears:
     """Gears that the crankshaft drives, one a place of each array, shape (N,).
 
-    Attributes
-    ----------
-    inertia : ndarray
-        Moment of inertia at the gear's own shaft [kg m2].
-    ratio : ndarray
-        Speed over that of the crankshaft [1], below 0 where it turns the other way.
-    friction_torque : ndarray
-        Torque of its bearings and teeth at its own shaft [N m], against its rotation.
-
     Examples
     --------
     >>> gears = IdlerGears(np.array([0.01, 0.02]), np.array([-2.0, 0.5]), np.array([0.3, 0.4]))
@@ -53,8 +44,9 @@ class IdlerGears:
     (0.045, 0.8)
     """
 
-    inertia: Floats
-    ratio: Floats
+    inertia: Floats  # Moment of inertia at the gear's own shaft [kg m2]
+    ratio: Floats  # Speed over that of the crankshaft [1], below 0 where it turns the other way
+    # Torque of its bearings and teeth at its own shaft [N m], against its rotation.
     friction_torque: Floats
 
     @property

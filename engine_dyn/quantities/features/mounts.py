@@ -49,28 +49,19 @@ __all__ = ["FEATURE", "Mounts", "of"]
 class Mounts:
     """Mounts of a block, one a place of each array, shape (N,).
 
-    Attributes
-    ----------
-    lateral : ndarray
-        Distance to the right of the crank's axis [m], seen so that the crank turns clockwise.
-    position : ndarray, optional
-        Place along the shaft [m], from where throws have the position 0, away from the free end.
-        None: pitch is left to others.
-    stiffness : ndarray
-        Of each over that of any [1].
-    height : float
-        Of all above the crank's axis [m].
-
     Raises
     ------
     ValueError
         Where they do not hold the block.
     """
 
+    # Distance to the right of the crank's axis [m], seen so that the crank turns clockwise.
     lateral: Floats
+    # Place along the shaft [m], from where throws have the position 0, away from the free end.
+    # None: pitch is left to others.
     position: Floats | None
-    stiffness: Floats
-    height: float = 0.0
+    stiffness: Floats  # Stiffness of each over that of any [1]
+    height: float = 0.0  # Height of all above the crank's axis [m]
 
     def __post_init__(self) -> None:
         """Refuse mounts on which the block can tilt."""
