@@ -244,7 +244,6 @@ def scene_of(
                 return scene_of(one, its_name, base, path, files, instead)
 
             scene = _together(choices, given, tables, name, read_one, designs, labels)
-            read_reduce(given.reduce, scene, name)
             return replace(scene, sample=sample, source=shortened(raw))
         longest = None if given.reduce is None else LONGEST_KEPT
         source = shortened(raw, longest)

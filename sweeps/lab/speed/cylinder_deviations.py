@@ -35,6 +35,7 @@ from sweeps.lab.speed.measured import computed_speeds, design_of
 from sweeps.lab.speed.measured_doubts import far_speed_remark
 from sweeps.lab.speed.measured_files import records_of
 from sweeps.lab.speed.scene_values import OneEngine, engine_of, values_of
+from sweeps.scene.consistency.features import check_crossings
 from sweeps.scene.consistency.pressure import check_motored
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
@@ -271,6 +272,7 @@ def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
     silent = replace(
         plain, settings={**scene.settings, "misfire": 1.0}, quantities=("pressure",)
     )  # fmt: skip
+    check_crossings(silent, name)
     check_motored(silent, name)
     return run(plain), run(silent)
 
