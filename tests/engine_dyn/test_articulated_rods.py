@@ -163,16 +163,6 @@ def test_without_a_knuckle_radius_it_is_the_plain_radial() -> None:
     assert with_rods(near, 0.0, 0.0).members == plain.members
 
 
-def test_rods_of_rows_and_of_v_engines_repeat() -> None:
-    plain = cylinders_of(arrangement_from_text("radial 14 two-row"))
-    opposite = with_rods(plain, [0.0, *[0.7] * 6, 0.0, *[0.7] * 6], 0.2)
-    assert opposite.symmetry == 2
-    assert with_rods(plain, 0.7, 0.2).symmetry == 1
-    vee = engine(text="V12 60 shared-pin")
-    assert vee.symmetry == 6
-    assert [member.rod is None for member in vee.members] == [True] * 6 + [False] * 6
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -186,11 +176,6 @@ def test_rods_of_rows_and_of_v_engines_repeat() -> None:
 def test_rods_that_are_none(arguments: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         with_rods(cylinders_of(arrangement_from_text("radial 9")), *arguments)
-
-
-def test_rods_that_do_not_turn() -> None:
-    with pytest.raises(ValueError, match=r"articulated_rods: a rod of 1\.5 crank radii"):
-        engine(length=1.5).check_turning(RATIO)
 
 
 @EACH

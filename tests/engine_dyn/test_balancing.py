@@ -173,22 +173,6 @@ def test_backward_shaft_and_couple_cancel_what_turns_backwards() -> None:
     )
 
 
-def test_ellipse_holds_the_force() -> None:
-    for text, fraction in (("V2 45", 0.3), ("V6 90 shared-pin", 0.0), ("in-line 1", 0.7)):
-        found = gear(text, turning_mass=-fraction * MASS)
-        for of, ellipse in (
-            (found.force_of_order, found.force_ellipse),
-            (found.moment_of_order, found.moment_ellipse),
-        ):
-            shape = ellipse(1.0)
-            vector = of(1, PHI) * np.exp(-1j * shape.inclination)
-            assert np.abs(vector.real).max() == pytest.approx(shape.major, abs=1e-4 * UNIT)
-            assert np.abs(vector.imag).max() == pytest.approx(shape.minor, abs=1e-4 * UNIT)
-    assert gear("in-line 1").force_ellipse(1.0).inclination == 0.0
-    assert gear("V2 90").force_ellipse(2.0).inclination == pytest.approx(0.5 * np.pi + 0.25 * np.pi
-                                                                         - np.pi)  # fmt: skip
-
-
 @pytest.mark.parametrize("text", ["in-line 1", "V6 90 shared-pin", "boxer 4", "in-line 3"])
 def test_kernels_are_the_curves_of_any_gear(text: str) -> None:
     """Offset, shafts, weights and unequal cylinders, of designs drawn at random."""

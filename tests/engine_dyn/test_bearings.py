@@ -144,37 +144,6 @@ def test_loads_of_all_journals_are_what_the_engine_applies(
     assert frame == pytest.approx(-force, abs=1e-6 * np.abs(total).max())
 
 
-def test_each_throw_loads_the_journals_beside_it(family: Family) -> None:
-    # Only cylinder 3 moves its masses and burns: throws 1, 2, 4 load nothing but by compression.
-    quiet = engine_of("in-line 4", mass_factor=(0.0, 0.0, 1.0, 0.0))
-    factors = bearings.Factors(0.0, 0.0, 1000.0, 0.0)
-    phi = np.linspace(0.0, 6.0, 7)
-    x, y = bearings.main_journal_load(
-        phi, 0.3, 0.0, family, 0.0, factors, 4, quiet, np.arange(1, 6)[:, None]
-    )
-    assert (x[[0, 1, 4]] == 0.0).all() and (y[[0, 1, 4]] == 0.0).all()
-    assert (x[2] == x[3]).all() and (y[2] == y[3]).all()
-    angle = phi + quiet[4].members[2].phase
-    pushed = -1000.0 * slider_crank.acceleration(angle, 0.3)
-    assert y[2] == pytest.approx(-0.5 * pushed, rel=1e-13)
-
-
-def test_axes_turn_back() -> None:
-    by_count = engine_of("V6 60 split-pin")
-    load = np.array([3.0 + 4.0j, -1.0 + 0.5j])
-    crank = bearings.first_crank(np.array([0.3, 2.0]), 0.3, 0.1, 6, by_count)
-    assert crank == pytest.approx(
-        np.array([0.3, 2.0]) + slider_crank.dead_centres(0.3, 0.1).top - np.pi / 6.0
-    )
-    once = bearings.in_turned_axes(load, crank)
-    assert np.abs(once) == pytest.approx(np.abs(load))
-    assert bearings.in_turned_axes(once, crank) == pytest.approx(load)
-    # A force along the upright direction with the crank upright is radial; a quarter turn on, with
-    # the crank at x, it is against the rotation.
-    assert bearings.in_turned_axes(2.0j, 0.0) == pytest.approx(2.0)
-    assert bearings.in_turned_axes(2.0j, 0.5 * np.pi) == pytest.approx(-2.0j)
-
-
 FACTORS: dict[str, Any] = {"radius_factor": (1.0, 1.3, 0.7), "mass_factor": (1.0, 1.2, 0.9),
                            "pressure_factor": (1.0, 0.0, 0.8)}  # fmt: skip
 
@@ -233,17 +202,6 @@ def test_extremes_are_those_of_the_curves_at_the_samples(
     angle = -0.5 * PERIOD + (first + move) * (PERIOD / 1440)
     assert found["peak"] == pytest.approx(np.sqrt(top - 0.25 * (before - after) * move), rel=1e-4)
     assert np.median(np.abs(found["angle"] - angle)) < 1e-5 * PERIOD
-
-
-def test_the_first_of_equal_peaks_counts(family: Family) -> None:
-    """The middle journal of four in line has two, half a cycle apart."""
-    by_count = engine_of("in-line 4")
-    ratio = np.linspace(0.2, 0.35, 50)
-    factors = bearings.Factors(AREA, 1e5 * AREA, 500.0, 0.0)
-    found = bearings.extremes(
-        "main_journal", ratio, 0.0, family, 0.0, factors, 4, by_count, PERIOD, 3
-    )
-    assert np.ptp(found["angle"]) < np.radians(5.0)
 
 
 def test_designs_share_tables(family: Family, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import stat
 import subprocess
 import sys
 import zipfile
@@ -137,19 +136,6 @@ def test_what_no_process_has_used_for_long_is_removed(tmp_path: Path) -> None:
     assert archives(tmp_path) == sorted([archive, newer])
 
 
-def test_a_process_leaves_no_other_files(tmp_path: Path) -> None:
-    scratch = tmp_path / "scratch"
-    scratch.mkdir()
-    for words in ((), (), ("2",)):
-        run(tmp_path, *words, TMPDIR=str(scratch))
-        assert list(scratch.iterdir()) == []
-    assert len(archives(tmp_path)) == 1
-    assert {path.name for path in tmp_path.iterdir()} <= {
-        "cache", "module.py", "scratch", "__pycache__",
-    }  # fmt: skip
-    assert {path.suffix for path in tmp_path.rglob("__pycache__/*")} <= {".pyc"}
-
-
 FORKS = """
 import os, sys
 from pathlib import Path
@@ -217,13 +203,6 @@ def test_a_full_disk_ends_no_run(tmp_path: Path) -> None:
     assert archives(tmp_path) == []
 
 
-def test_without_a_folder_each_process_compiles(tmp_path: Path) -> None:
-    (tmp_path / "cache").write_text("a file, no folder")
-    for _ in range(2):
-        compiled, errors = run(tmp_path, "1.5", "2")
-        assert compiled and str(tmp_path / "cache") in cannot(errors)
-
-
 @pytest.mark.skipif(os.name == "nt", reason="needs Unix permissions")
 @pytest.mark.parametrize("mode", [0o770, 0o777])
 def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path, mode: int) -> None:
@@ -241,15 +220,6 @@ def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path, mode: int
     assert run(tmp_path, **home) == (False, "")
     folder.chmod(mode)
     assert run(tmp_path, **home)[0]
-
-
-@pytest.mark.skipif(os.name == "nt", reason="needs Unix permissions")
-def test_the_usual_place_is_the_folder_of_caches_of_the_user(tmp_path: Path) -> None:
-    home = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": str(tmp_path)}
-    assert run(tmp_path, **home) == (True, "")
-    folder = tmp_path / ".cache" / "engine-dyn"
-    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-    assert len(list(folder.iterdir())) == 1
 
 
 def test_python_says_once_that_kernels_are_compiled(tmp_path: Path) -> None:

@@ -14,9 +14,8 @@ from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.pressure import compressor, double_acting
 from engine_dyn.pressure.compressor import CompressorCycle, tabulate
 from engine_dyn.pressure.diagram import Diagram
-from engine_dyn.pressure.double_acting import DoubleActingCycle, ends_of
+from engine_dyn.pressure.double_acting import DoubleActingCycle
 from engine_dyn.pressure.family import family_from_diagrams
-from engine_dyn.pressure.motored import motored
 from engine_dyn.units import BAR, DEGREE
 from oracle import solution
 from tests.support.cycles import between_lines
@@ -164,17 +163,6 @@ def test_bad_parameters(make: Any, changes: dict[str, float], words: str) -> Non
     assert "\n" not in str(caught.value)
 
 
-def test_what_a_batch_refuses() -> None:
-    values = dataclasses.asdict(cycle())
-    with pytest.raises(ValueError, match="heat: CompressorCycle has no such field"):
-        tabulate({**values, "heat": 1.0})
-    del values["valve_lag"]
-    with pytest.raises(ValueError, match="valve_lag: missing"):
-        tabulate(values)
-    with pytest.raises(ValueError, match="360 must be a multiple"):
-        cycle().points(0.7)
-
-
 def test_the_ends_are_not_each_other_half_a_turn_later() -> None:
     model = double(crank_end_clearance_ratio=DOUBLE["clearance_ratio"])
     diagram = model.diagram()
@@ -186,16 +174,6 @@ def test_the_ends_are_not_each_other_half_a_turn_later() -> None:
     ).diagram()  # the limit without the rod's obliquity
     np.testing.assert_allclose(
         long_rod.crank_end(phi + np.pi), long_rod.head_end(phi), atol=1e-3 * long_rod.largest
-    )
-
-
-def test_the_force_is_that_of_both_ends() -> None:
-    diagram = double().diagram()
-    area, rod = 0.25 * np.pi * BORE**2, 0.25 * np.pi * DOUBLE["piston_rod_diameter"] ** 2
-    phi = np.linspace(-7.0, 7.0, 1001)
-    force = diagram.head_end(phi) * area - diagram.crank_end(phi) * (area - rod) - OUTSIDE * rod
-    np.testing.assert_allclose(
-        (diagram(phi) - OUTSIDE) * area, force, rtol=0.0, atol=1e-12 * np.abs(force).max()
     )
 
 
@@ -250,17 +228,3 @@ def test_designs_of_any_shape_and_one_that_failed() -> None:
     assert np.isnan(found["reversal"][0, 2]) and np.isnan(found["compression"][0, 2])
     # 5 kg on 0.1 m at 100 rad/s pull 5 kN (1 + 0.2) at top dead centre, against 1 kN.
     assert found["tension"][0, 1] == pytest.approx(5e3 * 1.2 - 1e3, rel=1e-12)
-
-
-def test_a_step_that_halves_no_turn_is_refused() -> None:
-    with pytest.raises(ValueError, match="step = 8 degree: 180 must be a multiple of it"):
-        double().diagram(8.0)
-    with pytest.raises(ValueError, match="crankcase_pressure: must be a finite number"):
-        dataclasses.replace(double(), crankcase_pressure=-1.0)
-
-
-def test_a_cylinder_always_compresses() -> None:
-    diagram = double().diagram()
-    assert ends_of(family_from_diagrams([100.0], [diagram])) is diagram
-    with pytest.raises(ValueError, match="a compressor or pump has no diagram without"):
-        motored(diagram)

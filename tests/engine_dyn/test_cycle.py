@@ -176,9 +176,3 @@ def test_ntua_file_is_what_its_script_finds(tables, load):
     )
     kept = place - np.linalg.pinv(jacobian) @ (jacobian @ place)
     assert np.abs(kept).max() < 1e-3
-
-
-def test_ntua_file_is_written_in_full(tables):
-    found = {t["load"]: {n: t[n] for n in FILE_UNITS if n in t} for t in tables}
-    text = (ENGINES / "ntua.toml").read_text(encoding="utf-8")
-    assert calibrate_ntua.engine_file(found) == text

@@ -1,13 +1,11 @@
 """Tables of modelled cycles: rows made in batches are those that families make one by one."""
 
 import math
-import pickle
 from typing import Any
 
 import numpy as np
 import pytest
 
-from engine_dyn.pressure import cycle_table
 from engine_dyn.pressure.cycle_table import CycleTable, ModelledDiagram
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.family_grid import grid_from_diagrams
@@ -58,25 +56,6 @@ def test_rows_are_those_of_each_family(table: CycleTable) -> None:
             np.testing.assert_allclose(
                 found.slope, expected.slope, atol=0.0 if given else 1e-11 * largest
             )
-
-
-def test_peaks_and_pressures_between_rows(table: CycleTable) -> None:
-    load = np.array([[41.3, 77.77, 100.0]])
-    number = np.arange(3)[:, None]
-    place = table.row_of(number, np.add(*table.locate(load)))
-    peaks, phi = table.peak_between(place), np.linspace(-6.0, 6.0, 41)
-    pressures = table.pressures(phi, place[..., None])
-    for i, family in enumerate(families()):
-        np.testing.assert_allclose(peaks[i], family.peak(load[0]), rtol=1e-9)
-        for j, one in enumerate(load[0]):
-            np.testing.assert_allclose(pressures[i, j], family.at(one)(phi), rtol=1e-9)
-
-
-def test_a_place_does_not_depend_on_the_number_of_the_combination(table: CycleTable) -> None:
-    place = np.add(*table.locate(np.array([41.3, 55.555])))
-    for number in (0, 7, 1_000_003):
-        assert (table.row_of(number, place) - number * table.own.row_count == table.row_of(0, place)
-                ).all()  # fmt: skip
 
 
 def test_bits_do_not_depend_on_what_is_made_together(table: CycleTable) -> None:
@@ -151,24 +130,6 @@ def test_what_is_no_cycle_touches_no_other(table: CycleTable) -> None:
     assert not mixed.diagrams_known(np.array([1])).any()
 
 
-def test_few_rows_are_kept(table: CycleTable, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cycle_table, "BYTES_KEPT", 40 * 1440 * 8)
-    rows = np.arange(table.row_count)
-    whole = [table.curves(rows[i : i + 20]) for i in range(0, 200, 10)]
-    for i, curves in enumerate(whole):
-        again = table.curves(rows[10 * i : 10 * i + 20])
-        np.testing.assert_array_equal(again.pressure[again.rows], curves.pressure[curves.rows])
-        assert again.pressure.shape[0] <= 40
-
-
-def test_a_table_without_its_rows_is_pickled(table: CycleTable) -> None:
-    table.curves(np.arange(50))
-    written = pickle.dumps(table)
-    again = pickle.loads(written)
-    assert len(written) < 400_000
-    np.testing.assert_array_equal(again.row(150).pressure, table.row(150).pressure)
-
-
 def test_cycles_with_unequal_steps_have_common_knots() -> None:
     some = [cycles()[0], cycles()[1]._replace(step=1.0)]
     own = family_from_diagrams(LOADS[:2], [one() for one in some])
@@ -177,12 +138,3 @@ def test_cycles_with_unequal_steps_have_common_knots() -> None:
     fine = some[1]._replace(step=0.25)(heat=float(HEATS[2]))
     found = table.row(2 * table.own.row_count + 60)
     np.testing.assert_array_equal(found.pressure, fine.pressure)
-
-
-def test_samples_are_those_of_the_diagram(table: CycleTable) -> None:
-    diagram = table.row(300)
-    phi = np.concatenate([np.linspace(-20.0, 20.0, 333), diagram.angle[:5]])
-    values, slopes = table.sampled(np.array([5, 300]), phi, slopes=True)
-    np.testing.assert_allclose(values[1], diagram(phi), rtol=1e-12)
-    largest = np.abs(diagram.slope).max()
-    np.testing.assert_allclose(slopes[1], diagram.derivative(phi), atol=1e-9 * largest)

@@ -11,14 +11,10 @@ from engine_dyn import status
 from engine_dyn.loads.driven_machine import (
     DrivenMachine,
     constant_load,
-    cycles_of,
-    load_over_angle,
     motor_torque,
-    repeats_of,
     synchronous_speed,
     torque_over_angle,
     torque_over_speed,
-    whole_ratio,
 )
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import torque_extremes
@@ -306,42 +302,6 @@ def test_curves_over_angle_are_periodic_splines() -> None:
     expected = work(place) - work(angle[0]) - mean * (place - angle[0])
     np.testing.assert_allclose(curve.work(theta), expected, atol=1e-12)
     np.testing.assert_allclose(curve(theta), spline(place), atol=1e-12)
-
-
-def test_both_ends_are_averaged_and_one_may_be_missing() -> None:
-    degrees = np.arange(0.0, 361.0, 10.0)
-    torque = 10.0 + np.sin(np.radians(degrees))
-    torque[-1] += 0.01
-    both = torque_over_angle(np.radians(degrees), torque)
-    assert both(0.0) == pytest.approx(10.005)
-    assert torque_over_angle(np.radians(degrees[:-1]), torque[:-1]).period == both.period
-    two = np.radians(np.arange(-360.0, 360.0, 10.0))
-    assert torque_over_angle(two, np.cos(two)).period == pytest.approx(4.0 * np.pi)
-
-
-def test_repetition_is_found() -> None:
-    for times in (1, 2, 3, 4):
-        assert torque_over_angle(ANGLES, 3.0 + np.cos(times * ANGLES)).repeats == times
-    assert torque_over_angle(ANGLES, np.cos(2.0 * ANGLES) + 0.1 * np.cos(3.0 * ANGLES)).repeats == 1
-    own = torque_over_angle(ANGLES, np.cos(4.0 * ANGLES), own_angle=True)
-    assert repeats_of(own, [0.25, 0.5, 2.0], CYCLE).tolist() == [2, 4, 16]
-    third = torque_over_angle(ANGLES, np.cos(3.0 * ANGLES), own_angle=True)
-    assert repeats_of(third, 0.333333, CYCLE) == 2
-    assert whole_ratio(third, [0.333333, 1.5], CYCLE) == pytest.approx([1.0 / 3.0, 1.5], rel=1e-15)
-    with pytest.raises(ValueError, match=r"gear_ratio = 0.3: must be a multiple of 0.125"):
-        repeats_of(own, [0.5, 0.3], CYCLE)
-    crank = torque_over_angle(np.append(ANGLES, ANGLES + 2.0 * np.pi), np.tile(lobes(1.0), 2) +
-                              np.repeat([0.0, 0.1], 360))  # fmt: skip
-    assert (cycles_of(crank, 2.0 * np.pi), repeats_of(crank, 1.0, 2.0 * np.pi)) == (2, 1)
-    assert (cycles_of(crank, 4.0 * np.pi), repeats_of(crank, 1.0, 4.0 * np.pi)) == (1, 1)
-
-
-def test_power_is_the_same_at_both_shafts() -> None:
-    over = torque_over_angle(ANGLES, lobes(10.0), own_angle=True)
-    phi = np.arange(7200) * CYCLE / 7200
-    at_crank = load_over_angle(phi, over, 1.5, 0.3, 2.0)
-    np.testing.assert_allclose(at_crank, 2.0 * 1.5 * over(1.5 * phi + 0.3))
-    assert constant_load(5.0, over, 1.5, 2.0) == pytest.approx(5.0 + at_crank.mean(), rel=1e-9)
 
 
 def test_curves_over_speed_are_scipys_monotone_ones() -> None:

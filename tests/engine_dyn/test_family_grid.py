@@ -47,14 +47,6 @@ def test_given_points_come_back_exactly(grid: FamilyGrid) -> None:
         assert grid.peak(load, speed) == given.peak
 
 
-def test_at_a_given_speed_it_is_the_family_over_load(grid: FamilyGrid) -> None:
-    family = family_from_diagrams(LOADS, [d for _, s, d in entries() if s == 1500.0 * RPM])
-    for load in (0.0, 12.3, 50.0, 79.9):
-        np.testing.assert_array_equal(
-            grid.at(load, 1500.0 * RPM).pressure, family.at(load).pressure
-        )
-
-
 def test_over_speed_it_is_as_over_load() -> None:
     """The same two diagrams, once as loads and once as speeds, give the same row between."""
     low, high = diagram(40.0, 4.0), diagram(60.0, 9.0)
@@ -118,9 +110,3 @@ FIRST = FULL[0][2]
 def test_gaps_and_other_faults(given: list[Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         grid_from_diagrams(given)
-
-
-def test_one_speed_alone() -> None:
-    one = grid_from_diagrams([e for e in entries() if e[1] == 1000.0 * RPM])
-    with pytest.raises(ValueError, match="the engine has diagrams for 1000 rpm alone"):
-        one.at(50.0, 1001.0 * RPM)

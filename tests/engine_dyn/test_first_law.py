@@ -414,52 +414,6 @@ def test_a_batch_is_its_cycles() -> None:
             np.testing.assert_array_equal(found.pressure[i, j], one.points(1.0)[1])
 
 
-def test_wrong_sets_of_a_batch_are_left_out() -> None:
-    model = case("spark, adiabatic")
-    found = tabulate(
-        FourStrokeCycle,
-        {**si(model), "combustion_duration": np.array([-5.0, 40.0, np.nan]) * DEGREE},
-        2.0,
-    )
-    assert found.status.tolist() == [
-        status.INVALID_INPUT, status.CONVERGED, status.INVALID_INPUT
-    ]  # fmt: skip
-    assert np.isnan(found.pressure[[0, 2]]).all()
-    assert np.isnan(found.work[[0, 2]]).all()
-    assert np.isfinite(found.pressure[1]).all()
-
-
-def test_ports_that_are_hardly_open_still_repeat() -> None:
-    model = case("ports, woschni", valve_lag=44.0, exhaust_opening=150.0, scavenge_opening=152.0)
-    found = tabulate(TwoStrokeCycle, si(model), 5.0)
-    assert found.status == status.CONVERGED
-    equation = Equation(model)
-    trapped = float(found.trapped_pressure)
-    *_, last = equation.cycle(trapped, np.array([equation.closing]))
-    assert last == pytest.approx(trapped, rel=1e-10)
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"polytropy": 1.3}, "polytropy: FourStrokeCycle has no such field"),
-        ({"wall": "leaky"}, "wall = 'leaky': must be one of 'adiabatic', 'polytropic', 'woschni'"),
-        ({"heat": None}, "heat: missing; FourStrokeCycle needs it"),
-    ],
-)
-def test_what_a_batch_refuses(values: dict[str, Any], words: str) -> None:
-    given = {**si(case("spark, adiabatic")), **values}
-    with pytest.raises(ValueError, match=words):
-        tabulate(FourStrokeCycle, {k: v for k, v in given.items() if v is not None})
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, 0.7, 11.0, 20.0, np.nan])
-def test_bad_step(step: float) -> None:
-    for name, period in (("spark, adiabatic", 720), ("ports, woschni", 360)):
-        with pytest.raises(ValueError, match=f"{period} must be a multiple"):
-            case(name).points(step)
-
-
 @pytest.mark.parametrize(
     ("name", "changes", "words"),
     [

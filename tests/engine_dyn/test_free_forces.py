@@ -209,24 +209,6 @@ def test_every_layout_that_needs_no_order_is_in_the_table() -> None:
             assert arrangement_from_text(text, period).name in listed, text
 
 
-UNKNOWN = {
-    FOUR_STROKE: [
-        "V2 180", "V2 90 split-pin", "V4 180", "V4 90 split-pin", "V6 15 split-pin", "V6 60",
-        "V6 60 shared-pin", "V6 75 split-pin", "V8 60 cross-plane", "V8 75 split-pin flat-plane",
-        "V10 72", "V12 90", "V14 51.43", "V16 45", "W12 60,0,-60", "W16 36,21,-21,-36", "boxer 10",
-        "boxer 12", "in-line 9", "in-line 12",
-    ],
-    TURN: ["in-line 8", "V4 90", "V8 63.5", "boxer 8"],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("period", "text"), [(p, t) for p in UNKNOWN for t in UNKNOWN[p]])
-def test_layouts_of_which_no_built_engine_is_known_need_an_order(period: float, text: str) -> None:
-    with pytest.raises(ValueError, match="so it must be given") as one:
-        arrangement_from_text(text, period)
-    assert "\n" not in str(one.value)
-
-
 def test_a_refusal_names_what_needs_no_order() -> None:
     with pytest.raises(ValueError, match="without an order: 'V10 90 shared-pin', 'V10 90 split"):
         arrangement_from_text("V10 72")

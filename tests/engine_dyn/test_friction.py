@@ -105,17 +105,6 @@ def test_a_roller_turns_instead_of_sliding() -> None:
     np.testing.assert_allclose(flat, 1e3 * 600.0 * np.array([2.0, 7.0 / 6.0]) * 0.04, rtol=1e-6)
 
 
-def test_kinds_broadcast_with_speeds() -> None:
-    numbers = np.array([train.number for train in VALVE_TRAINS.values()], dtype=float)
-    speeds = np.array([900.0, 3000.0, 6000.0]) * RPM
-    needs = {**ROUND, "lift": 0.009, "valves": 4, "camshaft_bearings": 10}
-    table = friction.valve_train(speed=speeds, kind=numbers[:, None], **needs)
-    assert table.shape == (7, 3)
-    for row, number in zip(table, numbers, strict=True):
-        one = [float(friction.valve_train(speed=w, kind=number, **needs)) for w in speeds]
-        assert row.tolist() == one
-
-
 def test_mixed_lubrication_fades_and_films_grow() -> None:
     speeds = np.array([500.0, 1000.0, 1e9]) * RPM
     found = friction.rings(0.1, speeds) / 4060.0
@@ -191,11 +180,6 @@ def test_branches_of_the_stribeck_curve(fired: Diagram) -> None:
     assert (np.diff(coefficient["mixed"][phi < 1.5]) < 0.0).all()
     root = coefficient["hydrodynamic"] / np.sqrt(speed / load)
     np.testing.assert_allclose(root, root[0], rtol=1e-9)
-
-
-def test_no_shares_is_the_constant_torque(fired: Diagram) -> None:
-    none = shape(**dict.fromkeys(SHARES, 0.0))
-    np.testing.assert_array_equal(none([-3.0, 0.0, 1.0], 0.3, fired, BAR), 1.0)
 
 
 @pytest.mark.parametrize(

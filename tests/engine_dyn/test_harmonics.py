@@ -65,16 +65,6 @@ def test_gas_harmonics_are_the_transform(
     assert found == pytest.approx(wanted, abs=ROUNDING * pressure.max())
 
 
-def test_high_orders_of_the_gas(family: Family) -> None:
-    # Pieces are shorter for high orders, so these keep their accuracy.
-    orders = np.array([0.5, 60.0, 200.0, 360.0])
-    found = harmonics.gas_harmonics(orders, 0.3, 0.0, 0.0, family, PERIOD)
-    curve = torque.pressure(PHI, family, 0.0) * slider_crank.velocity(PHI, 0.3)
-    whole = 2.0 * np.fft.rfft(curve) / POINTS
-    limit = 1e-11 * np.abs(curve).max()  # of the transform
-    assert found == pytest.approx(whole[np.rint(2 * orders).astype(int)], abs=limit)
-
-
 @pytest.mark.parametrize("highest", [0.4, 0.95])
 def test_designs_of_many_crank_ratios_are_those_alone(family: Family, highest: float) -> None:
     """Bit for bit, with and without an offset, in any row, on any number of threads."""
@@ -194,28 +184,3 @@ def test_which_orders_cancel_and_which_are_major() -> None:
     two_stroke = {7: even_cylinders(7, 2.0 * np.pi)}
     sums = np.abs(harmonics.phase_vectors(np.arange(1.0, 15.0), 7, two_stroke))
     assert sums == pytest.approx(np.where(np.arange(1, 15) % 7 == 0, 7.0, 0.0), abs=1e-12)
-
-
-def test_throws_of_a_v_engine_hold_two_cylinders() -> None:
-    by_count = engine_of("V8 cross-plane")
-    throws = np.arange(1, 6)[:, None]
-    found = harmonics.throw_phase_vectors(ORDERS, 8, by_count, throws)
-    assert np.isnan(found[4]).all()
-    members = by_count[8].members
-    wanted = sum(np.exp(1j * ORDERS * members[k].phase) for k in (0, 1))
-    assert found[0] == pytest.approx(wanted, abs=1e-12)
-    assert found[:4].sum(axis=0) == pytest.approx(
-        harmonics.phase_vectors(ORDERS, 8, by_count), abs=1e-11
-    )
-
-
-def test_unknown_throws_are_refused() -> None:
-    by_count = {13: even_cylinders(13, PERIOD)}
-    with pytest.raises(ValueError, match="13 cylinders: their order along the shaft is unknown"):
-        harmonics.throw_phase_vectors(ORDERS, 13, by_count, np.array([1])[:, None])
-
-
-def test_phase_of_nothing_is_zero() -> None:
-    assert harmonics.phase_of(np.array([0.0, -0.0, 1j, -1.0])).tolist() == pytest.approx(
-        [0.0, 0.0, 0.5 * np.pi, np.pi]
-    )

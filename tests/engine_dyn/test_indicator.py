@@ -63,55 +63,6 @@ def test_peak_is_the_largest_point_and_its_angle_that_of_the_curve():
     )
 
 
-def test_lowest_looks_between_the_points():
-    phi = uniform(5.0)
-    pressure = hump(phi)
-    pressure[10] = 0.2 * BAR  # the spline dips beside it
-    slope = periodic_spline_slopes(phi, pressure, FOUR_STROKE)
-    curve = Diagram(phi, pressure, slope, FOUR_STROKE)
-    fine = curve(np.linspace(-2 * np.pi, 2 * np.pi, 200001))
-    assert curve.lowest == pytest.approx(fine.min(), rel=1e-6)
-    assert curve.lowest <= pressure.min()
-
-
-def test_scaled_multiplies_everything():
-    curve = diagram(1.0)
-    phi = np.linspace(-6.0, 6.0, 101)
-    np.testing.assert_allclose(curve.scaled(1.3)(phi), 1.3 * curve(phi), rtol=1e-14)
-    np.testing.assert_allclose(
-        curve.scaled(1.3).derivative(phi), 1.3 * curve.derivative(phi), rtol=1e-13, atol=1e-6
-    )
-    assert curve.scaled(1.3).peak == 1.3 * curve.peak
-    for bad in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(ValueError, match="pressure scale"):
-            curve.scaled(bad)
-
-
-def test_either_end_or_the_mean_of_both():
-    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
-    p = hump(phi)
-    start, end, both = (
-        diagram_from_points(phi[:-1], p[:-1]),
-        diagram_from_points(phi[1:], p[1:]),
-        diagram_from_points(phi, p),
-    )
-    for curve in (start, end, both):
-        assert curve.angle[0] == -2 * np.pi
-        assert curve.angle[-1] < 2 * np.pi
-        np.testing.assert_allclose(curve(phi), p, rtol=1e-12)
-    p[-1] += 1.0 * BAR
-    assert diagram_from_points(phi, p).pressure[0] == pytest.approx(p[0] + 0.5 * BAR)
-
-
-def test_input_is_not_changed():
-    phi = np.linspace(-2 * np.pi, 2 * np.pi, 721)
-    p = hump(phi)
-    p[-1] += 0.5 * BAR
-    before = p.copy()
-    diagram_from_points(phi, p)
-    np.testing.assert_array_equal(p, before)
-
-
 def changed(index, angle=None, pressure=None):
     phi = uniform(1.0)
     p = hump(phi)
@@ -206,12 +157,6 @@ def family(loads=(0.0, 50.0, 90.0)):
     return family_from_diagrams(loads, [diagram(1.0, **shape) for shape in shapes[: len(loads)]])
 
 
-def turns(curve):
-    """Count how often pressure turns between rising and falling where it is above 2 bar."""
-    slope = curve.slope[curve.pressure > 2.0 * BAR]
-    return np.count_nonzero(np.diff(np.sign(slope[slope != 0.0])))
-
-
 def test_given_loads_are_rows_and_give_the_given_diagrams():
     rows = family()
     assert rows.low == 0.0
@@ -226,47 +171,6 @@ def test_given_loads_are_rows_and_give_the_given_diagrams():
     assert np.diff(rows.row_loads).max() <= ROW_STEP + 1e-12
 
 
-def test_a_load_computed_with_rounding_is_still_a_row():
-    rows = family()
-    _, weight = rows.locate(np.linspace(0.0, 90.0, 181))
-    assert (weight == 0.0).all()
-    _, weight = rows.locate(0.1 + 0.2 + 0.2)
-    assert weight == 0.0
-
-
-def test_between_rows_the_blend_is_linear():
-    rows = family()
-    lower, upper = rows.row(40), rows.row(41)
-    blend = rows.at(20.2)
-    np.testing.assert_allclose(
-        blend.pressure, 0.6 * lower.pressure + 0.4 * upper.pressure, rtol=1e-13
-    )
-    np.testing.assert_allclose(
-        blend.slope,
-        periodic_spline_slopes(blend.angle, blend.pressure, blend.period),
-        atol=1e-9 * np.abs(blend.slope).max(),
-    )
-
-
-def test_distant_peaks_still_make_one_hump():
-    early = diagram(1.0, peak=60.0, at=-5.0, sharpness=300.0)
-    late = diagram(1.0, peak=60.0, at=30.0, sharpness=300.0)
-    middle = family_from_diagrams([0.0, 100.0], [early, late]).at(50.0)
-    assert middle.peak_angle == pytest.approx(12.5 * DEGREE, abs=0.05 * DEGREE)
-    assert middle(middle.peak_angle) == pytest.approx(60.0 * BAR, rel=1e-3)
-    assert turns(middle) == 1
-
-
-def test_rows_do_not_depend_on_what_else_is_asked_for():
-    one, other = family(), family()
-    for load in (0.0, 77.7, 3.3, 50.0):
-        one.at(load)
-    other.row(100)
-    for load in (12.3, 89.9, 60.0):
-        np.testing.assert_array_equal(one.at(load).pressure, other.at(load).pressure)
-        np.testing.assert_array_equal(one.at(load).slope, other.at(load).slope)
-
-
 def test_other_knots_are_resampled():
     one, two = diagram(1.0, at=3.0), diagram(2.0, at=8.0, peak=70.0)
     rows = family_from_diagrams([0.0, 10.0], [one, two])
@@ -274,16 +178,6 @@ def test_other_knots_are_resampled():
     np.testing.assert_array_equal(rows.row(0).angle, rows.row(20).angle)
     np.testing.assert_allclose(rows.at(0.0)(phi), one(phi), rtol=1e-5)
     np.testing.assert_allclose(rows.at(10.0)(phi), two(phi), rtol=1e-4)
-
-
-def test_family_of_one_has_its_own_load_only():
-    rows = family((70.0,))
-    assert rows.row_count == 1
-    assert rows.low == rows.high == 70.0
-    assert rows.at(70.0) is rows.diagrams[0]
-    np.testing.assert_array_equal(rows.locate([70.0, 70.0])[0], [0, 0])
-    with pytest.raises(ValueError, match=r"load 69.9 percent.*one diagram, for 70 percent"):
-        rows.at(69.9)
 
 
 @pytest.mark.parametrize("load", [-0.1, 90.1, np.nan])
@@ -303,19 +197,6 @@ def test_load_outside_the_family(load):
 def test_bad_family(loads, count, words):
     with pytest.raises(ValueError, match=words):
         family_from_diagrams(loads, [diagram(1.0)] * count)
-
-
-def test_peaks_too_far_apart():
-    early, late = diagram(1.0, at=-29.0), diagram(1.0, at=45.0)
-    with pytest.raises(ValueError, match="at 0 and 10 percent load are 74 degrees apart"):
-        family_from_diagrams([0.0, 10.0], [early, late])
-
-
-def test_mixed_strokes():
-    phi = uniform(1.0, TWO_STROKE)
-    two = diagram_from_points(phi, hump(phi, sharpness=15.0, period=TWO_STROKE), TWO_STROKE)
-    with pytest.raises(ValueError, match="all four-stroke or all two-stroke"):
-        family_from_diagrams([0.0, 10.0], [diagram(1.0), two])
 
 
 @given(

@@ -61,18 +61,6 @@ def test_coefficients_by_the_hypergeometric_function() -> None:
         assert series.position_coefficients(2.0 * n, ratio) == pytest.approx(value, rel=1e-13)
 
 
-def test_half_and_odd_orders_have_none() -> None:
-    orders = np.array([0.5, 1.5, 2.5, 3.0, 5.0, 7.0])
-    for function in (
-        series.position_coefficients,
-        series.velocity_coefficients,
-        series.acceleration_coefficients,
-    ):
-        assert (function(orders, 0.4) == 0.0).all()
-    assert (series.inertia_torque_coefficients(orders[:3], 0.4) == 0.0).all()
-    assert (series.inertia_torque_coefficients(orders[3:], 0.4) != 0.0).all()
-
-
 Function = Callable[[Any, Any], Any]
 
 
@@ -129,26 +117,6 @@ def test_shortened_forms_are_those_of_mosakowski() -> None:
     from_axis = 1.0 / ratio + np.cos(phi) + 0.25 * ratio * (np.cos(2 * phi) - 1.0)
     travel = 1.0 + 1.0 / ratio - from_axis
     assert series.truncated_position(phi, ratio, 2) == pytest.approx(travel, abs=1e-14)
-
-
-@pytest.mark.parametrize("highest", [2, 4, 6, 10])
-def test_shortened_forms_are_exact_at_the_dead_centres(highest: int) -> None:
-    for ratio in (0.2, 0.5, 0.7):
-        for dead_centre in (0.0, np.pi):
-            exact = slider_crank.acceleration(dead_centre, ratio)
-            found = series.truncated_acceleration(dead_centre, ratio, highest)
-            assert found == pytest.approx(exact, abs=1e-13)
-
-
-def test_shortened_forms_are_derivatives_of_each_other() -> None:
-    phi, step = np.linspace(0.1, 3.0, 13), 1e-6
-    for lower, upper in (
-        (series.truncated_position, series.truncated_velocity),
-        (series.truncated_velocity, series.truncated_acceleration),
-    ):
-        for highest in (2, 4, 8):
-            slope = (lower(phi + step, 0.4, highest) - lower(phi - step, 0.4, highest)) / (2 * step)
-            assert upper(phi, 0.4, highest) == pytest.approx(slope, abs=1e-8)
 
 
 def test_error_is_mosakowskis_equation_16() -> None:

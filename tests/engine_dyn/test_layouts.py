@@ -10,7 +10,7 @@ from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.geometry.firing_orders import (
     in_line_order_by_rule,
 )
-from engine_dyn.geometry.layouts import arrangement_from_text, radial, vee, w_engine
+from engine_dyn.geometry.layouts import arrangement_from_text, vee, w_engine
 
 TURN = 2.0 * math.pi
 CYCLE = 2.0 * TURN
@@ -52,13 +52,6 @@ def test_split_pins_fire_any_order_evenly_at_any_angle(count: int) -> None:
     shared = vee(count, min(CYCLE / count, math.pi), "shared", order, "banks")
     assert len(shared.throws) == count // 2
     assert shared.is_even == (count > 2)
-
-
-def test_two_stroke_v_engines() -> None:
-    """Detroit Diesel 8V-71: 63.5 degrees and shared pins, so 63.5 and 26.5 in turns."""
-    engine = vee(8, 63.5 * DEGREE, order=(1, 5, 4, 8, 2, 6, 3, 7), period=TURN)
-    assert in_degrees(engine.firing_intervals) == [63.5, 26.5] * 4
-    assert engine.symmetry() == 4
 
 
 def test_w_engines() -> None:
@@ -151,12 +144,3 @@ def test_texts_that_are_no_engine(text: str, message: str) -> None:
         arrangement_from_text(text)
     assert str(caught.value).startswith(f"arrangement = '{text}': ")
     assert "\n" not in str(caught.value)
-
-
-def test_words_and_numbers_of_functions() -> None:
-    with pytest.raises(ValueError, match="pins = 'forked': must be 'shared' or 'split'"):
-        vee(8, 1.0, "forked")
-    with pytest.raises(ValueError, match="rows = 3: must be 1, or 2"):
-        radial(27, 3)
-    with pytest.raises(ValueError, match="a two-stroke twin is 'in-line 2'"):
-        arrangement_from_text("parallel twin 180", TURN)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.forces.torque import pressure
-from engine_dyn.pressure.diagram import Diagram, values_at
-from engine_dyn.pressure.family import ROWS_AT_ONCE, Family, peaks_between
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import peak_with_factor, row_with_factor
 from engine_dyn.types import Floats
 from sweeps.scene.engine.engine_files import load_engine
@@ -50,33 +49,6 @@ def test_peaks_of_cylinders_that_burn_less(family: Family, places: Floats) -> No
     np.testing.assert_array_equal(
         peak_with_factor(flat, family, 0.4), [peak(float(place)) for place in flat]
     )
-
-
-@pytest.mark.parametrize("rough", [False, True])
-def test_peaks_of_rough_and_of_flat_rows(rough: bool) -> None:
-    """Many knots may be the largest of a blend, or all knots of a plateau."""
-    random = np.random.default_rng(5)
-    rows = random.uniform(1.0, 2.0, (ROWS_AT_ONCE + 30, 50)).round(15 if rough else 1)
-    if not rough:
-        rows[:, 10:30] = 3.0
-    places = random.uniform(0.0, len(rows) - 1, 500)
-    lower = places.astype(int)
-    part = (places - lower)[:, None]
-    expected = ((1.0 - part) * rows[lower] + part * rows[lower + 1]).max(axis=1)
-    np.testing.assert_array_equal(peaks_between(places, lambda row: rows[row]), expected)
-
-
-def test_values_at_common_angles(family: Family) -> None:
-    diagrams = [family.row(row) for row in (0, 3, 50, 51, 180)]
-    other = family_of("v6_96x81").row(2)
-    rotated = Diagram(other.angle + 0.001, other.pressure, other.slope)
-    diagrams[2:2] = [rotated, rotated]
-    phi = np.linspace(-9.0, 9.0, 501)
-    found, slopes = np.empty((7, 501)), np.empty((7, 501))
-    values_at(diagrams, phi, found)
-    values_at(diagrams, phi, slopes, slopes=True)
-    np.testing.assert_array_equal(found, [diagram(phi) for diagram in diagrams])
-    np.testing.assert_array_equal(slopes, [diagram.derivative(phi) for diagram in diagrams])
 
 
 @pytest.mark.parametrize("own_angles", [False, True])

@@ -9,7 +9,7 @@ import pytest
 from engine_dyn.forces import mechanism
 from engine_dyn.forces import torque as forces
 from engine_dyn.geometry import kinematic_series, masses, slider_crank
-from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
+from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from oracle.rigid_bodies import Bodies
 
@@ -127,18 +127,6 @@ def test_gravity_torque_is_the_slope_of_the_height(
         inclination=inclination,
     )  # fmt: skip
     assert found == pytest.approx(-mechanism.GRAVITY * slope, abs=1e-8)
-
-
-def test_v_engines_stand_upright_and_boxers_lie_flat() -> None:
-    def angles(text: str) -> list[int]:
-        engine = cylinders_of(arrangement_from_text(text))
-        return [round(math.degrees(bank)) for bank in mechanism.banks_of(engine)]
-
-    assert sorted(set(angles("V6 60 split-pin"))) == [-30, 30]
-    assert sorted(set(angles("boxer 4"))) == [-90, 90]
-    assert set(angles("in-line 4")) == {0}
-    assert angles("radial 5")[:2] == [0, 72]
-    assert mechanism.banks_of(even_cylinders(13, 4.0 * np.pi)) == (0.0,) * 13
 
 
 def test_inertia_pressure_is_the_amplitude_of_the_inertia_force() -> None:

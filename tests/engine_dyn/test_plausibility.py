@@ -58,29 +58,6 @@ def test_another_unit_is_asked_about(diagram: Diagram, key: str, value: float, t
     assert caught[0].filename == __file__  # the caller's line, not one of ours
 
 
-def test_a_large_irregularity_is_told(diagram: Diagram) -> None:
-    light = {**ENGINE, "inertia": 0.15, "speed": 150.0, "load_exponent": 1.0}
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        found = engine_dyn.periodic_speed(diagram, **light)
-    told = [str(w.message) for w in caught]
-    assert found.status == 0
-    assert found.delta > 0.5
-    assert [line.partition(":")[0] for line in told] == ["delta"]
-
-
-def test_a_late_diagram_is_told(diagram: Diagram) -> None:
-    late = diagram_from_points(diagram.angle, diagram(diagram.angle - np.radians(20.0)))
-    (found,) = engine_dyn.implausible(late)
-    assert "late?" in str(found)
-    (found,) = engine_dyn.implausible(
-        diagram_from_points(diagram.angle, diagram(diagram.angle + np.radians(20.0)))
-    )
-    assert "early?" in str(found)
-    # A driven machine has no such place; its pressures are looked at.
-    assert engine_dyn.implausible(late, driven=True) == ()
-
-
 def test_arrays_are_one_line_each_with_the_worst() -> None:
     inertia = np.geomspace(1.0, 10.0, 1000)[:, None]
     speed = np.full((1, 7), 125.0)
@@ -99,11 +76,6 @@ def test_arrays_are_one_line_each_with_the_worst() -> None:
     assert found.value == pytest.approx(mean[found.place])
     far = np.abs(np.log(mean / math.sqrt(28.0)))
     assert far[found.place] == pytest.approx(far[bad].max())
-
-
-def test_silenced_measures_are_not_told() -> None:
-    assert engine_dyn.implausible(bore=140.0)
-    assert engine_dyn.implausible(bore=140.0, silenced=["bore"]) == ()
 
 
 def test_friction_that_drives_is_refused(diagram: Diagram) -> None:

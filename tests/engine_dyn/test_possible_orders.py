@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from engine_dyn.forces import harmonics
-from engine_dyn.geometry.arrangement import TURN, TWO_STROKE, Arrangement
+from engine_dyn.geometry.arrangement import TURN, Arrangement
 from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text, in_line
 from engine_dyn.geometry.possible_orders import (
@@ -68,14 +68,6 @@ def test_counts_that_can_be_derived_by_hand() -> None:
     for text, expected in counts.items():
         engine = arrangement_from_text(text)
         assert tuple(count_orders(engine, crank) for crank in CRANKS) == expected, text
-
-
-def test_two_stroke_cranks_say_everything() -> None:
-    for count in range(2, 7):
-        engine = in_line(count, period=TWO_STROKE)
-        found = possible_orders(engine, "own")
-        assert [one.arrangement.firing_order for one in found] == [engine.firing_order]
-        assert count_orders(engine, "any") == math.factorial(count - 1)
 
 
 @pytest.mark.parametrize(
@@ -170,8 +162,3 @@ def test_orders_of_practice_are_found() -> None:
     assert sources["1-8-4-3-6-5-7-2"].startswith("Chevrolet small block")
     assert found["1-5-7-3-6-8-4-2"] is None
     assert known_order_of(arrangement_from_text("radial 9")) is None
-
-
-def test_words_that_are_no_crank() -> None:
-    with pytest.raises(ValueError, match=r"^crank = 'mine': must be one of own, either-hand, any"):
-        possible_orders(in_line(4), "mine")

@@ -12,18 +12,15 @@ from hypothesis import strategies as st
 
 from engine_dyn import acceleration, position, rod_angle, velocity
 from engine_dyn.geometry.slider_crank import (
-    acceleration_at,
     angle_of_travel,
     crank_radius,
     dead_centres,
     offset_acceleration_at,
     offset_position_at,
     offset_velocity_at,
-    position_at,
     sine_of_top,
     sum_of_angles,
     velocity_and_slopes_at,
-    velocity_at,
 )
 from tests.support.differences import PHI, slope
 
@@ -105,15 +102,6 @@ def test_formulas_of_kernels(ratio: float, offset: float) -> None:
         assert together[2] == pytest.approx(jerk, rel=1e-6, abs=1e-8 * size)
 
 
-@pytest.mark.parametrize("ratio", [0.01, 0.2571428571428571, 0.9])
-def test_formulas_of_kernels_without_offset(ratio: float) -> None:
-    for phi in PHI[::7]:
-        for formula, curve in zip((position_at, velocity_at, acceleration_at), CURVES, strict=True):
-            # 1 - cos(phi) rounds where the array's form does not.
-            found = formula(math.sin(phi), math.cos(phi), ratio)
-            assert found == pytest.approx(curve(phi, ratio), rel=1e-13, abs=1e-15)
-
-
 @EACH
 def test_dead_centres(ratio: float, offset: float) -> None:
     centres = dead_centres(ratio, offset)
@@ -155,16 +143,6 @@ def test_small_angles_lose_no_digits(offset: float) -> None:
     tiny = np.array([1e-6, 1e-9, 1e-150])
     expected = 0.5 * acceleration(0.0, 0.25, offset) * tiny**2
     np.testing.assert_allclose(position(tiny, 0.25, offset), expected, rtol=1e-6)
-
-
-def test_shapes() -> None:
-    for curve in (*CURVES, rod_angle):
-        assert isinstance(curve(0.3, 0.25), np.float64)
-        assert curve([0.1, 0.2, 0.3], 0.25).shape == (3,)
-        assert curve(np.zeros((4, 1)), [0.2, 0.3]).shape == (4, 2)
-        assert curve(0.3, [[0.2], [0.3]]).shape == (2, 1)
-        assert curve(np.zeros(0), 0.25).shape == (0,)
-        assert curve(1, 0.25) == curve(1.0, 0.25)
 
 
 @given(st.floats(0.02, 0.9), st.floats(-0.98, 0.98))
@@ -221,12 +199,3 @@ def test_cranks_that_cannot_turn(ratio: float, offset: float, message: str) -> N
             curve(0.1, [[0.2], [ratio]], [0.0, offset])
     with pytest.raises(ValueError, match=message):
         dead_centres(ratio, offset)
-
-
-def test_strokes_that_no_crank_gives() -> None:
-    with pytest.raises(ValueError, match=r"stroke = 0\.8 m: must lie between 0 and twice"):
-        crank_radius([0.1, 0.8], 0.35, 0.0)
-    with pytest.raises(
-        ValueError, match=r"offset = -0\.34 m: the crank cannot turn; must be below"
-    ):
-        crank_radius(0.18, 0.35, [0.0, -0.34])

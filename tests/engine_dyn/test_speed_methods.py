@@ -121,21 +121,6 @@ def test_thesis_method_from_any_start(
 
 
 @compiled
-def test_thesis_method_between_its_samples_follows_its_steps() -> None:
-    """Also over the end of the pass, where the next sample is the start and not the end."""
-    design = design_of(SINGLE)
-    plain = euler(design, passes=1)
-    after = [*plain.omega[1:], plain.omega_end]
-    for shift in (0.0, 0.5):
-        found = solved(
-            design, method="thesis", passes=1,
-            crank_angle=np.radians(np.array(plain.degrees) + shift),
-        )  # fmt: skip
-        expected = (1.0 - shift) * np.array(plain.omega) + shift * np.array(after)
-        np.testing.assert_allclose(found.omega, expected, rtol=1e-10)
-
-
-@compiled
 def test_error_of_the_thesis_method_is_reported() -> None:
     design = design_of(SINGLE)
     exact = solved(design).delta
@@ -262,15 +247,6 @@ def test_vanishing_inertia_is_invalid(method: str) -> None:
     assert solved(design, method=method, closure="power_mean").status == INVALID_INPUT
     constant = replace(design, inertia_model="constant")
     assert solved(constant, method=method).status != INVALID_INPUT
-
-
-@compiled
-@pytest.mark.parametrize("name", [n for n in items() if n.startswith("weak")])
-def test_weak_loads_need_no_patience(name: str) -> None:
-    found = solved(design_of(name), tolerance=1e-9)
-    assert found.iterations < 30
-    other = solved(design_of(name), tolerance=1e-9, method="newton")
-    assert found.delta == pytest.approx(other.delta, rel=1e-9)
 
 
 @compiled

@@ -185,27 +185,6 @@ def test_masses_that_leave_hardly_any_inertia_somewhere(
         np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)
 
 
-def test_mean_torque_of_many_is_that_of_each(family: Family) -> None:
-    random = np.random.default_rng(2)
-    ratio, row = random.uniform(0.1, 0.5, 3000), random.uniform(0.0, 6.0, 3000)
-    offset = np.where(np.arange(3000) % 500 == 0, 0.0, random.uniform(-0.5, 0.5, 3000))
-    many = mean_gas_torque(ratio, row, family, offset)
-    some = slice(0, 3000, 250)
-    for *one, found in zip(ratio[some], row[some], offset[some], many[some], strict=True):
-        alone = mean_gas_torque(one[0], one[1], family, one[2])
-        assert found == pytest.approx(float(alone), rel=1e-12)
-
-
-def test_company_with_a_larger_crank_ratio_does_not_matter(family: Family) -> None:
-    """Whose columns are added up follows from the crank ratio of a design alone."""
-    inputs = designs(family, 1)
-    small = inputs["crank_ratio"] < 0.36
-    assert 0 < small.sum() < COUNT
-    whole, part = solve(inputs), solve(taken(inputs, small))
-    for name in SPEEDS:
-        np.testing.assert_array_equal(part[name], whole[name][small])
-
-
 def test_speeds_beyond_the_breakdown_slip_are_deferred(family: Family) -> None:
     """There a motor's torque falls as it slows down, and some machines have no stable speed."""
     inputs = with_motor(designs(family, 1))

@@ -27,7 +27,6 @@ from tests.support.sampled_designs import three_loads
 
 pytestmark = pytest.mark.compiled
 
-CYCLE = 4.0 * np.pi
 NAME = "alpha 1, constant, 1 cyl, power_mean"
 CURVES = ("omega", "angular_acceleration")
 WANTED = (*SCALAR_NAMES, *CURVES)
@@ -94,37 +93,11 @@ def whole(inputs: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
     return dispatch.solve(**asked, **{**inputs, **product()}, threads=2)
 
 
-def test_shapes_of_a_product(whole: dict[str, Any], asked: dict[str, Any]) -> None:
-    shape = (7, 2, 3, 5, 4, 2)
-    assert set(whole) == {*asked["wanted"], "status"}
-    for name, array in whole.items():
-        assert array.shape == ((*shape, ANGLES.size) if name in CURVES else shape)
-    assert {MEANINGS[code] for code in np.unique(whole["status"])} >= {"converged", "stalled"}
-
-
 def test_threads_do_not_matter(
     whole: dict[str, Any], inputs: dict[str, Any], asked: dict[str, Any]
 ) -> None:
     for threads in (1, 5):
         same(dispatch.solve(**asked, **{**inputs, **product()}, threads=threads), whole)
-
-
-def test_threads_share_what_blocks_leave(inputs: dict[str, Any]) -> None:
-    """Some designs of each piece are for the general solver."""
-    few = {**inputs, "inertia": np.geomspace(0.02, 3.0, 40_000), "exponent": 1.6}
-    alone = dispatch.solve(wanted=("omega_min",), **few, threads=1)
-    for threads in (2, 5):
-        same(dispatch.solve(wanted=("omega_min",), **few, threads=threads), alone)
-
-
-@pytest.mark.parametrize("order", [(5, 4, 3, 2, 1, 0), (2, 0, 1, 5, 3, 4)])
-def test_order_of_axes_does_not_matter(
-    whole: dict[str, Any], inputs: dict[str, Any], asked: dict[str, Any], order: tuple[int, ...]
-) -> None:
-    turned = dispatch.solve(**asked, **{**inputs, **product(order)})
-    for name, array in turned.items():
-        last = (len(order),) if array.ndim > len(order) else ()
-        np.testing.assert_array_equal(np.transpose(array, (*order, *last)), whole[name])
 
 
 def test_neighbours_do_not_matter(

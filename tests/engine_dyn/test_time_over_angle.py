@@ -76,15 +76,3 @@ def test_durations_are_integrals_of_the_slowness(begin: float, end: float) -> No
         last -= 720.0
     expected = quad(lambda phi: 1.0 / speed(phi), *np.radians([begin, last]), epsabs=1e-13)[0]
     assert found == pytest.approx(expected, rel=1e-11)
-
-
-def test_rows_do_not_change_each_other() -> None:
-    speeds = OMEGA * (1.0 + 0.05 * np.random.default_rng(1).standard_normal((7, 48)))
-    speeds[3] = np.nan
-    together, begin = angle_deviation(speeds, PERIOD), np.linspace(0.0, 1.0, 7)[:, None]
-    times = duration(speeds, 0.0, begin, 2.0, PERIOD)
-    for row in range(7):
-        assert np.array_equal(together[row], angle_deviation(speeds[row], PERIOD), equal_nan=True)
-        alone = duration(speeds[row : row + 1], 0.0, begin[row : row + 1], 2.0, PERIOD)
-        assert np.array_equal(times[row : row + 1], alone, equal_nan=True)
-    assert np.isnan(together[3]).all() and np.isfinite(np.delete(together, 3, axis=0)).all()

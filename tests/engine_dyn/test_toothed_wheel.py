@@ -41,22 +41,6 @@ def test_patterns(
         assert wheel.even == (not gaps)
 
 
-def test_groups_of_36_2_1_follow_each_other() -> None:
-    """33 teeth are groups of 17 and 16; the group that precedes the longer gap comes last."""
-    wheel = wheel_from_text("36-2-1")
-    long = np.flatnonzero(wheel.width > 15.0 * DEGREES)
-    assert long.tolist() == [15, 32]
-    same = wheel_from_text("17 teeth, 2 missing, 16 teeth, 1 missing")
-    assert np.allclose(same.angle, wheel.angle)
-
-
-def test_given_teeth_may_start_anywhere() -> None:
-    wheel = wheel_from_angles(np.arange(100.0, 100.0 + 348.0, 6.0).tolist())
-    assert np.allclose(wheel.angle, wheel_from_text("60-2").angle)
-    turned = wheel_from_angles([0.0, 30.0, 200.0, 210.0])
-    assert np.allclose(turned.width / DEGREES, [10.0, 150.0, 30.0, 170.0])
-
-
 def test_reversed_wheels() -> None:
     single = wheel_from_text("60-2")
     assert np.allclose(single.reversed.width, single.width)
@@ -73,12 +57,6 @@ def test_no_patterns(text: str) -> None:
     with pytest.raises(ValueError, match="wheel: ") as refused:
         wheel_from_text(text)
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize("angles", [[], [0.0, 0.0], [3.0, 2.0], [0.0, 360.0], [float("nan")]])
-def test_no_lists_of_teeth(angles: list[float]) -> None:
-    with pytest.raises(ValueError, match="wheel: "):
-        wheel_from_angles(angles)
 
 
 # ---- turns of symmetric wheels
@@ -120,28 +98,6 @@ def test_a_fault_does_not_change_the_first_tooth(wheel: Wheel) -> None:
         assert len(found.turn) == TURNS - 1
         assert len(found.faults) == 1
         assert np.isin(found.time[:, 0], times[:: wheel.teeth]).all()
-
-
-def test_the_first_tooth_may_be_given() -> None:
-    wheel = WHEELS[0]
-    times = with_jitter(wheel)
-    for first in (20, 20 + 5 * 30, times.size - 11):
-        found = find_turns(times, wheel, first)
-        assert np.isin(found.time[:, 0], times[first % 30 :: 30]).all()
-        assert len(found.turn) >= TURNS - 1
-    with pytest.raises(ValueError, match=r"pulse 24 is not the first of a group.*pulse 21 is one"):
-        find_turns(times, wheel, 23)
-    with pytest.raises(ValueError, match="pulse 999; must be 1 to 721"):
-        find_turns(times, wheel, 998)
-    even = wheel_from_text("36")
-    assert find_turns(tooth_times(ENGINE, even.width, 5), even, 40).first == 4
-
-
-def test_a_wheel_that_is_the_same_in_reverse_is_not_refused() -> None:
-    """Which of its longest gaps is called the last is another one in reverse."""
-    wheel = wheel_from_text("10 teeth, 2 missing, 10 teeth, 2 missing, 10 teeth, 1 missing")
-    for seed in range(10):
-        assert len(find_turns(with_jitter(wheel, seed), wheel).turn) >= TURNS - 1
 
 
 def test_recordings_that_begin_with_other_groups_are_put_in_order() -> None:
@@ -235,9 +191,3 @@ def test_a_pattern_that_is_suggested_is_that_of_a_whole_turn() -> None:
             assert speed == pytest.approx(310.0, rel=0.01), (runs, text[1])
             pasted += 1
     assert pasted > 100
-
-
-def test_a_pattern_of_other_pitches_is_not_called_a_whole_turn() -> None:
-    times = tooth_times(TurningEngine(), wheel_from_text("36-2-2").width, 8)
-    with pytest.raises(ValueError, match='wheel = "18-2" if its 18 pitches make a whole turn'):
-        find_turns(times, wheel_from_text("60-2"))

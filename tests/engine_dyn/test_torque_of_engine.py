@@ -13,7 +13,6 @@ from engine_dyn.loads.driven_machine import (
     TorqueOverAngle,
     cycles_of,
     torque_of_harmonics,
-    torque_over_angle,
 )
 from engine_dyn.pressure.family import flat_family
 from engine_dyn.speed import dispatch
@@ -103,11 +102,3 @@ def test_closed_form_is_exact_between_the_knots() -> None:
 def test_no_closed_form(harmonics: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         torque_of_harmonics(0.0, harmonics)
-
-
-def test_points_over_five_revolutions() -> None:
-    theta = np.radians(np.arange(0, 1800, 5.0))
-    torque = torque_over_angle(theta, 10.0 + np.sin(theta / 5.0))
-    assert torque.period == pytest.approx(10.0 * math.pi)
-    with pytest.raises(ValueError, match="must cover whole revolutions, 64 at most"):
-        torque_over_angle(theta[:-30], torque(theta[:-30]))

@@ -17,9 +17,8 @@ from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
 from engine_dyn.loads.friction import StrokeFriction
-from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
-from engine_dyn.pressure.motored import motored, peak_with_factor, row_with_factor
+from engine_dyn.pressure.motored import motored
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.mean_gas import mean_gas_torque
@@ -310,26 +309,3 @@ def test_constructed_motored_diagram() -> None:
            for d in (diagram, found, exact)]  # fmt: skip
     assert -0.12 * one[0] < one[1] < 0.0
     assert -0.12 * one[0] < one[2] < 0.0
-
-
-def test_no_compression_line_is_refused() -> None:
-    angle = np.radians(np.arange(-360.0, 360.0))
-    pressure = 1e5 * (1.0 + 50.0 * np.exp(-((angle + 0.3) ** 2) / 0.02))
-    slope = np.gradient(pressure, angle)
-    with pytest.raises(ValueError, match="no compression line"):
-        motored(Diagram(angle, pressure, slope))
-
-
-def test_factors_between() -> None:
-    design = unequal(4, 2.0, "constant", pressure_factors=(1.0, 1.0, 1.0, 0.0))
-    family = family_of(design)
-    whole = family.row(0)
-    assert row_with_factor(family, 0, 1.0) is whole
-    none, half = row_with_factor(family, 0, 0.0), row_with_factor(family, 0, 0.5)
-    phi = np.linspace(-6.0, 6.0, 99)
-    np.testing.assert_allclose(half(phi), 0.5 * (whole(phi) + none(phi)), rtol=1e-13)
-    assert peak_with_factor(0.0, family, 0.0) == none.peak
-    assert peak_with_factor(0.0, family, 1.0) == whole.peak
-    two = family_from_diagrams([0.0, 10.0], [whole.scaled(0.8), whole])
-    peaks = peak_with_factor(np.array([0.0, 0.33, 1.0]) * (two.row_count - 1), two, 0.5)
-    assert (np.diff(peaks) > 0.0).all()

@@ -15,7 +15,6 @@ from engine_dyn.recordings.cylinder_work import (
     combustion_torque,
     detection,
     energy_deviation,
-    mean_of_earlier,
     work_estimator,
 )
 from engine_dyn.recordings.tooth_errors import speed_through_wheel
@@ -200,18 +199,6 @@ def test_uncertainty_is_the_spread_over_wheels(noise: WheelNoise, reference_cycl
     found = np.array([estimator.deviations(one.reshape(cycles, -1))[2] for one in relative])
     assert found.std(axis=0) == pytest.approx(estimator.noise, rel=0.05)
     assert np.all(np.abs(found.mean(axis=0)) < 4.0 * estimator.noise / np.sqrt(wheels))
-
-
-def test_errors_of_teeth_cancel_against_earlier_cycles() -> None:
-    rng = np.random.default_rng(1)
-    one = 100.0 * (1.0 + 0.01 * rng.standard_normal(70))
-    raw = np.tile(one, (8, 1)) * (1.0 + 0.001 * np.arange(8)[:, None])
-    reference = mean_of_earlier(raw, 3)
-    assert np.isnan(reference[:3]).all()
-    assert reference[5] == pytest.approx(raw[2:5].mean(axis=0), rel=1e-12)
-    assert np.ptp(energy_deviation(raw, reference)[3:], axis=1) == pytest.approx(0.0, abs=1e-12)
-    with pytest.raises(ValueError, match="must be 1 to 7"):
-        mean_of_earlier(raw, 8)
 
 
 def test_thresholds_are_those_of_the_normal_distribution() -> None:

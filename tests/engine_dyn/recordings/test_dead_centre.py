@@ -8,19 +8,12 @@ import pytest
 from engine_dyn.recordings.compression_fit import fitted_shift, lines_of
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.dead_centre import (
-    DeadCentre,
     dead_centre_of_fired,
     dead_centre_of_motored,
-    imep_of_tenth,
     looks_motored,
-    peaks_of_motored,
-    text_of,
 )
-from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
-from engine_dyn.recordings.smoothing import shifted
-from engine_dyn.units import BAR
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from tests.support import recorded_engine as engine
 
@@ -75,13 +68,6 @@ def test_shifts_are_found_in_the_catalogue_and_large_ones_told(
     assert found.suspected == (abs(shift) > 4.0)
 
 
-@pytest.mark.parametrize("shift", [-6.0, -2.0, 0.0, 2.0, 6.0])
-def test_a_cycle_that_is_none_of_the_package(shift: float) -> None:
-    found = dead_centre_of_fired(engine.cycles(0.5, shift=shift), engine.GEOMETRY)
-    assert found.shift / DEGREE == pytest.approx(shift, abs=0.7)
-    assert found.suspected == (abs(shift) > 4.0)
-
-
 def test_noise_enlarges_the_uncertainty() -> None:
     clean = dead_centre_of_fired(engine.cycles(0.5), engine.GEOMETRY)
     noisy = dead_centre_of_fired(engine.cycles(0.5, noise=2e4), engine.GEOMETRY)
@@ -103,15 +89,6 @@ def test_without_a_compression_ratio(shift: float) -> None:
     assert ratio == pytest.approx(engine.RATIO, rel=0.1)
 
 
-def test_imep_of_a_tenth_of_a_degree() -> None:
-    recorded_cycles = engine.cycles(0.5)
-    moved = mean_pressures(shifted(recorded_cycles, 0.5 * DEGREE), engine.GEOMETRY).net
-    change = moved - mean_pressures(recorded_cycles, engine.GEOMETRY).net
-    tenth = imep_of_tenth(recorded_cycles, engine.GEOMETRY)
-    assert tenth == pytest.approx(change[0] / 5.0, rel=0.05)
-    assert tenth > 0.0
-
-
 def motored(shift: float = 0.0, loss: float = 5.0, step: float = 0.5) -> RecordedCycles:
     return engine.cycles(step, shift=shift, heat=0.0, loss=loss)
 
@@ -130,25 +107,3 @@ def test_motored_cycles_measure_the_shift(shift: float, loss: float) -> None:
     assert abs(found.shift / DEGREE - shift) < 0.5
     assert found.symmetry / DEGREE == pytest.approx(shift, abs=0.35)
     assert found.suspected == (shift != 0.0)
-
-
-def test_fired_cycles_do_not_look_motored() -> None:
-    assert not looks_motored(engine.cycles(1.0, heat=300.0))
-
-
-def test_peaks_of_single_motored_cycles() -> None:
-    one = motored()
-    both = np.concatenate([one.pressure, shifted(one, 1.0 * DEGREE).pressure])
-    peaks = peaks_of_motored(RecordedCycles(one.angle, both))
-    assert np.diff(peaks)[0] == pytest.approx(1.0 * DEGREE, abs=0.02 * DEGREE)
-
-
-def test_the_text_names_shift_and_uncertainty() -> None:
-    found = DeadCentre(6.1 * DEGREE, 0.3 * DEGREE, True, 0.05 * BAR, -0.2)
-    assert text_of(found, 10.0 * BAR) == (
-        "compression and expansion look as if the pressure came 6.1 degree late (standard "
-        "uncertainty 0.3); without a motored cycle this is a suspicion; 0.1 degree is worth +0.05 "
-        "bar (+0.5%) of imep"
-    )
-    line = text_of(dead_centre_of_motored(motored(2.0), engine.GEOMETRY), -0.5 * BAR)
-    assert "motored" in line and "late" in line and "%" not in line

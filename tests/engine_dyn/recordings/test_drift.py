@@ -56,11 +56,6 @@ def test_a_steady_speed_keeps_its_bits(wheel: str, turns: int) -> None:
     assert np.array_equal(found.cycles, cycles_of_turns(teeth, 2))
 
 
-def test_intervals_in_no_cycle_are_counted() -> None:
-    teeth = find_turns(times_of("24", 4.9, 1.0, {1.0: (0.02, 0.0)}), wheel_from_text("24"))
-    assert steady_turns(teeth, 2).left_out == pytest.approx(1.0 - 96.0 / 117.0)
-
-
 def test_speeds_over_the_angle_drift_as_well() -> None:
     angle = np.linspace(0.0, 6.0 * TURN, 3 * 720, endpoint=False)
     shape = 1.0 + 0.02 * np.cos(0.5 * angle) + 0.05 * np.cos(2.0 * angle + 0.4)

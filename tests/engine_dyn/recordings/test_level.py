@@ -55,17 +55,6 @@ def test_level_and_angle_are_right_or_not_told(name: str, with_ratio: bool) -> N
             assert found.inlet / BAR == pytest.approx(known.inlet, abs=wrong + 0.01)
 
 
-def test_what_can_be_told() -> None:
-    """Levels where the compression is long and begins at ambient pressure; angles if motored."""
-    for name in ("diesel", "motored"):
-        cycles, geometry = recorded(ENGINES[name], 3.4, 1.0)
-        found = recorded_level(cycles, geometry)
-        assert found.uncertainty <= TOLD
-        assert (found.shift_uncertainty <= ANGLE_TOLD) == (name == "motored")
-    cycles, geometry = recorded(ENGINES["charged"], 3.4, 1.0)
-    assert recorded_level(cycles, geometry).uncertainty > TOLD
-
-
 @pytest.mark.parametrize("offset", [-2.0, 0.0, 3.4])
 @pytest.mark.parametrize("heat", [0.0, 1500.0])
 def test_a_gas_whose_exponent_falls(heat: float, offset: float) -> None:
@@ -101,16 +90,6 @@ def test_noise_is_in_the_uncertainty_of_a_symmetric_shift() -> None:
     shift, uncertainty = np.array(found).T / DEGREE
     assert shift.mean() == pytest.approx(1.0, abs=3.0 * shift.std() / np.sqrt(30))
     assert 0.5 < shift.std() / uncertainty.mean() < 1.5
-
-
-def test_the_larger_one_is_said_first() -> None:
-    for offset, late, first in ((3.4, 0.5, "level"), (0.2, 9.0, "dead_centre")):
-        cycles, geometry = recorded(ENGINES["diesel"], offset, late)
-        level = recorded_level(cycles, geometry)
-        names = [one.check for one in examine(cycles, geometry, level=level)]
-        assert "level" in names
-        assert next(one for one in names if one in ("level", "dead_centre")) == first
-        assert level.text.startswith("the pressure is") == (first == "level")
 
 
 def test_a_wrong_level_is_not_taken_for_an_angle_or_an_exponent() -> None:

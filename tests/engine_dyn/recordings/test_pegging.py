@@ -56,13 +56,3 @@ def test_the_window_wraps_around_the_end_of_the_cycle() -> None:
     p = np.where(np.abs(ANGLE) > 358.5 * DEGREE, 3.0, 1.0)[None]
     found = peg_to_inlet(RecordedCycles(ANGLE, p), 10.0, -2.0 * np.pi, 2.0 * DEGREE)
     assert found.offset[0] == pytest.approx(7.0)
-
-
-def test_refusals() -> None:
-    with pytest.raises(ValueError, match="fewer than five samples"):
-        peg_by_compression(engine.cycles(20.0), engine.GEOMETRY)
-    with pytest.raises(ValueError, match="no sample within"):
-        peg_to_inlet(engine.cycles(7.0), 1e5, -175.0 * DEGREE, 0.1 * DEGREE)
-    rising = RecordedCycles(ANGLE, np.ones((1, len(ANGLE))) * 1e5 - 1e4 * ANGLE)
-    with pytest.raises(ValueError, match="no polytropic exponent"):
-        peg_by_compression(rising, engine.GEOMETRY, None)

@@ -1,6 +1,5 @@
 """Signals with one fault each: the check that speaks is the one that should."""
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -72,53 +71,12 @@ def test_a_clipped_peak(noise: float) -> None:
     assert "5 of 5 cycles" in found[0].text
 
 
-def test_a_gap() -> None:
-    recorded = engine.cycles(0.5)
-    keep = (recorded.angle < 19.8 * DEGREE) | (recorded.angle > 25.8 * DEGREE)
-    gap = RecordedCycles(recorded.angle[keep], recorded.pressure[:, keep])
-    found = [f for f in examine(gap, engine.GEOMETRY) if f.check == "gap"]
-    assert found[0].value == pytest.approx(6.5)
-    assert "from 19.5 to 26 degree" in found[0].text
-
-
-def test_pressures_that_are_no_numbers() -> None:
-    recorded = engine.cycles(1.0, 2)
-    p = recorded.pressure.copy()
-    p[1, 360:362] = math.nan
-    found = examine(changed(recorded, p), engine.GEOMETRY)
-    assert [str(f) for f in found] == [
-        "missing: 2 of 1440 pressures are not numbers, the first in cycle 2 at 0 degree; no other "
-        "check is made"
-    ]
-
-
 def test_drift_from_cycle_to_cycle() -> None:
     recorded = engine.cycles(1.0, 20, noise=1e3)
     drifting = recorded.pressure + np.linspace(-1e4, 1e4, 20)[:, None]
     found = examine(changed(recorded, drifting), engine.GEOMETRY)
     assert [one.check for one in found] == ["drift"]
     assert found[0].value == pytest.approx(0.2, rel=0.05)
-
-
-def test_gauge_pressure_is_not_judged_but_said() -> None:
-    recorded = engine.cycles(1.0)
-    found = examine(changed(recorded, recorded.pressure - 5e5), engine.GEOMETRY)
-    assert any("positive (absolute)" in str(one) for one in found)
-
-
-def test_a_wrong_dead_centre() -> None:
-    late = engine.cycles(0.5, shift=6.0)
-    (found,) = (one for one in examine(late, engine.GEOMETRY) if one.check == "dead_centre")
-    assert found.value == pytest.approx(6.0, abs=0.7)
-    assert "dead_centre" not in names(late, silenced=["dead_centre"])
-    assert "dead_centre" not in names(engine.cycles(0.5, shift=2.0))
-
-
-def test_motored_cycles_are_recognised() -> None:
-    late = engine.cycles(0.5, heat=0.0, loss=5.0, shift=2.0)
-    found = examine(late, engine.GEOMETRY)
-    assert "the motored cycle comes" in found[0].text
-    assert "motored cycle this is a suspicion" not in found[0].text
 
 
 @pytest.mark.parametrize("seed", range(40))

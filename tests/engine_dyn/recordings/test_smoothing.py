@@ -41,20 +41,6 @@ def test_half_the_power_is_left_at_the_highest_order(options: dict) -> None:
     assert kept == pytest.approx(0.5, abs=0.06)
 
 
-def test_smoothing_tells_what_it_does() -> None:
-    recorded = engine.cycles(0.5, 4, noise=1e4)
-    found = smooth(recorded, engine.GEOMETRY, width=6 * DEGREE)
-    assert found.noise_before == pytest.approx(1e4, rel=0.1)
-    assert found.noise_after < 0.25 * found.noise_before
-    # The third degree keeps the mean: imep moves by the noise alone.
-    assert abs(found.imep_change) < 100.0
-    clean = engine.cycles(0.5)
-    error = found.cycles.pressure[1] - clean.pressure[0]
-    assert error.std() < 0.5e4
-    hard = smooth(clean, engine.GEOMETRY, method="low_pass", highest_order=6.0)
-    assert hard.peak_change < -1e5
-
-
 def test_nothing_is_delayed() -> None:
     recorded = waves(6.0, 3)
     for options in ({}, {"method": "low_pass", "highest_order": 40.0}):
@@ -85,20 +71,3 @@ def test_delay_and_lag_are_taken_out() -> None:
     found = without_delay(wrong, speed, delay, lag)
     np.testing.assert_allclose(found.pressure[1], recorded.pressure[1], atol=50.0)
     assert np.abs(wrong.pressure[1] - recorded.pressure[1]).max() > 1e4
-
-
-def test_refusals() -> None:
-    recorded = engine.cycles(0.5)
-    with pytest.raises(ValueError, match="width = 1 degree"):
-        smooth(recorded, engine.GEOMETRY, width=1 * DEGREE)
-    with pytest.raises(ValueError, match="below 360"):
-        smooth(recorded, engine.GEOMETRY, "low_pass", highest_order=400.0)
-    with pytest.raises(ValueError, match="method = 'median'"):
-        smooth(recorded, engine.GEOMETRY, "median")
-    uneven = RecordedCycles(recorded.angle[1:], recorded.pressure[:, 1:])
-    with pytest.raises(ValueError, match="evenly spaced"):
-        smooth(uneven, engine.GEOMETRY)
-    with pytest.raises(ValueError, match="speed"):
-        without_delay(recorded, 0.0, 1e-5)
-    with pytest.raises(ValueError, match="delay"):
-        without_delay(recorded, 100.0, -1e-5)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
-from engine_dyn.torsion.forced import RESULTS, forced_response, largest_order
+from engine_dyn.torsion.forced import RESULTS, forced_response
 from engine_dyn.torsion.modes import natural_modes
 from engine_dyn.torsion.shaft import optimum_tuned, optimum_viscous, pendulum
 from engine_dyn.torsion.synthesis import half_range
@@ -532,13 +532,6 @@ def test_what_does_not_fit_is_refused(changed: dict[str, Any], message: str) -> 
     with pytest.raises(ValueError) as error:
         forced_response(shaft_system([1.0, 1.0], 1.0), **given)
     assert message in str(error.value)
-
-
-def test_largest_order() -> None:
-    harmonics = np.array([[0, 0, 3j, np.nan], [-5, 0, 0, 2], [np.nan] * 4])
-    size, order = largest_order(harmonics, [0.5, 1.0, 1.5, 2.0])
-    np.testing.assert_array_equal(size, [3.0, 5.0, np.nan])
-    np.testing.assert_array_equal(order, [1.5, 0.5, np.nan])
 
 
 def test_speeds_are_the_derivative_of_the_angle_over_the_cycle() -> None:
