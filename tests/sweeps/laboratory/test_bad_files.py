@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sweeps.base.columns.reading_choices import ReadingChoices
 from sweeps.base.columns.recording import read_recording
 from sweeps.base.columns.units import pressure_unit
 from sweeps.base.errors import SceneError
@@ -228,57 +227,12 @@ def test_bad_files_are_refused_in_one_line(
     assert capfd.readouterr() == ("", "")  # libraries print nothing
 
 
-def test_lines_above_columns_of_fixed_width_are_no_names_where_they_lie_elsewhere(
-    tmp_path: Path,
-) -> None:
-    lines = "".join(f"{n:8.1f}{10 * n:12.2f}\n" for n in range(100, 110))
-    (tmp_path / "a.txt").write_text("# SAMPLES 1440\n# --- DATA ---\n" + lines)
-    read = read_recording(tmp_path / "a.txt", "a.txt", ReadingChoices(format="fixed_width"))
-    assert [list(read.numbers(name)[:2]) for name in read.columns] == [[100, 101], [1000, 1010]]
-
-
-def test_a_format_without_lines_of_numbers(tmp_path: Path) -> None:
-    (tmp_path / "a.log").write_text("hello\nworld\n")
-    with pytest.raises(SceneError, match="no lines of numbers"):
-        read_pressure(tmp_path / "a.log", format="fixed_width")
-    (tmp_path / "a.log").write_text(
-        "CA      p\n" + "".join(f"{n:4d}  1.0\n" for n in range(9)) + "  10  x\n"
-    )
-    with pytest.raises(SceneError, match="line 11: 'x': must be a finite number"):
-        read_recording(tmp_path / "a.log", "a.log", ReadingChoices(format="fixed_width")).numbers(
-            "p"
-        )
-
-
-def test_choices_that_do_nothing_are_said(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(text())
-    chosen = {"separator": ",", "decimal": ".", "sheet": "one"}
-    (tmp_path / "b.csv").write_text("angle,speed\n" + rows(np.arange(9.0), np.ones(9)))
-    for path in (tmp_path / "a.csv", tmp_path / "b.csv"):
-        found = read_recording(path, None, ReadingChoices(**chosen))
-        assert found.remarks == ("sheet = 'one': does nothing, the file is read as text",)
-    assert found.remarks[0] in read_pressure(tmp_path / "a.csv", **chosen).warnings
-    from tests.support.laboratory import matlab
-
-    matlab(tmp_path / "run.mat")
-    found = read_recording(tmp_path / "run.mat", None, ReadingChoices(separator=";"))
-    assert found.remarks == ("separator = ';': does nothing, the file is read as mat",)
-
-
 def test_an_assumed_crank_ratio_is_warned_of(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text())
     told = "crank_ratio: 0.28 assumed for the imep; give crank_ratio or engine"
     assert told in read_pressure(tmp_path / "a.csv").warnings
     for keys in ({"crank_ratio": 0.25}, {"engine": "ntua"}):
         assert told not in read_pressure(tmp_path / "a.csv", **keys).warnings
-
-
-def test_missing_files_and_folders(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="no such file"):
-        read_pressure(tmp_path / "raw.csv")
-    (tmp_path / "raw.csv").mkdir()
-    with pytest.raises(SceneError, match="cannot be read"):
-        read_pressure(tmp_path / "raw.csv")
 
 
 def test_formulas_of_mdf_files_are_not_run(tmp_path: Path) -> None:
@@ -308,15 +262,6 @@ def test_units_of_pressure(unit: str, pascal: float) -> None:
 @pytest.mark.parametrize("unit", ["9**9**9", "rpm", "__import__('os')", "bar*bar", "1e400", ""])
 def test_what_is_no_unit_of_pressure(unit: str) -> None:
     assert pressure_unit(unit, "raw.csv") is None
-
-
-@pytest.mark.parametrize("rows", ["0.1\n0.2\n0.3\nhello\n0.4\n", "0.1\n0.2\nhello\n0.3\n0.4\n"])
-def test_a_word_among_numbers_is_no_header(rows: str, tmp_path: Path) -> None:
-    """Only what followed it was taken."""
-    path = tmp_path / "times.csv"
-    path.write_text("time [s]\n" + rows)
-    column = read_recording(path, "times.csv", ReadingChoices()).columns["time"]
-    assert len(column.values) == 5 and column.text is not None and column.text[1] == "hello"
 
 
 @pytest.mark.parametrize("limit", ["MEMORY", "SECONDS"])

@@ -11,12 +11,9 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.recordings.heat_release import mean_pressures
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
-from engine_dyn.recordings.signal_checks import examine
 from sweeps.lab.pressure.evaluation import evaluated
 from sweeps.lab.pressure.reading import read_pressure
 from sweeps.scene.engine.engine_files import load_engine
-from sweeps.view.figures import draw
 from sweeps.view.figures.kinds import figures_of
 from sweeps.view.figures.study import study_of
 from tests.support import recorded_engine as engine
@@ -43,13 +40,6 @@ def test_values_are_those_of_the_cycles() -> None:
     assert data.pressure.dims == ("crank_angle",)
     for name in data.data_vars:
         assert {"long_name", "units"} <= set(data[name].attrs), name
-
-
-def test_it_is_an_archive_that_can_be_written(tmp_path: Path) -> None:
-    data = evaluated(engine.cycles(1.0, 2), engine.GEOMETRY)
-    data.to_netcdf(tmp_path / "recording.nc", engine="netcdf4")
-    with xr.open_dataset(tmp_path / "recording.nc", engine="netcdf4") as found:
-        xr.testing.assert_allclose(found, data)
 
 
 def test_the_sheets_of_many_cycles_and_of_one() -> None:
@@ -88,54 +78,6 @@ def test_without_bore_and_stroke_volumes_are_relative(ratio: float | None, tmp_p
     assert "bore and stroke unknown: relative volume, no heat release" in told
     known = sweeps.read_pressure(tmp_path / "p.csv", engine="ntua")
     assert known.sized
-
-
-def test_a_two_stroke_recording() -> None:
-    angle = np.arange(-180.0, 180.0, 1.0) * engine.DEGREE
-    volume = engine.volume(angle)
-    p = 1e5 * (volume.max() / volume) ** np.where(angle < 0.0, 1.35, 1.2)
-    cycles = RecordedCycles(angle, np.tile(p, (2, 1)), 2.0 * np.pi)
-    data = evaluated(cycles, engine.GEOMETRY)
-    assert data.compression_exponent.attrs["from_angle"] == -85.0
-    assert float(data.compression_exponent) == pytest.approx(1.35)
-    assert float(data.expansion_exponent) == pytest.approx(1.2)
-    figure(data)
-
-
-def test_findings_stand_below_the_figure() -> None:
-    cycles = engine.cycles(0.5, shift=6.0)
-    data = evaluated(cycles, engine.GEOMETRY, findings=examine(cycles, engine.GEOMETRY))
-    texts = " ".join(text.get_text().replace("\n", " ") for text in figure(data).texts)
-    assert "dead_centre: compression and expansion" in texts
-    assert "imep" in texts
-
-
-def test_pressures_that_are_not_positive_are_drawn_too(tmp_path: Path) -> None:
-    cycles = engine.cycles(1.0)
-    gauge = RecordedCycles(cycles.angle, cycles.pressure - 2e5)
-    data = evaluated(gauge, engine.GEOMETRY)
-    assert "compression_exponent" not in data
-    names = {path.stem for path in draw(data, tmp_path)}
-    assert "recorded_pressure" in names
-
-
-def test_a_ratio_that_the_scene_sets_makes_a_logarithmic_diagram() -> None:
-    angle = np.arange(-180.0, 180.0, 2.0)
-    travel = 1.0 - np.cos(np.radians(angle))
-    data = xr.Dataset(
-        {
-            "pressure": ("crank_angle", 1.0 + 50.0 * np.exp(-((angle / 40.0) ** 2))),
-            "position": ("crank_angle", travel),
-        },
-        {"crank_angle": angle},
-    )
-    for parameters, count in (("", 1), ('{"compression_ratio": 11.0}', 2), ("[]", 1)):
-        data.attrs["parameters"] = parameters
-        found = dict(figures_of(study_of(data, {})))["work_diagrams"]
-        assert len(found.axes) == count
-    data.attrs["parameters"] = '{"compression_ratio": 11.0}'
-    panel = dict(figures_of(study_of(data, {})))["work_diagrams"].axes[1]
-    assert np.min(panel.lines[0].get_xdata()) == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("ratio", [False, True])
@@ -272,23 +214,3 @@ def test_what_is_no_engine_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(OWN.replace("bore = 0.1", "bore = -1"))
     with pytest.raises(sweeps.SceneError, match="bore = -1"):
         read_pressure(tmp_path / "raw.csv", engine=path)
-
-
-def test_the_crank_ratio_may_be_given(tmp_path: Path) -> None:
-    own(tmp_path / "raw.csv")
-    found = read_pressure(tmp_path / "raw.csv", crank_ratio=0.3, engine="ntua")
-    assert found.geometry.crank_ratio == 0.3
-    assert not any("assumed" in line for line in found.warnings)
-    with pytest.raises(sweeps.SceneError, match=r"above 0 and up to 0\.5"):
-        read_pressure(tmp_path / "raw.csv", crank_ratio=0.6)
-
-
-def test_heads_with_quantity_over_unit(tmp_path: Path) -> None:
-    angle = np.arange(-360.0, 360.0)
-    pressure = engine.pressure(angle * engine.DEGREE) / 1e5
-    text = "Phi/°KW;Druck/bar;n/1/min\n" + rows(angle, pressure, 0 * angle + 1500, separator=";")
-    (tmp_path / "din.csv").write_bytes(text.encode("cp1252"))
-    found = read_pressure(tmp_path / "din.csv")
-    assert "column 'Phi' taken as the crank angle" in found.steps
-    assert "column 'Druck' taken as the cylinder pressure" in found.steps
-    assert np.allclose(found.mean.pressure[0] / 1e5, pressure, atol=1e-4)

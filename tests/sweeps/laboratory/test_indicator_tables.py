@@ -15,7 +15,6 @@ from engine_dyn.quantities import graph
 from sweeps.base.errors import SceneError
 from sweeps.scene.confidential import TELLING
 from sweeps.scene.engine.indicator_files import HEADER
-from sweeps.view.texts.archives import recorded_cycle_lines
 from tests.support.commands import invoke, ok, refused
 from tests.support.laboratory import (
     avl,
@@ -27,7 +26,7 @@ from tests.support.laboratory import (
     rows_of_cycles,
     samples,
 )
-from tests.support.scenes import asking, write_scene
+from tests.support.scenes import write_scene
 
 
 def scene(folder: Path, keys: str, top: str = "") -> Path:
@@ -119,36 +118,7 @@ def test_a_confidential_diagram_stays_out_of_the_archive(tmp_path: Path) -> None
     assert "text" not in kept and "zlib" not in kept
 
 
-KEPT = ("gas_torque", "torque", "omega", "imep", "peak_pressure", "inertia_force", "torque_order",
-        "crank_pin_load_max", "cylinder_inertia_torque_order")  # fmt: skip
 """Beside a confidential diagram: all cylinders, single numbers, and what has no pressure in it."""
-
-
-def of_confidential(folder: Path, *quantities: str) -> dict[str, Any]:
-    if not (folder / "avl.csv").exists():
-        avl(folder / "avl.csv")
-    return asking(
-        list(quantities), indicator={"file": str(folder / "avl.csv"), "confidential": True}
-    )
-
-
-def test_confidential_pressure_is_no_quantity(tmp_path: Path) -> None:
-    for name in (
-        "pressure", "gas_force", "piston_force", "piston_pressure", "rod_force", "rod_pressure",
-        "wall_thrust", "wall_pressure", "tangential_force", "tangential_pressure", "radial_force",
-        "radial_pressure", "reduced_torque", "gas_tangential_force", "piston_pin_load",
-        "piston_pin_side", "piston_pin_down", "crank_pin_load", "crank_pin_x", "crank_pin_y",
-        "crank_pin_radial", "crank_pin_tangential", "main_journal_load", "torque_after_throw",
-        "cylinder_gas_torque_order", "cylinder_torque_phase", "throw_torque_order",
-    ):  # fmt: skip
-        with pytest.raises(sweeps.SceneError) as failure:
-            sweeps.read_scene(of_confidential(tmp_path, "imep", name))
-        message = str(failure.value)
-        assert (
-            f"'{name}': not allowed" in message
-            and "the pressure could be derived from it" in message
-        )
-    assert sweeps.read_scene(of_confidential(tmp_path, *KEPT)).quantities == KEPT
 
 
 def test_no_curve_of_one_cylinder_escapes() -> None:
@@ -191,16 +161,6 @@ def test_confidential_notes_tell_no_pressure(tmp_path: Path) -> None:
             assert "imep " not in text and not re.search(r"\d bar", text), text
 
 
-def test_what_the_checks_say_stands_in_the_archive(tmp_path: Path) -> None:
-    angle, pressure = samples(-360.0)
-    (tmp_path / "p.csv").write_text("CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 40.0)))
-    scene(tmp_path, 'file = "p.csv"')
-    planned = invoke("plan", tmp_path / "scene.toml")
-    assert "[indicator]: clipped: " in planned.stderr
-    scene(tmp_path, 'file = "p.csv"', 'silenced_warnings = ["clipped"]')
-    assert "clipped" not in invoke("plan", tmp_path / "scene.toml").stderr
-
-
 def test_import_replaces_nothing_unasked_and_leaves_nothing_half(tmp_path: Path) -> None:
     avl(tmp_path / "avl.csv")
     before = (tmp_path / "avl.csv").read_bytes()
@@ -214,41 +174,6 @@ def test_import_replaces_nothing_unasked_and_leaves_nothing_half(tmp_path: Path)
     words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv"]
     ok(*words)
     assert "--overwrite" in refused(*words)
-
-
-def test_another_unit_than_that_of_the_file_is_warned_of(tmp_path: Path) -> None:
-    avl(tmp_path / "avl.csv")
-    words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "p.csv"]
-    assert "the file says" not in invoke(*words).stderr
-    told = invoke(*words, "--overwrite", "--unit", "kPa").stderr.splitlines()
-    assert any("the file says bar, unit = 'kPa' was given and is used" in line for line in told)
-    (peak,) = (line for line in told if "peak_pressure: largest pressure is " in line)
-    assert "usual is 2 to 350 bar; check the unit of the pressure" in peak
-    # The plan repeats both, and makes no guess of its own.
-    told = invoke("plan", scene(tmp_path, 'file = "p.csv"')).stderr.splitlines()
-    assert len([line for line in told if "peak_pressure: " in line]) == 1
-    assert not any(line.endswith("?") for line in told)
-
-
-def test_cylinders_by_name_on_the_command_line(tmp_path: Path) -> None:
-    four_cylinders(tmp_path / "four.csv")
-    words = ["import", tmp_path / "four.csv", "-o", tmp_path / "p.csv",
-             "--pressure-column", "PCYL1", "--pressure-column", "PCYL3",
-             "--firing-angles", "0,180"]  # fmt: skip
-    ok(*words)
-    text = (tmp_path / "p.csv").read_text()
-    assert "crank_angle_deg,pressure_bar,pressure_1_bar,pressure_2_bar\n" in text
-
-
-def test_warnings_of_the_command_name_the_file(tmp_path: Path) -> None:
-    angle, pressure = samples(-360.0)
-    text = "CA [deg],p [bar]\n" + rows(angle, np.minimum(pressure, 50.0))
-    (tmp_path / "cut.csv").write_text(text)
-    made = invoke("import", tmp_path / "cut.csv", "-o", tmp_path / "p.csv", "--engine", "ntua")
-    warnings = made.stderr.splitlines()
-    assert any("clipped: " in line for line in warnings)
-    for line in warnings:
-        assert line.startswith(f"warning: {tmp_path / 'cut.csv'}: ")
 
 
 COUNT = 5
@@ -300,33 +225,6 @@ def test_each_cycle_is_that_cycle_alone_and_all_scatter_about_their_mean(
         there = cycles[name].sel(recorded_cycle=[4, 2])
         there = there.sel(inertia=[2.0]) if "inertia" in there.dims else there
         assert (some[name].values == there.values).all(), name
-
-
-def test_run_and_info_tell_the_spread(folder: Path, cycles: xr.Dataset, tmp_path: Path) -> None:
-    cycles.to_netcdf(tmp_path / "cycles.nc")
-    text = ok("info", tmp_path / "cycles.nc")
-    told = {line.split(":")[0].strip(): line.split(": ")[1] for line in text.splitlines()
-            if line.endswith(f"; {COUNT} cycles")}  # fmt: skip
-    assert set(told) == {"delta at inertia 2", "delta at inertia 4", "imep", "peak_pressure"}
-    works = cycles["imep"]
-    share = 100.0 * float(works.std(ddof=1) / works.mean())
-    assert f"({share:.1f} %) bar" in told["imep"]
-    assert told["delta at inertia 2"].startswith(f"{float(cycles.delta[:, 0].mean()):.5f}"[:6])
-    lines = recorded_cycle_lines(cycles.isel(recorded_cycle=[0]))
-    assert lines == []  # one cycle has no spread
-
-
-def test_archives_hold_all_cycles(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "run.csv").write_bytes((folder / "run.csv").read_bytes())
-    table = {"file": "run.csv", "unit": "bar"}
-    path = write_scene(tmp_path, axes={"recorded_cycle": [1, 5]}, indicator=table)
-    ok("run", path, "-o", tmp_path / "a.nc")
-    (tmp_path / "run.csv").unlink()
-    ok("rerun", tmp_path / "a.nc", "-o", tmp_path / "b.nc")
-    ok("extend", tmp_path / "b.nc", "--axis", "recorded_cycle=3")
-    with sweeps.open(tmp_path / "a.nc") as one, sweeps.open(tmp_path / "b.nc") as other:
-        assert other["recorded_cycle"].values.tolist() == [1, 3, 5]
-        assert (one["delta"].values == other["delta"].sel(recorded_cycle=[1, 5]).values).all()
 
 
 def test_what_has_no_such_cycles_is_refused(folder: Path, tmp_path: Path) -> None:

@@ -92,14 +92,6 @@ def test_the_option_that_is_offered_puts_the_level_right(
     assert read_indicator(made)(-np.pi) / BAR == pytest.approx(KNOWN.inlet, abs=0.1)  # noise
 
 
-def test_gauge_pressure_is_asked_for(tmp_path: Path) -> None:
-    raw = written(tmp_path, -1.01325, 0.0)
-    found = invoke("import", raw, "--average", "-o", tmp_path / "pressure.csv")
-    assert "is it gauge pressure (such as --unit barg)?" in level_line(found.stderr)
-    found = invoke("import", raw, "--average", "-o", tmp_path / "p.csv", "--unit", "barg")
-    assert " level: " not in found.stderr
-
-
 def test_plan_and_run_say_it_of_the_engine_and_of_the_indicator(tmp_path: Path) -> None:
     raw = written(tmp_path, 2.7, 1.5)
     ok("import", raw, "--average", "-o", tmp_path / "pressure.csv")
@@ -139,21 +131,6 @@ def test_what_is_wrong_by_the_level_in_delta_is_mended_by_pegging(tmp_path: Path
     true = float(sweeps.run(tmp_path / "scene.toml").delta)
     assert found == pytest.approx(true, rel=0.005)
     assert wrong / true == pytest.approx(1.26, abs=0.01)  # as docs/measured_pressure.md says
-
-
-def test_what_is_too_coarse_to_tell_is_said_and_no_angle_is_blamed(tmp_path: Path) -> None:
-    """A curve through digitised points in steps of 0.155 bar, two bar too high."""
-    source = catalogue()["diesel_105x137"].with_name("diesel_105x137_digitised.csv")
-    angle = np.arange(-360.0, 360.0, 0.5)
-    table = np.column_stack([angle, read_indicator(source)(angle * DEGREE) / BAR + 2.0])
-    raw = tmp_path / "points.csv"
-    np.savetxt(raw, table, delimiter=",", header="angle [deg],p [bar]", comments="")
-    found = invoke("import", raw, "-o", tmp_path / "pressure.csv", "--compression-ratio", "17")
-    assert found.exit_code == 0, found.output
-    assert (
-        "not pegged, level as recorded; neither level nor dead centre can be told" in found.stdout
-    )
-    assert "dead_centre" not in found.stderr
 
 
 def test_the_catalogue_is_absolute() -> None:

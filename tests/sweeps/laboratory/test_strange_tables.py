@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.base.columns import encodings
 from sweeps.base.columns.columns import Signals, signals_of
 from sweeps.base.columns.pressure_options import PressureOptions
 from sweeps.base.columns.reading_choices import ReadingChoices
 from sweeps.base.columns.recording import read_recording
-from sweeps.scene.features.torque_files import torque_of_file
 
 ANGLE = np.arange(-360.0, 360.0)
 PRESSURE = np.round(1.0 + 48.0 / (1.0 + (ANGLE / 20.0) ** 2), 3)
@@ -76,18 +74,6 @@ def test_no_sample_is_lost_whatever_stands_beside_it(layout: str, tmp_path: Path
     assert unit or next(iter(signals.pressures)).endswith("bar")
 
 
-def test_counts_above_a_table_are_no_samples(tmp_path: Path) -> None:
-    head = ["angle deg,pressure bar", "720,2,1.5,8"]
-    (tmp_path / "a.csv").write_text("\n".join(head + lines()))
-    column = read_recording(tmp_path / "a.csv").columns
-    assert [len(c.values) for c in column.values()] == [720, 720]
-
-
-def test_words_of_a_sentence_are_no_names(tmp_path: Path) -> None:
-    (tmp_path / "a.txt").write_text("\n".join(["Run of the engine at part load", *lines(" ")]))
-    assert list(read_recording(tmp_path / "a.txt").columns) == ["column 1", "column 2"]
-
-
 NAMES = {
     "gb18030": ["曲轴转角 (°),气缸压力 (bar)", "曲轴转角,缸压", "角度[deg],压力[MPa]",
                 "曲轴转角 (度),缸压 1 (兆帕)", "转角 °CA,压力 bar"],
@@ -128,50 +114,12 @@ def test_names_in_all_alphabets_are_read_and_known(
     assert list(named.pressures) == [pressure]
 
 
-def test_an_encoding_that_is_found_by_letters_is_said(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_bytes("\n".join([NAMES["cp1251"][0], *lines()]).encode("cp1251"))
-    assert "cp1251" in " ".join(read_recording(path).said)
-    path.write_bytes("\n".join([NAMES["cp850"][0], *lines()]).encode("cp1252"))
-    assert not read_recording(path).said
-
-
 @pytest.mark.parametrize("encoding", ["nonsense", "idna", "punycode", "ascii", "utf-8", "rot13"])
 def test_an_encoding_that_does_not_fit_is_refused(encoding: str, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_bytes("\n".join([NAMES["cp1251"][0], *lines()]).encode("cp1251"))
     with pytest.raises(sweeps.SceneError, match="encoding"):
         read_recording(path, None, ReadingChoices(encoding=encoding))
-
-
-def test_without_the_library_letters_are_not_guessed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing(module: str, package: str, label: str) -> None:
-        del module
-        raise sweeps.SceneError(f"{label}: needs {package}")
-
-    monkeypatch.setattr(encodings, "library", missing)
-    path = tmp_path / "a.csv"
-    path.write_bytes("\n".join([NAMES["cp1251"][0], *lines()]).encode("cp1251"))
-    with pytest.raises(sweeps.SceneError, match="encoding"):
-        read_recording(path)
-    path.write_bytes(
-        "\n".join(["Winkel [°];Zylinderdruck für Öl [bar]", *lines(";")]).encode("cp1252")
-    )
-    assert "Zylinderdruck für Öl" in read_recording(path).columns
-
-
-@pytest.mark.parametrize("unit", ["(lbf ft)", "[lbf ft]", "(lb-ft)", "(ft·lbf)", "(N m)", "(N·m)"])
-def test_units_of_torque_in_brackets(unit: str, tmp_path: Path) -> None:
-    (tmp_path / "t.csv").write_text(
-        f"angle (deg);torque {unit}\n"
-        + "\n".join(f"{a:g};{a * (720 - a):g}" for a in range(0, 721, 10)),
-        encoding="utf-8",
-    )
-    torque = torque_of_file(tmp_path / "t.csv", "t.csv", None, None, None, None)
-    factor = 1.3558179483314 if "N" not in unit else 1.0
-    assert torque(np.array([np.pi])) == pytest.approx(180.0 * 540.0 * factor, rel=1e-12)
 
 
 def book(path: Path, **sheets: list[list[object]]) -> None:
@@ -207,23 +155,6 @@ def test_the_sheet_with_the_recording_is_read_and_named(
     assert not read_recording(tmp_path / "a.xlsx", None, ReadingChoices(sheet="Cycle")).said
 
 
-def test_sheets_without_a_table_are_named(tmp_path: Path) -> None:
-    book(tmp_path / "a.xlsx", Info=INFO[:1], Remarks=[["none"]])
-    with pytest.raises(sweeps.SceneError, match="'Info', 'Remarks'"):
-        read_recording(tmp_path / "a.xlsx")
-
-
-def test_of_two_recordings_the_first_is_read_and_both_are_named(tmp_path: Path) -> None:
-    other: list[list[object]] = [
-        ["angle [deg]", "p_cyl [bar]"],
-        *([a, 1.0] for a in ANGLE.tolist()),
-    ]
-    book(tmp_path / "a.xlsx", One=CYCLE, Two=other)
-    recording = read_recording(tmp_path / "a.xlsx")
-    assert np.array_equal(recording.columns["p_cyl"].values, PRESSURE)
-    assert "'One' of 'One', 'Two'" in recording.said[0]
-
-
 def test_lines_of_marks_are_left_out_and_lines_still_counted(tmp_path: Path) -> None:
     table = lines()
     marked = [
@@ -242,14 +173,6 @@ def test_lines_of_marks_are_left_out_and_lines_still_counted(tmp_path: Path) -> 
     for sample in (0, 99, 100, 719):
         place = int(recording.place(sample).removeprefix("line "))
         assert marked[place - 1] == table[sample]
-
-
-def test_a_row_of_factors_is_left_out_and_said(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("\n".join(["angle,p_cyl", "deg,bar", "1,0.001", *lines()]))
-    recording = read_recording(tmp_path / "a.csv")
-    assert np.array_equal(recording.columns["p_cyl"].values, PRESSURE)
-    assert recording.columns["p_cyl"].unit == "bar"
-    assert "line 3 left out" in recording.said[0] and "0.001" in recording.said[0]
 
 
 @pytest.mark.parametrize("factor", [1.0, np.pi / 180.0, 1.0 / 360.0])
@@ -276,11 +199,3 @@ def test_numbers_for_missing_values_are_refused(number: int, tmp_path: Path) -> 
     table[100:300] = [f"{line.split(',')[0]},{number}" for line in table[100:300]]
     (tmp_path / "a.csv").write_text("\n".join(["angle_deg,level", *table]))
     assert len(read_recording(tmp_path / "a.csv").numbers("level")) == 720
-
-
-def test_a_mark_of_groups_is_not_a_decimal_mark_further_down(tmp_path: Path) -> None:
-    rows = [f"{a:.1f}".replace(".", ",") + ";1.234.567,8" for a in ANGLE]
-    rows[650] = "290,0;1.5"
-    (tmp_path / "a.csv").write_text("\n".join(["Winkel [deg];p [Pa]", *rows]))
-    with pytest.raises(sweeps.SceneError, match=r"'1\.5'"):
-        read_recording(tmp_path / "a.csv")

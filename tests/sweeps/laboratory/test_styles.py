@@ -8,7 +8,6 @@ import pytest
 import sweeps
 from sweeps.base.columns import text_tables
 from sweeps.base.columns.reading_choices import ReadingChoices
-from sweeps.base.columns.recording import SUFFIXES
 from sweeps.lab.pressure.evaluation import evaluated
 from sweeps.lab.pressure.reading import read_pressure
 from tests.support import recorded_engine
@@ -35,17 +34,6 @@ def test_every_style_has_the_same_imep(style: str, tmp_path: Path) -> None:
     assert imep(written.angle, written.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
 
 
-@pytest.mark.parametrize("style", STYLES)
-def test_a_format_that_is_given_counts_more_than_the_ending(style: str, tmp_path: Path) -> None:
-    write, name, options = STYLES[style]
-    path = tmp_path / name
-    format = options.get("format", SUFFIXES.get(path.suffix, "text"))
-    write(path)
-    path = path.rename(tmp_path / ("run.csv" if format == "mat" else "run.mat"))
-    found = read_pressure(path, **{**options, "format": format}).mean
-    assert imep(found.angle, found.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
-
-
 @pytest.mark.parametrize("above", ["", "MEASURED\n", "1440\n", "2\n", "\nMEASURED\n\n"])
 def test_a_word_between_names_and_numbers_hides_no_names(above: str, tmp_path: Path) -> None:
     angle, pressure = samples(-360.0)
@@ -54,13 +42,6 @@ def test_a_word_between_names_and_numbers_hides_no_names(above: str, tmp_path: P
     found = read_pressure(tmp_path / "run.ind")
     assert list(found.recorded) == ["p_cyl_bar"]
     assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
-
-
-def test_a_date_above_numbers_without_names_is_no_name(tmp_path: Path) -> None:
-    angle, pressure = samples(-360.0)
-    text = "Date;2024-05-03\nRun12\n" + rows(angle, pressure, separator=";")
-    (tmp_path / "run.csv").write_text(text)
-    assert list(read_pressure(tmp_path / "run.csv", unit="bar").recorded) == ["column 2"]
 
 
 @pytest.mark.parametrize("count", [1, 12, 70])
@@ -92,33 +73,6 @@ def test_cylinders_of_one_file_are_told_apart(tmp_path: Path) -> None:
         read_pressure(tmp_path / "four.csv", firing_angles=[0.0, 540.0, 180.0])
 
 
-def test_steps_are_reported_in_their_order(tmp_path: Path) -> None:
-    STYLES["mat, rows of cycles"][0](tmp_path / "run.mat")
-    found = read_pressure(
-        tmp_path / "run.mat", unit="MPa", average=True, pegging="inlet", inlet_pressure=1.5,
-        smoothing="savitzky_golay", angle_step=1.0, delay=1e-5, speed=1500.0, engine="ntua",
-    )  # fmt: skip
-    text = "\n".join(found.steps)
-    words = ["column", "pressure in MPa", "delay", "pegging", "imep", "average of 19", "smoothing",
-             "steps of 1 degree"]  # fmt: skip
-    places = [text.index(word) for word in words]
-    assert places == sorted(places)
-    assert "0.09 degree" in text  # 1e-5 s at 9000 degree/s
-    assert found.recorded["p_cyl"].cycles == 19  # moved by the delay, the last is not whole
-    assert len(found.mean.angle) == 720
-    at = np.abs(found.mean.angle + np.pi) < 0.05
-    assert found.mean.pressure[0][at].mean() == pytest.approx(1.5e5, rel=0.02)
-    header = found.text().splitlines()[:4]
-    assert found.sha256 in header[2] and "engine-dyn" in header[3] and "run.mat" in header[1]
-
-
-def test_gauge_pressure_gets_the_ambient_one(tmp_path: Path) -> None:
-    angle, pressure = samples(-360.0)
-    (tmp_path / "a.csv").write_text("CA [deg];p [barg]\n" + rows(angle, pressure, separator=";"))
-    found = read_pressure(tmp_path / "a.csv", ambient_pressure=0.9)
-    assert np.allclose(found.mean.pressure[0] / 1e5, pressure + 0.9, atol=1e-4)
-
-
 def test_angles_from_a_toothed_wheel(tmp_path: Path) -> None:
     """Samples over time at a speed that swings; the gap's first tooth passes 100 degrees late."""
     times = 1e-5 * np.arange(60_000)  # 0.6 s at 1500 rpm: 7.5 cycles
@@ -140,14 +94,6 @@ def test_angles_from_a_toothed_wheel(tmp_path: Path) -> None:
         read_pressure(tmp_path / "run.csv", **keys)
     with pytest.raises(sweeps.SceneError, match="wheel"):
         read_pressure(tmp_path / "run.csv", sample_rate=1e5, **{**keys, "wheel": "36-1"})
-
-
-def test_angles_may_be_missing(tmp_path: Path) -> None:
-    angle, pressure = samples(-360.0, 2880)
-    del angle
-    (tmp_path / "p.txt").write_text("pressure [bar]\n" + rows(pressure))
-    found = read_pressure(tmp_path / "p.txt", angle_start=-360.0, angle_increment=0.5, cycle=2)
-    assert np.allclose(found.mean.pressure[0] / 1e5, pressure[1440:], atol=1e-4)
 
 
 def test_a_falling_single_cycle_is_turned_by_its_work(tmp_path: Path) -> None:
@@ -187,29 +133,6 @@ def test_motored_cycles(tmp_path: Path) -> None:
     assert "imep_variation" not in sheet
     assert float(sheet.loss_angle) == pytest.approx(-top, abs=0.05)
     assert "variation of imep" not in sheet.summary and "loss angle" in sheet.summary
-
-
-def test_the_variation_of_imep_is_never_negative(tmp_path: Path) -> None:
-    """A compressor, say, whose work is negative."""
-    angle = np.arange(-360.0, 720.0 * 3 - 360.0)
-    pressure = recorded_engine.pressure(((angle + 360.0) % 720.0 - 360.0) * DEGREE) / 1e5
-    pressure *= 1.0 + 0.01 * np.floor((angle + 360.0) / 720.0)
-    text = "CA [deg],p [bar]\n" + rows(-angle[::-1], pressure[::-1])
-    (tmp_path / "back.csv").write_text(text)
-    found = read_pressure(tmp_path / "back.csv", direction="forward", cycle=1)
-    told = next(step for step in found.steps if "': imep " in step)
-    assert "imep -" in told and "variation of imep -" not in told
-
-
-def test_the_spread_over_the_cycles_is_no_cylinder(tmp_path: Path) -> None:
-    """Mean, smallest and largest pressure over the angle: their mean is no pressure."""
-    angle, pressure = samples(-360.0)
-    text = "CA [deg],p_mean [bar],p_min [bar],p_max [bar]\n"
-    text += rows(angle, pressure, 0.9 * pressure, 1.3 * pressure)
-    (tmp_path / "mean.csv").write_text(text)
-    found = read_pressure(tmp_path / "mean.csv")
-    assert list(found.recorded) == ["p_mean"]
-    assert imep(found.mean.angle, found.mean.pressure[0]) == pytest.approx(TRUE, rel=2e-3)
 
 
 @pytest.mark.parametrize(

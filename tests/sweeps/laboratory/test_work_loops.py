@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
@@ -85,15 +84,6 @@ def test_from_angle_to_travel_and_back(
         assert read.mean.period == pytest.approx(2 * math.pi if engine != "ntua" else 4 * math.pi)
 
 
-def test_travel_alone_needs_no_engine(ntua: Any, tmp_path: Path) -> None:
-    path = tmp_path / "loop.csv"
-    travel = (0.5 * ntua["position"].values).tolist()
-    path.write_text("x,p_bar\n" + rows(travel, *lists(ntua, "pressure")))
-    read = read_pressure(path, travel_column="x", crank_ratio=0.09 / 0.35)
-    assert np.degrees(read.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
-    assert "'x' taken as fractions of the stroke" in read.steps
-
-
 def offset_engine(folder: Path) -> Path:
     text = (CATALOGUE / "ntua.toml").read_text()
     path = folder / "offset.toml"
@@ -112,40 +102,6 @@ def test_of_an_offset_engine(tmp_path: Path) -> None:
     for given in (str(engine), load_engine(engine)):
         found = read_pressure(path, volume_column="volume_cm3", engine=given).mean
         assert np.degrees(found.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
-
-
-def test_strokes_may_be_named_and_the_order_turned_round(ntua: Any, tmp_path: Path) -> None:
-    volume, pressure = lists(ntua, "cylinder_volume", "pressure")
-    strokes = np.repeat([1, 2, 3, 4], 180).tolist()
-    path = tmp_path / "loop.csv"
-    path.write_text("volume_cm3,pressure_bar,stroke\n" + rows(volume, pressure, strokes))
-    keys = {"volume_column": "volume_cm3", "stroke_column": "stroke", "engine": "ntua"}
-    found = read_pressure(path, **keys)
-    # a dead centre belongs to both strokes
-    assert np.degrees(found.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
-    assert not any("360 degree" in step for step in found.steps)
-    backward = "volume_cm3,pressure_bar\n" + rows(volume[::-1], pressure[::-1])
-    path.write_text(backward)
-    found = read_pressure(
-        path, volume_column=1, pressure_column=2, engine="ntua", direction="backward"
-    )
-    assert np.degrees(found.mean.angle) == pytest.approx(ntua.crank_angle.values, abs=3e-6)
-    wrong = read_pressure(path, volume_column=1, engine="ntua")
-    assert any("higher on compression than on expansion" in w for w in wrong.warnings)
-
-
-def test_rounded_volumes(ntua: Any, tmp_path: Path) -> None:
-    """Near dead centre several points have the same rounded volume; they become one."""
-    volume, pressure = (np.repeat(v, 1) for v in lists(ntua, "cylinder_volume", "pressure"))
-    path = tmp_path / "loop.csv"
-    lines = [f"{v:.0f},{p:.3f}" for v, p in zip(volume, pressure, strict=True)]
-    path.write_text(NAMES + "\n".join(lines))
-    found = read_pressure(path, volume_column="volume_cm3", engine="ntua")
-    assert found.mean.angle.size < 720
-    near = np.interp(found.mean.angle, np.radians(ntua.crank_angle.values), ntua.pressure * 1e5)
-    # half a cubic centimetre is 0.5/2771/0.31 of phi^2 near dead centre: 1.4 degrees, at up to
-    # 2.2 bar a degree
-    assert np.abs(found.mean.pressure[0] - near).max() < 1.4 * 2.2e5
 
 
 def test_points_that_are_even_in_travel(ntua: Any, tmp_path: Path) -> None:
@@ -191,30 +147,6 @@ def test_points_that_are_even_in_travel(ntua: Any, tmp_path: Path) -> None:
     # omega_max - omega_min changes by the energy over Theta omega, on each side
     limit = 2.0 * energy / (2.0 * (40.0 * math.pi) ** 2)
     assert float(found["delta"]) == pytest.approx(float(ntua["delta"]), abs=limit)
-
-
-def test_angles_that_count_from_bottom_dead_centre(ntua: Any, tmp_path: Path) -> None:
-    """Kakaitsas counts from 0 to 720 degrees, 0 where the compression begins."""
-    angle = np.arange(0.0, 720.0)
-    pressure = np.roll(ntua.pressure.values, 540)  # firing at 180
-    assert pressure.argmax() == 180 + ntua.pressure.values.argmax() - 360
-    (tmp_path / "p.csv").write_text(
-        "crank_angle_deg,pressure_bar\n" + rows(angle.tolist(), pressure.tolist())
-    )
-    table = {"file": str(tmp_path / "p.csv"), "zero": "BDC"}
-    found = sweeps.run(
-        {"engine": "ntua", "indicator": table, "output": {"quantities": ["pressure", "imep"]}}
-    )
-    assert_allclose(found["pressure"], ntua["pressure"], rtol=1e-9)
-
-
-def test_several_loops(ntua: Any, tmp_path: Path) -> None:
-    volume, pressure = lists(ntua, "cylinder_volume", "pressure")
-    path = tmp_path / "loops.csv"
-    path.write_text(NAMES + rows(volume * 3, pressure * 3))
-    found = read_pressure(path, volume_column=1, engine="ntua", average=True)
-    assert found.recorded["pressure_bar"].cycles == 3
-    assert found.mean.pressure[0] == pytest.approx(ntua.pressure.values * 1e5, rel=1e-9)
 
 
 def loop(folder: Path, travel: Any, pressure: Any, *more: Any, head: str = "x,p_bar") -> Path:
@@ -267,19 +199,6 @@ def test_loops_that_are_refused(
     )
     assert re.search(message, line)
     assert "loop.csv" in line
-
-
-def test_volumes_need_measures(tmp_path: Path, ntua: Any) -> None:
-    volume, pressure = lists(ntua, "cylinder_volume", "pressure")
-    path = loop(tmp_path, volume, pressure, head="V [cm3],p_bar")
-    for keys, message in (
-        ({"crank_ratio": 0.25}, "volume_column: needs an engine with its bore"),
-        ({"engine": "diesel_105x137"}, "column 'V': needs compression_ratio"),
-        ({"engine": "ntua", "compression_ratio": 12.0}, "check unit, compression_ratio and the"),
-        ({"engine": "ntua", "volume_unit": "l"}, r"must be from 0 to 1 \(check unit"),
-    ):
-        with pytest.raises(sweeps.SceneError, match=message):
-            read_pressure(path, volume_column="V", **keys)
 
 
 def test_strokes_and_points_that_are_refused(tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 """Calibration: engines out of data sheets, and what cannot be reached."""
 
 import math
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,9 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn.geometry.slider_crank import position
-from sweeps.base.errors import SceneError
-from sweeps.base.files.unit_registry import unit_registry
-from sweeps.lab.speed import cycle_fits
 from sweeps.lab.speed.usual_engines import KINDS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from tests.support.commands import invoke, ok, refused
+from tests.support.commands import ok, refused
 from tests.support.scenes import computed, refusal_of
 
 RPM = math.pi / 30.0
@@ -158,17 +154,6 @@ def test_known_numbers_are_found_again(kind: str, tmp_path: Path) -> None:
     assert set(second.fitted) >= {"combustion_start", "wall_factor", "heat"}
 
 
-def test_units_do_not_matter(tmp_path: Path) -> None:
-    path = sheet(tmp_path)
-    plain = sweeps.calibrate(path, power=36.4, speed=2700, peak=75, fuel_consumption=245)
-    texts = sweeps.calibrate(
-        path, power="36400 W", speed="45 rev/s", peak="7.5MPa", fuel_consumption="0.245 kg/kWh"
-    )
-    for one, other in zip(plain.points, texts.points, strict=True):
-        assert one.table["heat"] == pytest.approx(other.table["heat"], rel=1e-5)
-        assert one.power == pytest.approx(other.power, rel=1e-5)
-
-
 def test_every_number_says_where_it_comes_from(tmp_path: Path) -> None:
     made = fitted(
         tmp_path, "[data_sheet.cycle]\ncompression_ratio = 21.5\n", "inertia = 0.5\n",
@@ -193,36 +178,6 @@ def test_every_number_says_where_it_comes_from(tmp_path: Path) -> None:
     assert engine.firing_order == (1, 3, 4, 2)
 
 
-def test_a_fitted_file_makes_itself_again(tmp_path: Path) -> None:
-    made = fitted(tmp_path, **RATED["turbocharged-diesel"], kind="turbocharged-diesel", peak=100)
-    again = sweeps.calibrate(tmp_path / "fitted.toml")
-    assert [p.table for p in again.points] == [p.table for p in made.points]
-
-
-def test_what_else_the_file_says_is_kept(tmp_path: Path) -> None:
-    more = (
-        '[assumed]\ninertia = "Weighed \\"by hand\\"."\ndiagram = "None."\n'
-        '[[source]]\ntext = "Data sheet of the maker"\n'
-    )
-    path = tmp_path / "sheet.toml"
-    head = 'arrangement = "V4 90 shared-pin 1-3-4-2"\nsilenced_warnings = ["inertia"]\n'
-    path.write_text(head + SHEET + "inertia = 0.4\n" + more, encoding="utf-8")
-    made = sweeps.calibrate(path, **RATED["diesel"])
-    raw = tomllib.loads(made.text)
-    assert raw["arrangement"] == "V4 90 shared-pin 1-3-4-2" and "firing_order" not in raw
-    assert raw["assumed"]["inertia"] == 'Weighed "by hand".'
-    assert raw["assumed"]["diagram"].startswith("Modelled")
-    assert raw["source"][0]["text"] == "Data sheet of the maker"
-    assert raw["silenced_warnings"] == ["inertia"]
-
-
-def test_reciprocating_mass_and_load_laws_leave_nothing_to_assume(tmp_path: Path) -> None:
-    values = "reciprocating_mass = 1.2\nload_linear = 1.0\nflywheel_inertia = 0.3\n"
-    made = fitted(tmp_path, values=values, **RATED["diesel"])
-    for key in ("piston_mass", "rod_mass", "load_exponent", "inertia"):
-        assert key not in made.values
-
-
 def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
     path = sheet(tmp_path, '[data_sheet]\nkind = "diesel"\npower = "36400 W"\nspeed = 2700\n')
     output = tmp_path / "deep" / "fitted.toml"
@@ -238,26 +193,6 @@ def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
     assert "exists" in refused("calibrate", path, "-o", output)
     assert ok("calibrate", path, "-o", output, "--overwrite", "-q") == ""
     assert "data sheet itself" in refused("calibrate", path, "-o", path, "--overwrite")
-
-
-def test_a_catalogue_engine_gets_new_diagrams(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text(catalogue()["si_four_87x101"].read_text("utf-8"), encoding="utf-8")
-    told = ok(
-        "calibrate", path, "--power", "100kW", "--speed", "5000", "--kind", "spark-ignition",
-        "-o", tmp_path / "other.toml",
-    )  # fmt: skip
-    assert "2 diagrams of the file replaced" in told
-    assert "5200 rpm in the file; 5000 rpm is written" in told
-
-
-def test_files_beside_the_sheet_keep_the_output_there(tmp_path: Path) -> None:
-    (tmp_path / "pump.csv").write_text("crank_angle_deg,torque\n0,10\n180,20\n")
-    head = 'load_table = "pump.csv"\n'
-    path = tmp_path / "sheet.toml"
-    path.write_text(head + SHEET, encoding="utf-8")
-    options = ("--power", "36.4", "--speed", "2700", "-o", tmp_path / "other" / "fitted.toml")
-    assert "pump.csv" in refused("calibrate", path, *options)
 
 
 KW = {"power": 36.4, "speed": 2700}
@@ -341,40 +276,3 @@ def test_a_bad_data_sheet_is_refused(old: str, new: str, said: str, tmp_path: Pa
     assert said in line
     assert "sheet.toml" in line or "--power" in line
     assert not output.exists()
-
-
-def test_timing_is_either_known_or_fitted(tmp_path: Path) -> None:
-    more = "[data_sheet.cycle]\ncombustion_start = -5\n"
-    fitted(tmp_path, more, **KW)
-    with pytest.raises(SceneError, match="combustion_start: not allowed together with peak"):
-        fitted(tmp_path, more, **KW, peak=70)
-    with pytest.raises(SceneError, match="intake_pressure: not allowed for kind"):
-        more = "[data_sheet.cycle]\nintake_pressure = 0.9\n"
-        fitted(tmp_path, more, **KW, kind="spark-ignition")
-
-
-def test_a_cycle_that_fails_while_it_is_fitted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def too_hot(*_: Any) -> float:
-        raise ValueError("heat = 90 bar: must be lower; the gas would become hotter than 4000 K")
-
-    monkeypatch.setattr(cycle_fits, "brake_mean_pressure", too_hot)
-    with pytest.raises(SceneError, match=r"sheet\.toml: \[data_sheet\.cycle\]: .*hotter"):
-        sweeps.calibrate(sheet(tmp_path), **KW)
-
-
-@pytest.mark.parametrize("package", ["scipy.optimize", "pint"])
-def test_a_missing_package_is_named(
-    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    unit_registry.cache_clear()
-    monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(SceneError, match=r"pip install 'engine-dyn\[lab\]'"):
-        sweeps.calibrate(sheet(tmp_path), power="36.4 kW", speed="45 Hz")
-
-
-def test_a_file_that_is_none(tmp_path: Path) -> None:
-    output = tmp_path / "out.toml"
-    assert "nowhere.toml" in refused("calibrate", tmp_path / "nowhere.toml", "-o", output)
-    assert invoke("calibrate", tmp_path, "-o", output).exit_code == 2

@@ -139,32 +139,6 @@ def test_false_alarms_are_as_many_as_asked_for(tmp_path: Path, pressures: Any) -
     assert alarms.mean() == pytest.approx(0.1, abs=4.0 * np.sqrt(0.09 / judged.sum()))
 
 
-def test_few_cycles_ask_for_more(faulty: Path, tmp_path: Path, found: xr.Dataset) -> None:
-    """What is left of a dispersion that few cycles tell stands in the threshold."""
-    lines = faulty.read_text().splitlines()
-    (tmp_path / "few.csv").write_text("\n".join(lines[: 2 + 10 * 116]) + "\n")
-    few = sweeps.cylinder_deviations(scene(tmp_path / "few.csv")).isel(recording=0)
-    wide, usual = (
-        -one["missed_threshold"] / np.hypot(one["imep_deviation_of_cycle_std"],
-                                            one["imep_dispersion"])
-        for one in (few, found)
-    )  # fmt: skip
-    assert (wide > 1.2 * usual).all()
-
-
-def test_lost_teeth_cost_their_cycles(faulty: Path, found: xr.Dataset) -> None:
-    lines = faulty.read_text().splitlines()
-    del lines[1 + 40 * 116 + 30]
-    path = faulty.with_name("lost.csv")
-    path.write_text("\n".join(lines) + "\n")
-    other = sweeps.cylinder_deviations(scene(path)).isel(recording=0)
-    unknown = np.isnan(other["imep_deviation_of_cycle"].values)
-    assert unknown[40].all()
-    assert unknown[1:-1].sum() < 16
-    called = {tuple(place) for place in np.argwhere(other["missed"].values > 0.0)}
-    assert called == set(MISSED)
-
-
 def test_the_gap_says_with_which_turn_the_recording_begins(faulty: Path, found: xr.Dataset) -> None:
     """A turn later, cylinders 1 and 4 and cylinders 2 and 3 change places."""
     other = sweeps.cylinder_deviations(scene(faulty, gap_angle=GAP + 360.0)).isel(recording=0)
@@ -174,24 +148,6 @@ def test_the_gap_says_with_which_turn_the_recording_begins(faulty: Path, found: 
         sweeps.cylinder_deviations(scene(faulty, gap_angle=None) | {
             "measured": {"file": str(faulty), "kind": "teeth", "wheel": "60-2"}
         })  # fmt: skip
-
-
-def test_several_recordings_stand_side_by_side(
-    faulty: Path, found: xr.Dataset, pressures: Any
-) -> None:
-    record(faulty.with_name("sound.csv"), pressures, factors(9)[:40])
-    both = scene(faulty, file=[str(faulty), str(faulty.with_name("sound.csv"))],
-                 at={"load": [60, 40]})  # fmt: skip
-    both["set"] = {key: value for key, value in SET.items() if key != "load"}
-    both["axes"] = {"load": [40, 60]}
-    result = sweeps.cylinder_deviations(both)
-    assert result["load"].values.tolist() == [60.0, 40.0]
-    first = result.isel(recording=0)
-    assert_allclose(first["imep_deviation"], found["imep_deviation"], rtol=1e-6)
-    assert np.isnan(result["imep_deviation"][1, 41:]).all()
-    drawn = {figure.stem for figure in draw(result, faulty.parent / "figures")}
-    assert {"cylinder_deviations_1", "cylinder_deviations_2", "cylinder_means"} <= drawn
-    assert float(result["imep_of_combustion"][1]) < float(result["imep_of_combustion"][0])
 
 
 @pytest.mark.parametrize(
@@ -223,16 +179,6 @@ def test_what_does_not_fit_is_refused(faulty: Path, change: dict[str, Any], said
         given[table] = values
     given = {key: value for key, value in given.items() if value is not None}
     assert re.search(said, refusal_of(lambda: sweeps.cylinder_deviations(given)))
-
-
-def test_cycles_that_never_follow_each_other_are_refused(faulty: Path) -> None:
-    """A tooth is missed in every fourth turn: no window, which is a cycle wide, is complete."""
-    lines = faulty.read_text().splitlines()
-    path = faulty.with_name("torn.csv")
-    torn = [line for number, line in enumerate(lines) if number == 0 or (number - 1) % 232 != 150]
-    path.write_text("\n".join(torn) + "\n")
-    with pytest.raises(SceneError, match="no two consecutive complete cycles"):
-        sweeps.cylinder_deviations(scene(path))
 
 
 def test_the_command_writes_and_draws(faulty: Path, tmp_path: Path) -> None:
@@ -353,19 +299,6 @@ def test_first_speed_load_and_curve_are_those_of_the_engine(
     )
 
 
-def test_mean_speeds_and_deltas_of_cycles(recorded: Recorded, followed: xr.Dataset) -> None:
-    parts = [recorded.speed[2880 * c : 2880 * (c + 1) + 1] for c in range(IN_A_ROW)]
-    true = np.array([np.mean(0.5 * (part[1:] + part[:-1])) for part in parts])
-    measured = followed["omega_mean_measured"].values
-    assert np.isnan(measured[0])  # the first tooth passes within it
-    known = np.isfinite(measured)
-    assert known.sum() >= IN_A_ROW - 2
-    assert_allclose(measured[known], true[known], rtol=2e-4)
-    assert_allclose(followed["omega_mean_followed"].values[1:], true[1:], rtol=1e-3)
-    deltas = [np.ptp(part) / part.mean() for part in parts[1:]]
-    assert_allclose(followed["delta_followed"].values[1:], deltas, rtol=0.01)
-
-
 def test_the_closed_train_repeats_and_jumps(followed: xr.Dataset) -> None:
     first, last = followed["omega_closed"].values[0, 0], followed["omega_closed"].values[-1, -1]
     # the last sample stands a degree before the first one
@@ -401,33 +334,6 @@ def test_a_recording_that_begins_later_is_put_in_its_place(
         assert_allclose(found["omega_followed"], followed["omega_followed"][1:], rtol=5e-4)
 
 
-def test_without_a_measured_speed_the_mean_is_the_nominal_one(recorded: Recorded) -> None:
-    found = sweeps.follow_cycles(recorded.scene(measured=False))
-    assert (
-        "starts from the steady state of the mean cycle" in found.attrs["first_speed_and_load_from"]
-    )
-    mean = found["omega_mean_followed"].values.mean()
-    assert mean == pytest.approx(NOMINAL * RPM, rel=1e-10)
-    assert "omega_raw" not in found
-    # cycles that follow a weak one begin slower than if they repeated for ever
-    assert found["omega_followed"].values[4, 0] < found["omega_followed"].values[3, 0]
-
-
-def test_equal_cycles_need_no_jump(recorded: Recorded, tmp_path: Path) -> None:
-    write(tmp_path / "pressure.csv", np.ones(3))
-    scene = recorded.scene(measured=False)
-    scene["indicator"]["file"] = str(tmp_path / "pressure.csv")
-    scene["axes"] = {"recorded_cycle": [1, 2, 3]}
-    scene["solver"] = {"inertia_model": "constant"}  # the train has its own
-    found = sweeps.follow_cycles(scene)
-    assert abs(float(found["jump"])) < 1e-7 * NOMINAL
-    for word in ("closed", "repeated"):
-        # the nominal speed of the scene is a power mean, that of the train a mean over the angle
-        one, other = (found[f"omega_{w}"] / found[f"omega_{w}"].mean() for w in (word, "followed"))
-        assert_allclose(one, other, rtol=2e-5)
-        assert_allclose(found[f"delta_{word}"], found["delta_followed"], rtol=1e-3)
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -456,19 +362,6 @@ def test_trains_that_do_not_fit_are_refused(
     if "wanted_delta" in scene["set"]:
         del scene["set"]["inertia"]
     assert re.search(said, refusal_of(lambda: sweeps.follow_cycles(scene)))
-
-
-def test_too_many_steps_and_evenly_firing_cylinders_without_the_gap_are_refused(
-    recorded: Recorded, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = recorded.scene()
-    if recorded.cylinders > 1:  # one cylinder tells where the gap is
-        del scene["measured"]["gap_angle"]
-        with pytest.raises(SceneError, match=r"gap_angle: missing.*repeats every 180 degrees"):
-            sweeps.follow_cycles(scene)
-    monkeypatch.setattr("sweeps.lab.speed.recorded_train.MOST_SAMPLES", 2 * 720 * IN_A_ROW - 1)
-    with pytest.raises(SceneError, match=r"angle_step = 1: 8 cycles of 720 steps; must be at most"):
-        sweeps.follow_cycles(recorded.scene())
 
 
 def test_the_command_writes_and_draws_a_train(recorded: Recorded, tmp_path: Path) -> None:

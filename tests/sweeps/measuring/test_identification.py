@@ -15,7 +15,6 @@ from sweeps.lab.speed.fitted_recordings import FittedRecordings, Seen
 from sweeps.lab.speed.identification import Varied
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw
-from sweeps.view.texts.lab_texts import fit_text
 from tests.support.commands import ok, refused
 from tests.support.recorded_speeds import LOADS, WHEEL, Recorded, write_speeds, write_teeth
 from tests.support.teeth import random_errors
@@ -118,25 +117,6 @@ def test_command(folder: Path) -> None:
     assert "exists" in refused(*arguments, "-o", output)
 
 
-def test_a_value_at_its_bound_is_told(folder: Path, fitted: xr.Dataset) -> None:
-    told = ok("identify", folder / "scene.toml", "--vary", "inertia=1..2.1,gap_angle",
-              "--no-predictions")  # fmt: skip
-    rows = told.splitlines()
-    assert rows[1].strip().startswith("inertia") and rows[1].endswith("to 2.1), at its bound")
-    assert "bound" not in rows[2]
-    # The bound is wrong by many standard deviations, which noise never is.
-    assert "likelihood of noise at most 0.001\n" in told
-    assert "bound" not in fit_text(fitted) and "at most" not in fit_text(fitted)
-    assert fitted.at_bound.values.tolist() == [0, 0]
-
-
-def test_remarks_on_recordings_are_told(fitted: xr.Dataset) -> None:
-    """Such as a drift that was taken out of one."""
-    remarks = "a.csv: this drift is taken out of the speeds\nb.csv: read as cp1251"
-    told = fit_text(fitted.assign_attrs(remarks=remarks)).splitlines()
-    assert set(remarks.splitlines()) <= {*told}
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -157,10 +137,6 @@ def test_remarks_on_recordings_are_told(fitted: xr.Dataset) -> None:
 )  # fmt: skip
 def test_bad_options(folder: Path, options: tuple[str, ...], told: str) -> None:
     assert told in refused("identify", folder / "scene.toml", *options)
-
-
-def test_a_scene_without_recordings() -> None:
-    assert "[measured] is missing" in refused("identify", "first", "--vary", "inertia")
 
 
 OWN_ERRORS = random_errors(WHEEL.width, 0.003, 3)
@@ -196,23 +172,6 @@ def test_speed_over_angle(over_angle: Path) -> None:
     assert (off < 4.0 * unsure).all()
 
 
-def test_speed_over_angle_needs_cycles_and_has_no_wheel(tmp_path: Path, over_angle: Path) -> None:
-    path = write_speeds(tmp_path, [Recorded()] * 3, cycles=1)
-    assert "load_0.csv: one cycle has no scatter; a fit needs two or more cycles" in refused(
-        "identify", path, "--vary", "inertia"
-    )
-    assert "gap_angle: cannot be fitted to speed over angle" in refused(
-        "identify", over_angle, "--vary", "inertia,gap_angle"
-    )
-
-
-def test_fine_samples_are_thinned(tmp_path: Path) -> None:
-    path = write_speeds(tmp_path, [Recorded()] * 3, cycles=4, step=0.5)
-    fit = sweeps.identify(path, ["inertia"], predict=False)
-    assert fit.sizes["interval"] == 720
-    assert inside(fit, "inertia", 2.2, 6.0)  # four cycles say little of their spread
-
-
 def test_each_recording_has_its_own_value(of_teeth: Path) -> None:
     """A load that turns with another inertia, a diagram that is too large: both are found."""
     told = ok(
@@ -228,19 +187,6 @@ def test_each_recording_has_its_own_value(of_teeth: Path) -> None:
     # Of the third one the inertia is too small by its factor on the pressure, nearly.
     assert float(fit.value[2]) == pytest.approx(2.2 / 1.06, rel=0.015)
     assert inside(fit, "gap_angle", GAP)
-
-
-def test_predictions_leave_out_own_parameters(over_angle: Path) -> None:
-    """All are own: what is left is the scene as it is."""
-    fit = sweeps.identify(over_angle, {"inertia": Varied(own=True)})
-    scene = sweeps.run(
-        {
-            "engine": "ntua", "set": {"speed": 1500}, "designs": {"load": list(LOADS)},
-            "solver": {"closure": "cycle_time", "inertia_model": "variable"},
-            "output": {"quantities": ["delta"]},
-        }
-    )  # fmt: skip
-    assert_allclose(fit.delta_predicted, scene.delta, rtol=5e-3)
 
 
 @pytest.mark.parametrize("made", [Recorded(shift=1.0), Recorded(pegging=0.3)], ids=str)
@@ -275,40 +221,3 @@ def test_figures(of_teeth: Path, tmp_path: Path) -> None:
         paths = draw(archive.load(), tmp_path / "svg", "svg")
     text = next(path for path in paths if path.stem == "fit_delta").read_text()
     assert "predicted from the others" in text and "95 % intervals" in text
-
-
-def test_figures_of_one_parameter_and_one_recording(tmp_path: Path) -> None:
-    path = write_speeds(tmp_path, [Recorded()] * 3, cycles=4)
-    scene = path.read_text()
-    path.write_text(
-        scene.replace('["load_0.csv", "load_1.csv", "load_2.csv"]', '"load_2.csv"')
-        .replace("[1, 2, 3]", "[3]")
-    )  # fmt: skip
-    fit = sweeps.identify(path, ["inertia"])
-    assert {path.stem for path in draw(fit, tmp_path / "one")} == {
-        "fitted_speed", "fit_residuals", "fit_delta",
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (("--vary", "gap_angle", "--own", "gap_angle"),
-         "gap_angle: cannot have a separate value for each"),
-        (("--vary", "gap_angle=0..90"), "gap_angle: found at -40"),
-        (("--vary", "inertia", "--prior", "inertia=nan+-1"),
-         "inertia: nan is not allowed as bound"),
-        (("--vary", "inertia", "--prior", "inertia=2+-inf"),
-         "standard deviation inf of the prior must be positive"),
-        (("--vary", "inertia", "--prior", "inertia=-2+-1"), "inertia: start -2 must lie from 0"),
-        (("--vary", "inertia", "--teeth", "0"), "teeth: standard deviation 0 must be positive"),
-        (("--vary", "inertia@1"), "inertia@1: must be inertia; use own"),
-    ],
-)  # fmt: skip
-def test_bad_options_of_fits(of_teeth: Path, options: tuple[str, ...], told: str) -> None:
-    assert told in refused("identify", of_teeth, *options)
-
-
-def test_a_prior_without_its_deviation(of_teeth: Path) -> None:
-    with pytest.raises(SceneError, match="inertia: a prior needs a value and a standard deviation"):
-        sweeps.identify(of_teeth, {"inertia": Varied(prior=2.0)})

@@ -90,12 +90,6 @@ def test_levels_at_their_changes(tmp_path: Path, marked: bool, edge: str | None)
     assert used == [edge] if edge else len(used) == 1
 
 
-def test_steady_levels_are_no_samples(tmp_path: Path) -> None:
-    path = log_of(tmp_path, "time,level", [(0.001 * n, n % 2) for n in range(601)])
-    found = compared(path, "encoder", "60", gap_angle=0.0)
-    assert float(found.omega_mean_measured[0]) == pytest.approx(2.0 * np.pi / 0.12)
-
-
 def test_coarse_samples_of_two_levels_are_no_changes(tmp_path: Path) -> None:
     """With 2.9 samples from tooth to tooth, two thirds of the samples change the level."""
     up, down = times_of("60"), times_of("60", np.deg2rad(3.0))
@@ -107,28 +101,6 @@ def test_coarse_samples_of_two_levels_are_no_changes(tmp_path: Path) -> None:
     remarks = compared(path, "encoder", "60", gap_angle=0.0).attrs["remarks"]
     assert "samples from tooth to tooth" in remarks and "aliasing" in remarks
     assert "logged at its changes" not in remarks
-
-
-@pytest.mark.parametrize("key", ["threshold", "hysteresis"])
-def test_levels_have_no_threshold(tmp_path: Path, key: str) -> None:
-    path = log_of(tmp_path, "time,level", levels())
-    with pytest.raises(SceneError, match=rf"{key}: has no effect on .*levels.csv.* changes"):
-        compared(path, "encoder", "60-2", **{key: 0.5})
-
-
-def test_levels_and_samples_do_not_mix(tmp_path: Path) -> None:
-    time = np.arange(0.0, times_of("60-2")[-1], 2e-5)
-    signal = pulses(times_of("60-2"), 2e-5, time.size, 2.5e-4)
-    for name, rows in (("log.csv", [(t, one) for t, one, _ in levels()]),
-                       ("samples.csv", zip(time, signal, strict=True))):  # fmt: skip
-        text = "\n".join(f"{t:.9f},{one:g}" for t, one in rows)
-        (tmp_path / name).write_text("time,level\n" + text + "\n")
-    with pytest.raises(SceneError, match=r"log.csv has levels .*samples.csv samples"):
-        sweeps.measured(
-            engine="ntua", axes={"load": [20, 50]}, output={"quantities": ["delta"]},
-            measured={"file": [str(tmp_path / "log.csv"), str(tmp_path / "samples.csv")],
-                      "kind": "encoder", "wheel": "60-2", "at": {"load": [20, 50]}},
-        )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -148,17 +120,6 @@ def test_intervals(tmp_path: Path, head: str, factor: float, keys: dict[str, Any
     assert float(found.omega_mean_measured[0]) == pytest.approx(94.2, rel=0.01)
 
 
-@pytest.mark.parametrize("kind", ["teeth", "encoder"])
-def test_the_unit_of_time_in_a_name(tmp_path: Path, kind: str) -> None:
-    if kind == "teeth":
-        path = log_of(tmp_path, "time_us", 1e6 * times_of("60-2"))
-    else:
-        path = log_of(tmp_path, "time_us,level", [(1e6 * t, one) for t, one, _ in levels()])
-    found = compared(path, kind, "60-2")
-    check(found)
-    assert float(found.omega_mean_measured[0]) == pytest.approx(94.2, rel=0.01)
-
-
 @pytest.mark.parametrize("channels", [1, 2])
 def test_a_sound(tmp_path: Path, channels: int) -> None:
     """A sensor at the microphone's socket, of which the mean is lost: 48 kHz, 16 bit."""
@@ -173,14 +134,6 @@ def test_a_sound(tmp_path: Path, channels: int) -> None:
     assert re.search(
         r"not a .wav file, or a damaged one", refusal_of(lambda: compared(path, "encoder", "36-1"))
     )
-
-
-def test_times_with_a_fault_are_no_intervals(tmp_path: Path) -> None:
-    times = times_of("36-1")
-    times[100] = times[99]
-    path = log_of(tmp_path, "time [s]", times)
-    with pytest.raises(SceneError, match=r"number 101 .* is not later"):
-        compared(path, "teeth", "36-1")
 
 
 def test_times_of_a_counter_that_begins_again(tmp_path: Path) -> None:
@@ -226,17 +179,6 @@ def test_time_that_passes_at_marks_is_in_no_interval(tmp_path: Path, pages: int)
     assert ("MARK" in found.attrs["remarks"]) == (pages > 1)
 
 
-def test_intervals_of_a_coasting_wheel(tmp_path: Path) -> None:
-    """All ascend, except after the gaps."""
-    angle = np.concatenate([[0.0], np.cumsum(np.tile(wheel_from_text("36-1").width, TURNS))])
-    steps = np.diff(-np.log1p(-0.002 * angle) / 0.002 / 94.2)  # speed = 94.2 (1 - 0.002 angle)
-    assert np.count_nonzero(np.diff(steps) <= 0.0) == TURNS - 1
-    path = log_of(tmp_path, "interval [ms]", 1e3 * steps)
-    found = compared(path, "teeth", "36-1", gap_angle=0.0)
-    assert "taken as intervals" in found.attrs["remarks"]
-    assert int(found.recorded_cycles[0]) == TURNS // 2
-
-
 def test_a_recording_without_a_computed_speed(tmp_path: Path) -> None:
     """At the speed of cranking `ntua` stalls; what is measured does not need it."""
     path = log_of(tmp_path, "time,level", levels())
@@ -253,21 +195,6 @@ def test_a_recording_without_a_computed_speed(tmp_path: Path) -> None:
     assert len(draw(found, tmp_path / "figures")) == 5
     stated = sweeps.measured(**scene, set={"speed": 250}, measured={**given, "gap_angle": 90})
     assert stated.attrs["gap_angle"] == pytest.approx(90.0)
-
-
-def test_one_of_two_recordings_without_a_computed_speed(tmp_path: Path) -> None:
-    path = log_of(tmp_path, "time [s]", times_of("60-2"))
-    axes, at = {"speed": [250, 900]}, {"speed": [250, 900]}
-    given = {"kind": "teeth", "wheel": "60-2", "at": at, "file": [str(path), str(path)]}
-    scene: dict[str, Any] = {"engine": "ntua", "output": {"quantities": ["delta"]}}
-    found = sweeps.measured(**scene, axes=axes, measured=given)
-    alone = sweeps.measured(
-        **scene, set={"speed": 900}, measured={"kind": "teeth", "wheel": "60-2", "file": str(path)}
-    )
-    assert np.allclose(found.delta_measured_raw, alone.delta_measured_raw)
-    assert found.attrs["gap_angle"] == pytest.approx(alone.attrs["gap_angle"])
-    assert np.isnan(found.correlation[0])
-    assert float(found.correlation[1]) == pytest.approx(float(alone.correlation[0]))
 
 
 @pytest.mark.parametrize(("edge", "late"), [("rising", 12.0), ("falling", 9.6)])
@@ -290,43 +217,6 @@ def test_a_mark_tells_the_angle_of_the_wheel(tmp_path: Path, edge: str, late: fl
     ):
         with pytest.raises(SceneError, match=said):
             compared(path, "encoder", "60-2", **keys, **wrong)
-
-
-def test_a_mark_need_not_fit_the_edge_that_is_not_used(tmp_path: Path) -> None:
-    """The mark passes twice; of the falling edges, noise costs one of these turns."""
-    noise = np.random.default_rng(1).normal(0.0, 1e-5, times_of("60-2").size)
-    down = times_of("60-2", TOOTH) + noise
-    late = 5 * 58 + 20
-    down[late] = times_of("60-2", np.deg2rad(5.9))[late]
-    marks = ENGINE.time(np.deg2rad(12.0) + 2.0 * np.pi * np.array([5, 7])) + 0.01
-    changes = [(t, 0, 1) for t in times_of("60-2")] + [(t, 0, 0) for t in down]
-    changes += [(t, 1, 1) for t in marks] + [(t + 4e-4, 1, 0) for t in marks]
-    path = log_of(tmp_path, "Time [s],A,B", states(changes))
-    found = compared(path, "encoder", "60-2", column="A", mark_column="B", mark_angle=40.0)
-    check(found)
-    assert "the rising edge is used" in found.attrs["remarks"]
-    assert found.attrs["gap_angle"] == pytest.approx(28.0, abs=0.05)
-    with pytest.raises(SceneError, match="mark: passes 1 times"):
-        compared(path, "encoder", "60-2", column="A", mark_column="B", edge="falling")
-
-
-def test_an_index_beside_a_wheel_without_a_gap(tmp_path: Path) -> None:
-    """Samples of an encoder with 360 lines and one index: the recording begins anywhere."""
-    wheel = wheel_from_text("360")
-    lines = 0.01 + tooth_times(ENGINE, wheel.width, TURNS)[123:]
-    begin, step = lines[0] - 1e-4, 5e-6
-    count = int((lines[-1] - begin) / step)
-    signal = pulses(lines - begin, step, count, 3e-5)
-    at = begin + step * np.arange(count)
-    index = np.zeros(count)
-    for mark in 0.01 + ENGINE.time(np.deg2rad(75.0) + 2.0 * np.pi * np.arange(TURNS)):
-        index[(at >= mark) & (at < mark + 2e-3)] = 3.3
-    path = log_of(tmp_path, "Time [s],A,Z", np.column_stack([at, signal, index]))
-    found = compared(path, "encoder", "360", column="A", mark_column="Z", mark_angle=75.0)
-    check(found, cycles=(TURNS - 1) // 2 - 1)
-    # the line nearest to the index is the first tooth, and its angle that of the index or beside it
-    assert abs(found.attrs["gap_angle"] - 75.0) < 0.55
-    assert abs((top_of(found) - TOP + 180.0) % 360.0 - 180.0) < 2.0
 
 
 TOP = np.rad2deg(PHI[SPEED.argmax()])
@@ -366,14 +256,6 @@ def test_a_cam_tells_the_revolution(tmp_path: Path, turn: int) -> None:
     assert row.start == pytest.approx(0.0, abs=1e-3)
 
 
-def test_names_above_units_of_which_some_are_unknown(tmp_path: Path) -> None:
-    """A composite log of an engine controller: flags, and milliseconds twice."""
-    path = tmp_path / "composite.csv"
-    rows = "".join(f"{one}.0,{other}.0,1.0,{t * 1e3:.6f}\n" for t, one, other in levels(True))
-    path.write_text("#Firmware\nPriLevel,SecLevel,Sync,Time\nFlag,Flag,Flag,ms\n" + rows)
-    check(compared(path, "encoder", "60-2", column="PriLevel", mark_column="SecLevel"))
-
-
 def test_a_sample_rate_that_the_times_contradict(tmp_path: Path) -> None:
     path = log_of(tmp_path, "t_s,v", [(n / 5e4, n % 9) for n in range(2000)])
     with pytest.raises(SceneError, match="has 50000 samples per second; sample_rate = 25000"):
@@ -385,21 +267,3 @@ def test_a_sample_rate_that_the_times_contradict(tmp_path: Path) -> None:
     for key, value in (("sample_rate", 5e4), ("edge", "rising"), ("angle_shift", 0.0)):
         with pytest.raises(SceneError, match=f"{key}: has no effect without kind ="):
             compared(path, "teeth", "60-2", **{key: value})
-
-
-@pytest.mark.parametrize(
-    ("head", "row"),
-    [
-        ("time_s\n", "{t}"),  # a decimal comma, and no other column
-        ("n;t\n", "{n};{t}"),
-        ("ToothTime;Time\ns;s\n", "{step};{t}"),
-    ],
-)
-def test_times_beside_other_columns(tmp_path: Path, head: str, row: str) -> None:
-    path, times = tmp_path / "teeth.csv", times_of("60-2")
-    rows = (
-        row.format(t=f"{t:.9f}", n=n, step=f"{step:.9f}")
-        for n, (t, step) in enumerate(zip(times, np.diff(times, prepend=0.0), strict=True))
-    )
-    path.write_text(head + "\n".join(rows).replace(".", ",") + "\n")
-    check(compared(path, "teeth", "60-2"))

@@ -10,7 +10,6 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.geometry.toothed_wheel import wheel_from_text
-from sweeps.base.errors import SceneError
 from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
 from sweeps.lab.speed.measured_files import records_of
 from sweeps.scene.reading import read_scene
@@ -131,18 +130,6 @@ def test_teeth_far_off_beside_the_gap_are_left_out(tmp_path: Path, computed: xr.
     assert float(np.abs(off).max()) < 0.005
 
 
-def test_a_known_gap_angle_is_taken(teeth: Path) -> None:
-    path = scene_with(
-        teeth, "known.toml", file=FILES, kind="teeth", wheel="60-2", at={"load": LOADS},
-        gap_angle=GAP - 360.0, end="flywheel", tooth_errors="all",
-    )  # fmt: skip
-    found = sweeps.measured(path)
-    assert found.attrs["gap_angle"] == pytest.approx(GAP)
-    assert found.attrs["gap_angle_from"] == "the scene"
-    assert found.attrs["end_of_shaft"] == "flywheel"
-    assert np.all(found.correlation > 0.995)
-
-
 @pytest.mark.parametrize("style", ["one cycle", "running on", "descending", "wraps"])
 def test_speed_over_angle(tmp_path: Path, computed: xr.Dataset, style: str) -> None:
     omega = computed.omega.sel(load=50).values
@@ -165,15 +152,6 @@ def test_speed_over_angle(tmp_path: Path, computed: xr.Dataset, style: str) -> N
     )
     assert int(found.recorded_cycles[0]) == (2 if style in ("running on", "wraps") else 1)
     assert "tooth_error" not in found
-
-
-def test_another_mean_speed_is_told(teeth: Path, computed: xr.Dataset) -> None:
-    slow = stamps(computed, 50, seed=1) * 1.2
-    (teeth / "slow.csv").write_text("t\n" + "\n".join(f"{one:.9f}" for one in slow) + "\n")
-    found = sweeps.measured(
-        scene_with(teeth, "slow.toml", file="slow.csv", kind="teeth", wheel="60-2", at={"load": 50})
-    )
-    assert "delta changes with the square of the speed" in found.attrs["remarks"]
 
 
 @pytest.mark.parametrize(
@@ -237,11 +215,6 @@ def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said:
     assert re.search(said, refusal_of(lambda: sweeps.measured(scene_with(tmp_path, **keys))))
 
 
-def test_scenes_without_recordings() -> None:
-    with pytest.raises(SceneError, match=r"\[measured\] is missing"):
-        sweeps.measured(SCENE)
-
-
 FIGURES = {
     "measured_speed", "measured_speed_raw", "measured_difference", "measured_orders",
     "measured_delta", "tooth_errors",
@@ -253,15 +226,6 @@ def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
     assert {path.stem for path in paths} == FIGURES
     text = (tmp_path / "measured_speed.svg").read_text()
     assert "correlation" in text and "standard deviation over" in text
-
-
-def test_figures_without_a_wheel(tmp_path: Path, computed: xr.Dataset) -> None:
-    rpm = computed.omega.sel(load=50).values * 30 / np.pi
-    np.savetxt(tmp_path / "speed.csv", np.column_stack([computed.crank_angle.values, rpm]),
-               delimiter=",", header="crank angle [deg],speed [rpm]", comments="")  # fmt: skip
-    found = sweeps.measured(scene_with(tmp_path, file="speed.csv", kind="speed", at={"load": 50}))
-    names = {path.stem for path in draw(found, tmp_path / "figures")}
-    assert names == FIGURES - {"measured_speed_raw", "tooth_errors"}
 
 
 def test_the_command_writes_an_archive(teeth: Path, tmp_path: Path) -> None:
@@ -278,14 +242,6 @@ def test_the_command_writes_an_archive(teeth: Path, tmp_path: Path) -> None:
     assert {Path(line).stem for line in ok("plot", output).splitlines()} == FIGURES
     with sweeps.open_archive(output) as archive:
         assert archive.attrs["recordings"].count("sha256") == 3
-
-
-def test_a_refused_comparison_writes_nothing(teeth: Path, tmp_path: Path) -> None:
-    path = scene_with(
-        teeth, "wrong.toml", file=FILES, kind="teeth", wheel="36-1", at={"load": LOADS}
-    )
-    assert "do not fit 36-1" in refused("measured", path, "-o", tmp_path / "none.nc")
-    assert list(tmp_path.iterdir()) == []
 
 
 GROUPS = wheel_from_text("36-2-2-2")
@@ -324,27 +280,6 @@ def compared_symmetric(folder: Path, **keys: Any) -> Any:
         engine="ntua", set={"speed": 1200}, axes={"load": LOADS},
         output={"quantities": ["delta"]}, measured=given,
     )  # fmt: skip
-
-
-def test_each_recording_begins_with_its_own_group(folder: Path) -> None:
-    found = compared_symmetric(folder, gap_angle=GROUPS_GAP)
-    assert found.recorded_cycles.values.tolist() == [12, 12, 12]
-    assert np.all(found.correlation > 0.999)
-    assert np.allclose(found.tooth_error, GROUPS_OFF, atol=5e-4)
-    for load, first in zip(LOADS, (1, 21, 11), strict=True):
-        assert (
-            f"load_{load}.csv: 3 teeth of 36-2-2-2 could be the first one; that of pulse {first}"
-            in found.attrs["remarks"]
-        )
-
-
-def test_the_first_tooth_is_stated(folder: Path) -> None:
-    free = compared_symmetric(folder, gap_angle=GROUPS_GAP)
-    stated = compared_symmetric(folder, gap_angle=GROUPS_GAP, first_tooth=[1, 21, 11])
-    assert "could be the first one" not in stated.attrs["remarks"]
-    assert np.allclose(free.delta_measured, stated.delta_measured, rtol=1e-3)
-    other = compared_symmetric(folder, gap_angle=GROUPS_GAP, first_tooth=[11, 21, 11])
-    assert np.all(other.correlation[0] < stated.correlation[0])
 
 
 @pytest.mark.parametrize(
@@ -403,13 +338,3 @@ def test_given_errors_belong_to_the_first_tooth(
     edges = np.deg2rad(GROUPS_GAP) + at[late : late + 61]
     assert row.start == pytest.approx(edges[0], abs=1e-6)
     assert np.allclose(row.mean, np.diff(edges) / np.diff(engine.time(edges)), rtol=1e-5)
-
-
-def test_a_fit_asks_for_the_first_tooth(folder: Path) -> None:
-    with pytest.raises(SceneError, match="first_tooth: missing; 3 teeth"):
-        sweeps.identify(
-            vary=["inertia"], engine="ntua", set={"speed": 1200}, axes={"load": LOADS},
-            output={"quantities": ["delta"]},
-            measured={"kind": "teeth", "wheel": "36-2-2-2", "at": {"load": LOADS},
-                      "file": [str(folder / f"load_{load}.csv") for load in LOADS]},
-        )  # fmt: skip

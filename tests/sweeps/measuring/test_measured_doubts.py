@@ -10,14 +10,11 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.geometry.toothed_wheel import wheel_from_text
-from sweeps.lab.speed.measured_doubts import repeats_every_turn
-from tests.support.commands import ok
 from tests.support.scenes import write_scene
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
 LOADS = [30, 60, 90]
 GAP = 78.0
-PERIOD = 4 * np.pi
 SINGLE, FOUR = "ntua", "si_four_87x101"
 BACKWARDS = "are they reversed in time"
 HARDLY = "hardly agree"
@@ -132,20 +129,6 @@ def test_noise_is_hardly_alike(tmp_path: Path, engine: tuple[str, xr.Dataset]) -
         assert found.attrs["remarks"].count(HARDLY) == len(LOADS)
 
 
-def test_another_speed_over_angle_is_hardly_alike(tmp_path: Path, single: xr.Dataset) -> None:
-    rpm = single.omega.sel(load=60).values * 30 / np.pi
-    for shift, alike in ((0, True), (180, False)):
-        rows = zip(single.crank_angle.values, np.roll(rpm, shift), strict=True)
-        text = "\n".join(f"{angle:g},{speed:.6f}" for angle, speed in rows)
-        (tmp_path / "speed.csv").write_text(f"crank angle [deg],speed [rpm]\n{text}\n")
-        scene = scene_of(Case())
-        scene["measured"] = {"file": str(tmp_path / "speed.csv"), "kind": "speed",
-                             "at": {"load": 60}}  # fmt: skip
-        remarks = sweeps.measured(scene, computed=single).attrs["remarks"]
-        assert (HARDLY in remarks) != alike
-        assert ("angle_shift" in remarks) != alike
-
-
 def test_a_wrong_inertia_of_an_engine_that_fires_evenly(tmp_path: Path) -> None:
     """The corrected delta takes over the scene's inertia, far beyond its uncertainty.
 
@@ -162,23 +145,3 @@ def test_a_wrong_inertia_of_an_engine_that_fires_evenly(tmp_path: Path) -> None:
     told = 1 - right.delta_measured_by_inertia.values * 0.12
     assert np.allclose(wrong.delta_measured / right.delta_measured, told, rtol=0.02)
     assert np.all(wrong.correlation > 0.99)
-
-
-def test_no_errors_estimated_no_dependence_on_inertia(tmp_path: Path, four: xr.Dataset) -> None:
-    found = compared(tmp_path, Case(FOUR, tooth_errors="none"), four)
-    assert np.all(found.delta_measured_by_inertia == 0.0)
-    assert EVENLY not in found.attrs["remarks"]
-
-
-def test_half_orders() -> None:
-    """Below a twentieth of the whole ones, the speed is taken to repeat every turn."""
-    angle = np.linspace(0, PERIOD, 720, endpoint=False)
-    for part, expected in ((0.04, True), (0.06, False)):
-        speed = 100 + np.cos(2 * angle) + part * np.cos(1.5 * angle)
-        assert repeats_every_turn(speed[None], PERIOD) == expected
-    assert repeats_every_turn(speed[None], PERIOD / 2)
-
-
-def test_the_command_prints_doubts(tmp_path: Path, single: xr.Dataset) -> None:
-    path = write(tmp_path, Case(gap_angle=120.0), single)
-    assert GAP_WRONG in ok("measured", path, "-o", tmp_path / "out.nc")

@@ -76,15 +76,6 @@ def test_the_others_follow_what_is_at_its_bound(beyond: float) -> None:
     assert (step[1], reach[1]) == (beyond, 1.96)  # its own interval is cut off by the caller
 
 
-def test_a_value_far_beyond_its_bound_has_a_variance() -> None:
-    """That of an exponential distribution: the square of its mean."""
-    held = Unbound(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1))
-    for far in (1e2, 1e4, 1e8):
-        one = Unbound(np.eye(1), np.eye(1), np.array([far]), np.array([1.96]))
-        _, _, covariance = beside_bounds(one, held, np.array([False]))
-        assert covariance[0, 0] == pytest.approx(far**-2, rel=1e-3)
-
-
 def test_parameters_and_teeth_are_found_without_noise() -> None:
     errors = 0.003 * np.sin(np.arange(TEETH) ** 2.0)
     errors -= errors @ WIDTH[:TEETH] / WIDTH[:TEETH].sum()
@@ -108,33 +99,3 @@ def test_what_repeats_every_turn_or_has_no_effect_is_refused() -> None:
     idle = (*PARAMETERS, Parameter("bore", 1.0))
     with pytest.raises(Inseparable, match="bore: no measured value depends on it"):
         fit_speeds(lambda values: model(values[:, :3]), idle, exact())
-
-
-def test_a_model_that_lacks_something_is_told() -> None:
-    sound = fit_speeds(model, PARAMETERS, exact(noise=1e-3))
-    assert 0.05 < sound.likelihood_of_noise < 1.0
-    lacking = fit_speeds(
-        lambda values: model(np.column_stack([values, np.zeros(len(values))])),
-        PARAMETERS[:2], exact(noise=1e-3),
-    )  # fmt: skip
-    assert lacking.likelihood_of_noise <= 0.002
-    assert lacking.reduced_chi_square > 2.0
-
-
-def test_a_robust_loss_counts_a_wild_interval_less() -> None:
-    recordings = exact(noise=1e-3)
-    recordings[2].speed[:, 40] *= 1.2
-    off = [
-        abs(fit_speeds(model, PARAMETERS, recordings, loss=loss).value[0] - 0.02)
-        for loss in ("linear", "soft_l1")
-    ]
-    assert off[1] < 0.2 * off[0]
-
-
-def test_recordings_are_refused() -> None:
-    with pytest.raises(ValueError, match="one cycle has no scatter"):
-        MeasuredCycles("half", np.ones((1, 4)), np.ones(4))
-    with pytest.raises(ValueError, match="positive numbers"):
-        MeasuredCycles("half", np.zeros((2, 4)), np.ones(4))
-    with pytest.raises(ValueError, match="116 intervals are not whole turns of 57"):
-        fit_speeds(model, PARAMETERS, exact(), teeth=57)

@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 
 import sweeps
-from sweeps.base.errors import SceneError
 from sweeps.decide.optimise import evaluation, least_inertia
 from sweeps.decide.optimise.space import read_space
 from tests.support.scenes import refusal_of
@@ -75,24 +74,6 @@ def _nothing_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("changed", "expected"), WRONG)
 def test_bad_input_is_told_in_one_line(changed: dict[str, Any], expected: str) -> None:
     assert expected in refusal_of(lambda: sweeps.optimise(**{**BASE, **changed}))
-
-
-def test_scenes_that_are_read_or_too_large_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation, "MOST_MEMORY", 1e-9)
-    with pytest.raises(SceneError, match=r"92160 designs need .* of memory"):
-        sweeps.optimise(**BASE)
-    scene = sweeps.read_scene("first")
-    with pytest.raises(SceneError, match="a Scene is not accepted here"):
-        sweeps.optimise(scene, least="delta")
-
-
-def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
-    monkeypatch.setattr(evaluation.Designs, "check_memory", lambda *_: None)
-    monkeypatch.setitem(sys.modules, "pymoo.core.problem", None)
-    with pytest.raises(SceneError, match=r"optimise: needs pymoo, .*engine-dyn\[optimise\]"):
-        sweeps.optimise(**BASE)
 
 
 @pytest.mark.parametrize(

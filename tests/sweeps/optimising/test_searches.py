@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 
 import sweeps
 from sweeps.decide.optimise.optimise import ATTRIBUTE_OF_SEARCH
-from sweeps.view.figures.drawing import figure
 from sweeps.view.texts.optimised import optimised_text
-from tests.support.commands import invoke, ok, refused
+from tests.support.commands import invoke, ok
 
 pytestmark = pytest.mark.compiled
 
@@ -64,27 +63,6 @@ def test_the_least_inertia_is_that_of_the_energy_swing_where_delta_is_small() ->
     swing = float(sweeps.run(scene, output={"quantities": ["energy_swing"]})["energy_swing"])
     expected = swing / (0.0005 * (1500.0 * np.pi / 30.0) ** 2)
     assert float(archive["inertia"].item()) == pytest.approx(expected, rel=1e-3)
-
-
-def test_an_inertia_at_the_end_of_its_range() -> None:
-    asked: dict[str, Any] = {"engine": "ntua", "axes": LOADS, "least": "inertia",
-                             "silenced_warnings": QUIET}  # fmt: skip
-    loose = sweeps.optimise(**asked, within="delta <= 1/20", over="inertia = 20 to 60")
-    assert loose["inertia"].item() == 20.0 and loose["found"].item() == 1
-    none = sweeps.optimise(**asked, within="delta <= 1/900", over="inertia = 20 to 60", **SMALL)
-    assert not none["found"].any()
-    assert "no design meets all conditions at every load" in optimised_text(none)
-
-
-def test_other_choices_with_the_least_inertia_each() -> None:
-    archive = sweeps.optimise(
-        engine="si_four_87x101", axes={"load": [50.0, 100.0]}, set={"speed": 3000.0},
-        least="inertia", within="delta <= 1/80",
-        over=["inertia = 0.01 to 3", "arrangement = in-line 4 | in-line 6"],
-    )  # fmt: skip
-    assert about(archive)["exact"] == "inverse of all" and archive.sizes["design"] == 2
-    assert found(archive)["arrangement"].values.tolist() == ["in-line 6"]
-    assert_allclose(archive["delta"].max("load"), 1 / 80, rtol=3e-6)
 
 
 def test_a_condition_that_changes_with_the_inertia_is_searched() -> None:
@@ -144,26 +122,6 @@ def test_the_same_seed_gives_the_same_archive() -> None:
     assert not np.array_equal(one["inertia"][:32], other["inertia"][:32])
 
 
-def test_restarts_and_generations_are_told() -> None:
-    archive = sweeps.optimise(**TWO, **SMALL)
-    told = about(archive)
-    assert len(told["restarts"]) == 2 and told["designs"] == archive.sizes["design"]
-    assert set(archive["restart"].values) == {1, 2}
-    assert set(archive["generation"].values) == set(range(1, 7))
-    first = archive.isel(design=slice(0, 32))
-    assert (first["generation"] == 1).all() and (first["restart"] == 1).all()
-    best = [one["best"][0] for one in told["restarts"]]
-    assert min(best) == float(found(archive)["delta"].max())
-    for number, value in enumerate(best, start=1):
-        own = archive.isel(design=(archive["restart"] == number).values)
-        fulfilling = own["delta"].max("load").where(own["inertia"] <= 40.0)
-        assert value == float(fulfilling.min())
-    # later generations are better than the first
-    last = archive["delta"].max("load").where(archive["inertia"] <= 40.0)
-    of = archive["generation"].values
-    assert float(last[of == 6].median()) < float(last[of == 1].median())
-
-
 def test_a_space_that_can_be_counted_is_computed_whole() -> None:
     archive = sweeps.optimise(
         engine="ntua", axes=LOADS, least="delta", within="torque_range <= 4 kN m",
@@ -208,21 +166,6 @@ def test_designs_that_fail_are_never_found_and_stop_nothing() -> None:
     assert float(best["delta"].item()) == float(archive["delta"].max())
 
 
-def test_points_that_are_not_counted() -> None:
-    asked: dict[str, Any] = {
-        "engine": "ntua", "axes": {"load": [0.0, 50.0]}, "least": "delta",
-        "over": ["inertia = 5 to 20", "rod_length = 0.36 to 0.5"], "set": {"speed": 2000.0},
-        "silenced_warnings": QUIET,
-    }  # fmt: skip
-    none = sweeps.optimise(**asked, **SMALL)
-    if not (none["status"].isel(load=0) == 2).all():
-        pytest.fail("the engine shall have no steady state at idle here")
-    assert not none["found"].any() and about(none)["lacking"] == none.sizes["design"]
-    assert "have no result at some point" in optimised_text(none)
-    left_out = sweeps.optimise(**asked, not_counted="no_steady_state", **SMALL)
-    assert left_out["found"].sum() == 1
-
-
 def test_of_bearings_the_worst_counts() -> None:
     archive = sweeps.optimise(
         engine="si_four_87x101", axes={"load": [50.0, 100.0]}, set={"cylinder_spacing": 0.097},
@@ -245,33 +188,6 @@ def test_a_front_is_that_of_all_designs(names: list[str]) -> None:
     text = optimised_text(archive)
     assert f"front of {front.sizes['front']} designs" in text
     assert text.count("\n") < 30
-
-
-def test_the_figure_of_a_search_shows_what_was_found() -> None:
-    """The front is that under the conditions; of each design the worst value counts."""
-    archive = sweeps.optimise(
-        engine="ntua", axes=LOADS, least=["delta", "torque_range"], within="inertia <= 40",
-        over=["inertia = 10 to 60", "rod_length = 0.36 to 0.5"], silenced_warnings=QUIET, **SMALL,
-    )  # fmt: skip
-    assert np.array_equal(archive["fulfilling"] == 1, archive["inertia"] <= 40.0)
-    drawn = figure(archive, "pareto")
-    legend = [text.get_text().replace("\n", " ") for text in drawn.legends[0].get_texts()]
-    assert legend[:2] == ["Designs that fail a condition", "Designs that meet all conditions"]
-    failing, meeting, front = drawn.axes[0].lines[:3]
-    best = found(archive)
-    worst = np.sort(best["delta"].max("load").values)
-    assert np.array_equal(front.get_xdata(), worst) and worst.size > 1
-    assert len(meeting.get_xdata()) == int(archive["fulfilling"].sum())
-    assert len(failing.get_xdata()) == int((archive["fulfilling"] == 0).sum()) > 0
-
-
-def test_a_front_of_most_and_least() -> None:
-    archive = sweeps.optimise(
-        engine="ntua", set={"load": 90.0}, least="delta", most="brake_power",
-        over=["bore = 0.12 to 0.15", "inertia = 10 to 20"], silenced_warnings=QUIET, **SMALL,
-    )  # fmt: skip
-    front = sweeps.pareto(archive, "delta", "brake_power", most="brake_power")
-    assert sorted(front["design"].values) == sorted(found(archive)["design"].values)
 
 
 SCENE = """
@@ -308,32 +224,6 @@ def test_the_command_prints_and_writes(searched: tuple[Path, str]) -> None:
         assert optimised_text(archive).splitlines()[0] == said.splitlines()[0]
 
 
-def test_the_archive_is_one_as_any_other(searched: tuple[Path, str], tmp_path: Path) -> None:
-    path, _ = searched
-    again = tmp_path / "again.nc"
-    best = ("best", path, "--least", "delta", "--within", "inertia <= 40", "--at-every", "load")
-    assert "128 designs fulfil inertia <= 40" in ok(*best)
-    assert "rod_length" in ok("show", path, "--sort", "delta", "--limit", "3")
-    assert "design (128)" in ok("info", path)
-    ok("export", path, "-o", tmp_path / "table.csv")
-    ok("plot", path, "-o", tmp_path / "figures")
-    ok("rerun", path, "-o", again)
-    with sweeps.open(path) as one, sweeps.open(again) as two:
-        assert_array_equal(one["delta"].values, two["delta"].values)
-    assert "found by a search" in refused("extend", path, "--number", "256")
-    assert "found by a search" in refused("sensitivities", path)
-
-
-def test_commands_that_end_with_one(searched: tuple[Path, str], tmp_path: Path) -> None:
-    scene, output = searched[0].with_name("scene.toml"), tmp_path / "none.nc"
-    some = ("--least", "delta", "--within", "omega_max <= 1", *SEARCH[4:])
-    done = invoke("optimise", scene, *some, "-o", output)
-    assert done.exit_code == 1 and output.exists()
-    assert "no computed design meets the conditions" in done.stderr
-    assert "0 meet omega_max <= 1" in done.stdout
-    assert "exists; use --overwrite" in refused("optimise", scene, *some, "-o", output)
-
-
 def test_an_interrupted_search_writes_nothing(
     searched: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -352,11 +242,3 @@ def test_an_interrupted_search_writes_nothing(
     done = invoke("optimise", searched[0].with_name("scene.toml"), *SEARCH, "-o", output)
     assert done.exit_code == 1 and "interrupted; nothing was written" in done.stderr
     assert not output.exists() and not list(tmp_path.rglob("*.part"))
-
-
-def test_a_search_cannot_be_drawn() -> None:
-    with pytest.raises(sweeps.SceneError, match="method = 'search': must be one of"):
-        sweeps.run(
-            engine="ntua", output={"quantities": ["delta"]},
-            sample={"method": "search", "number": 8, "inertia": [1.0, 2.0]},
-        )  # fmt: skip

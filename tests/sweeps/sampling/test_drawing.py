@@ -1,6 +1,5 @@
 """[sample]: what is drawn follows the distributions that were asked for, and can be drawn again."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -8,8 +7,6 @@ import pytest
 from scipy import stats
 
 import sweeps
-from sweeps.base.errors import SceneError
-from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal
 
 NUMBER = 1 << 12
@@ -86,15 +83,6 @@ def test_saltelli_groups_change_one_parameter_at_a_time() -> None:
 
 def scene(sample: Any, **more: Any) -> dict[str, Any]:
     return {"engine": "ntua", "output": {"quantities": ["delta"]}, "sample": sample, **more}
-
-
-def test_the_order_of_the_tables_is_that_of_the_dimensions() -> None:
-    sample, axes = {"number": 4, "inertia": RANGE}, {"speed": [1000.0, 1500.0]}
-    tables = {"engine": "ntua", "output": {"quantities": ["delta"]}}
-    first = read_scene({**tables, "sample": sample, "axes": axes})
-    last = read_scene({**tables, "axes": axes, "sample": sample})
-    assert first.dimensions == ("design", "speed") and last.dimensions == ("speed", "design")
-    assert first.sample is not None and first.sample.number == 4
 
 
 WRONG: list[tuple[Any, ...]] = [
@@ -177,31 +165,3 @@ WRONG: list[tuple[Any, ...]] = [
 @pytest.mark.parametrize(("raw", "expected"), WRONG)
 def test_bad_input_is_told_in_one_line(raw: Any, expected: str) -> None:
     assert expected in refusal(raw)
-
-
-def test_sobol_with_too_many_parameters_is_refused() -> None:
-    from engine_dyn.quantities.graph import PARAMETERS
-
-    positive = [
-        name for name, node in PARAMETERS.items()
-        if not node.whole and not node.even and node.low <= 0.1 and node.high > 0.2
-    ]  # fmt: skip
-    assert len(positive) >= 60
-    raw = {key: {"low": 0.1, "high": 0.2} for key in positive[:60]}
-    with pytest.raises(SceneError, match="60 parameters; with method = 'sobol' there"):
-        read_scene(scene({"number": 64, **raw}))
-
-
-def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
-    monkeypatch.setitem(sys.modules, "scipy.stats.qmc", None)
-    with pytest.raises(SceneError, match=r"SciPy, which is not installed: pip install"):
-        sweeps.sample({"inertia": RANGE}, 4)
-
-
-def test_normal_far_from_its_mean_stays_finite() -> None:
-    table = {"mean": 1.0, "deviation": 0.2, "low": 2.0, "high": 2.2}
-    values = sweeps.sample({"inertia": table}, 64)["inertia"]
-    assert all(math.isfinite(v) and 2.0 <= v <= 2.2 for v in values)
-    assert values.nunique() == 64

@@ -1,6 +1,5 @@
 """Elasticities against closed forms, and [uncertainty]: bands and what they come from."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +10,13 @@ from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.types import Floats
-from sweeps.base.errors import SceneError
 from sweeps.running.compute.elasticities import derivative
 from sweeps.running.compute.uncertainty import shares
-from sweeps.scene.plan.elasticities import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
+from sweeps.scene.plan.elasticities import AGREE, DIFFER, STEPS, UNKNOWN
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
-from sweeps.view.figures.drawing import figure
 from tests.support.archives import assert_same_in_parts
-from tests.support.commands import ok, refused
-from tests.support.engine_files import ENGINES
+from tests.support.commands import ok
 from tests.support.scenes import computed, refusal_of
 
 
@@ -53,14 +49,6 @@ def test_a_bend_at_the_point_has_two_sides_and_one_beyond_the_steps_none() -> No
     assert found.kind == AGREE and found.value == pytest.approx(1.0, abs=1e-6)
     unknown = differenced(lambda x: np.nan, 1.7)
     assert unknown.kind == UNKNOWN and np.isnan(unknown.value)
-
-
-def test_an_end_of_the_range_has_one_side() -> None:
-    for low, high in ((1.7, np.inf), (-np.inf, 1.7)):
-        found = differenced(np.exp, 1.7, low, high)
-        assert found.kind == ONE_SIDE
-        assert abs(found.value - np.exp(1.7)) < found.error < 1e-2 * np.exp(1.7)
-        assert np.isfinite(found.above) == (high > 1.7)
 
 
 def test_noise_makes_no_bend() -> None:
@@ -216,21 +204,6 @@ def test_extremes_that_tie_have_two_sides() -> None:
 
 
 @compiled
-def test_zero_and_angles_have_derivatives_alone() -> None:
-    raw = with_quantities("torque_mean_elasticity")
-    found = sweeps.run({**raw, "set": {**BASE["set"], "friction_constant": 0.0}})
-    here = found.sel(parameter="friction_constant")
-    assert np.isnan(here.torque_mean_elasticity)
-    assert here.torque_mean_elasticity_kind == ONE_SIDE  # it may not be negative
-    # T_f = fmep V_h / (4 pi) of a four-stroke engine: the derivative by fmep in bar.
-    displaced = 0.25 * np.pi * 0.14**2 * 0.18
-    assert float(here.torque_mean_derivative) == pytest.approx(
-        -1e5 * displaced / (4.0 * np.pi), rel=1e-6
-    )
-    assert found.parameter_unit.sel(parameter="friction_constant") == "bar"
-
-
-@compiled
 def test_designs_that_fail_have_none() -> None:
     axes = {"inertia": [1e-4, 2.0]}
     rest = {key: value for key, value in BASE["set"].items() if key != "inertia"}
@@ -304,16 +277,6 @@ def test_shares_of_a_linear_function_and_without_some_draws() -> None:
     assert share[0, 1] > share[0, 0] and share[1, 0] > share[1, 1]
 
 
-@compiled
-def test_a_parameter_with_one_value_where_there_are_numbers_has_no_share() -> None:
-    draws = np.random.default_rng(5).random((64, 2))
-    draws[:, 1] = draws[:, 1] > 0.5
-    values = np.where(draws[:, 1] == 0.0, 3.0 + 2.0 * draws[:, 0], np.nan)
-    explained, share = shares(draws, values[:, None])
-    assert np.allclose(share, [[1.0, 0.0]], atol=1e-12)
-    assert np.allclose(explained, 1.0, atol=1e-12)
-
-
 def test_bands_are_quantiles_of_a_sample() -> None:
     """Each draw is a design that could be run by itself."""
     found = sweeps.run(scene({"number": 64, "seed": 5, **RANGES}))
@@ -362,15 +325,6 @@ def test_failed_draws_are_counted() -> None:
 
 
 @compiled
-def test_blocks_and_shards_have_the_same_bits(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    raw = scene({"number": 16, "friction_constant": RANGES["friction_constant"]})
-    raw = {**raw, "set": {"load": 35.0}, "axes": {"inertia": [1.0, 2.0, 4.0], "speed": [1e3, 2e3]}}
-    assert_same_in_parts(raw, tmp_path, monkeypatch)
-
-
-@compiled
 def test_the_command_and_its_table(tmp_path: Path) -> None:
     path = tmp_path / "b112.toml"
     path.write_text('engine = "b112"\n[output]\nquantities = ["delta", "brake_power"]\n')
@@ -416,37 +370,3 @@ NO_BANDS: list[tuple[Any, ...]] = [
 @pytest.mark.parametrize(("raw", "expected"), NO_BANDS)
 def test_bad_input_is_told_in_one_line(raw: Any, expected: str) -> None:
     assert expected in refusal_of(lambda: make_plan(read_scene(raw)))
-
-
-def test_ranges_of_engine_files_are_checked(tmp_path: Path) -> None:
-    text = (ENGINES / "b112.toml").read_text(encoding="utf-8")
-    wrong = text.replace("friction_constant = { low = 0.3", "friction_constant = { low = -0.3")
-    assert wrong != text
-    (tmp_path / "b112.toml").write_text(wrong)
-    for extra in ENGINES.glob("*.csv"):
-        shutil.copy(extra, tmp_path)
-    path = tmp_path / "scene.toml"
-    path.write_text('engine = "b112.toml"\n[output]\nquantities = ["delta"]\n')
-    said = refused("run", path, "-o", tmp_path / "out.nc", "--uncertainty")
-    assert "[uncertainty] friction_constant low = -0.3: must be a finite number" in said
-
-
-@compiled
-def test_the_figure_has_the_shares_that_can_be_seen() -> None:
-    archive = sweeps.run(
-        engine="b112", uncertainty={"number": 64}, output={"quantities": ["delta"]}
-    )
-    drawn = figure(archive, "uncertainty")
-    (panel,) = drawn.axes
-    shares = np.sort(archive.delta_share.values)[::-1]
-    seen = shares[shares >= 0.005]
-    assert 1 < seen.size < shares.size
-    assert [bar.get_width() for bar in panel.patches] == pytest.approx(100.0 * seen)
-    labels = [text.get_text().replace("\n", " ") for text in panel.get_yticklabels()]
-    largest = int(archive.delta_share.argmax("uncertain_parameter"))
-    name = str(archive.uncertain_parameter_long_name.values[largest])
-    assert labels[0].lower() == name.split(",")[0].lower()
-    texts = " ".join(text.get_text() for text in drawn.texts).replace("\n", " ")
-    assert f"{float(archive.delta):.4g}" in texts and "95 % range" in texts
-    with pytest.raises(SceneError, match="run --uncertainty"):
-        figure(sweeps.run(engine="b112", output={"quantities": ["delta"]}), "uncertainty")

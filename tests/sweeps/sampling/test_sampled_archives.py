@@ -1,10 +1,8 @@
 """Archives of samples: sharded, resumed and extended ones are those of one whole run to the bit."""
 
-import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
@@ -18,8 +16,6 @@ from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, interrupted, run, shards, stop_after
 from tests.support.commands import invoke, ok, refused
-from tests.support.scenes import write_scene
-from tests.sweeps.processes import COMMAND, python
 
 pytestmark = pytest.mark.compiled
 
@@ -105,28 +101,6 @@ def test_an_interrupted_extension_goes_on(tmp_path: Path, monkeypatch: pytest.Mo
     assert_same(grown, open_archive(whole).load())
 
 
-def test_the_archive_keeps_the_table_and_the_values(tmp_path: Path) -> None:
-    path = tmp_path / "sample.nc"
-    run(scene(number=16), path)
-    with open_archive(path) as archive:
-        assert json.loads(archive.attrs["scene"])["sample"]["inertia"] == SAMPLE["inertia"]
-        assert "designs" not in json.loads(archive.attrs["scene"])
-        assert archive.inertia.dims == ("design",) and archive.inertia.size == 16
-        drawn = sweeps.sample(
-            {k: v for k, v in SAMPLE.items() if k not in ("method", "number", "seed")}, 16, seed=7
-        )
-        assert np.array_equal(archive.inertia, drawn["inertia"])
-
-
-def test_rerun_draws_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, again = tmp_path / "sample.nc", tmp_path / "again.nc"
-    run(scene(number=16), path)
-    with monkeypatch.context() as patch:
-        patch.setattr("sweeps.scene.sample.Drawing._positions", None)
-        ok("rerun", path, "-o", again)
-    assert_same(again, open_archive(path).load())
-
-
 def test_an_extension_that_would_draw_other_values_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -160,26 +134,6 @@ def test_extensions_that_are_refused(
     assert [p.name for p in tmp_path.iterdir()] == ["sample.nc"]
 
 
-def test_extend_wants_either_an_axis_or_a_number(tmp_path: Path) -> None:
-    path = tmp_path / "map.nc"
-    table = {key: value for key, value in scene().items() if key != "sample"}
-    run(table, path)
-    assert "the scene has no [sample]" in refused("extend", path, "--number", "32")
-    assert "either --axis AXIS=VALUES or --number" in refused("extend", path)
-    both = ("extend", path, "--number", "32", "--axis", "speed=1600")
-    assert "either --axis AXIS=VALUES or --number" in refused(*both)
-    assert ok("extend", path, "--axis", "speed=1600")
-
-
-def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
-    """What is compiled at every start would be told at every start."""
-    drawn = {"number": 64, "rod_length": {"low": 0.3, "high": 0.4}}
-    path = write_scene(tmp_path, sample=drawn)
-    words = ("run", path, "--overwrite", "-o", tmp_path / "out.nc")
-    said = [python(COMMAND, *words, check=True).stderr for _ in range(2)]
-    assert "compiling" not in said[1]
-
-
 def test_words_are_drawn_as_designs_that_are_given(tmp_path: Path) -> None:
     path, again, raw = tmp_path / "words.nc", tmp_path / "again.nc", words()
     run(raw, path)
@@ -198,19 +152,3 @@ def test_words_are_drawn_as_designs_that_are_given(tmp_path: Path) -> None:
             )
     ok("rerun", path, "-o", again)
     assert_same(again, open_archive(path).load())
-
-
-def test_an_extended_sample_of_words_is_the_whole_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from sweeps.scene import sample
-
-    whole, grown, raw = tmp_path / "whole.nc", tmp_path / "grown.nc", words()
-    run(raw, whole)
-    run({**raw, "sample": {**raw["sample"], "number": 4}}, grown)
-    positions = sample.Drawing._positions
-    with monkeypatch.context() as patch:
-        patch.setattr(sample.Drawing, "_positions", lambda *of: positions(*of)[:, ::-1])
-        assert "draws different values of " in refused("extend", grown, "--number", "16")
-    extend_sample(grown, 16, Options())
-    assert_same(grown, open_archive(whole).load())

@@ -9,9 +9,7 @@ import xarray as xr
 from SALib.test_functions import Ishigami, Sobol_G
 
 import sweeps
-from engine_dyn.status import STALLED
 from engine_dyn.types import Floats
-from sweeps.base.errors import SceneError
 from tests.support.scenes import computed
 
 KEYS = ("inertia", "rod_length", "bore", "stroke", "speed", "load", "piston_mass", "rod_mass")
@@ -70,15 +68,6 @@ def test_indices_of_known_functions() -> None:
     assert np.abs(found.delta_total.values - total).max() < 0.02
 
 
-@pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
-def test_data_alone_give_first_indices(method: str) -> None:
-    archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 8192, method)
-    found = sweeps.sensitivities(archive, "delta")
-    assert np.abs(found.delta_first.values - ishigami_exact()[0]).max() < 0.03
-    assert "delta_total" not in found
-    assert "RBD-FAST" in found.attrs["sensitivity_method"]
-
-
 def test_failed_designs_drop_their_groups_and_many_are_named() -> None:
     archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 1024, "saltelli")
     few = archive.copy(deep=True)
@@ -103,17 +92,6 @@ def test_failed_designs_drop_their_groups_and_many_are_named() -> None:
     assert "only designs with results" in found.delta_first_conditional.attrs["long_name"]
     assert found.delta_left_out == bad.sum()
     assert np.isfinite(found.delta_first_conditional).all()
-
-
-def test_axes_beside_the_sample_stay() -> None:
-    one = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 512, "saltelli")
-    both = xr.concat([one, one.assign(delta=one.inertia + 0.0)], "speed")
-    both = both.assign_coords(speed=[1000.0, 1500.0])
-    both.attrs = one.attrs
-    found = sweeps.sensitivities(both, "delta")
-    assert found.delta_first.dims == ("speed", "parameter")
-    assert np.array_equal(found.delta_first[0], sweeps.sensitivities(one, "delta").delta_first)
-    assert np.abs(found.delta_total[1].values - [1.0, 0.0, 0.0]).max() < 1e-2
 
 
 def product_exact(one: tuple[float, float], two: tuple[float, float]) -> tuple[Floats, Floats]:
@@ -177,27 +155,3 @@ def test_a_grid_is_exact() -> None:
     assert additive.delta_total.values == pytest.approx(additive.delta_first.values, abs=1e-3)
     assert found.delta_total.values.sum() > found.delta_first.values.sum()
     assert found.mean_piston_speed_first.values.tolist() == [0.0, 1.0]
-
-
-def refused(archive: Any, quantities: Any = None, **more: Any) -> str:
-    with pytest.raises(SceneError) as error:
-        sweeps.sensitivities(archive, quantities, **more)
-    assert "\n" not in str(error.value)
-    return str(error.value)
-
-
-def test_bad_input() -> None:
-    archive = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 64, "saltelli")
-    assert "confidence = 1.5: must be a number between 0 and 1" in refused(archive, confidence=1.5)
-    assert "resamples = 1: must be a whole number" in refused(archive, resamples=1)
-    assert "not a quantity in the archive" in refused(archive, "detla")
-    assert "must be a dataset" in refused("study.nc")
-    half = archive.isel(design=slice(0, 100))
-    assert "100 designs of a sample of 320: Saltelli's design must be complete" in refused(half)
-    little = archive_of(Ishigami.evaluate, -np.pi, np.pi, 3, 64, "sobol")
-    assert "64 designs with numbers: too few" in refused(little)
-    stalled = little.assign(status=("design", np.full(64, STALLED, dtype=np.int8)))
-    told = refused(stalled)
-    assert "0 designs with numbers: too few" in told
-    assert told.endswith("; outcomes of 64 designs: stalled 64")
-    assert "nothing varies" in refused(archive.isel(design=0, drop=True))

@@ -46,31 +46,6 @@ def test_the_command_prints_and_writes(archive: Path, tmp_path: Path) -> None:
     assert "exists; use --overwrite" in refused("sensitivities", archive, "-o", output)
 
 
-def test_show_prints_the_indices_again(
-    archive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    output = tmp_path / "indices.nc"
-    text = ok("sensitivities", archive, "-o", output)
-    assert ok("show", output) == text
-    cut = ok("show", output, "--select", "load=50")
-    assert "at load = 50\n" in cut and "at load = 30" not in cut and "rod_length" in cut
-    one = ok("show", output, "--select", "parameter=inertia,load=50")
-    assert "delta_total" in one and "at load = 50, parameter = inertia" in one
-    with sweeps.open(output) as found:
-        found.dyn.show()
-    assert capsys.readouterr().out == text
-
-
-def test_bad_input(archive: Path, tmp_path: Path) -> None:
-    assert "--confidence high: must be a number" in refused(
-        "sensitivities", archive, "--confidence", "high"
-    )
-    assert "not a quantity in the archive" in refused(
-        "sensitivities", archive, "--quantities", "detla"
-    )
-    assert refused("sensitivities", tmp_path / "none.nc")
-
-
 def test_bars_are_the_elasticities_of_the_nominal_design() -> None:
     archive = sweeps.run(
         engine="ntua",
