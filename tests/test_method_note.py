@@ -15,7 +15,6 @@ EQUATIONS = {
     page: [int(number) for number in re.findall(r"\\tag\{(\d+)\}", text)]
     for page, text in NOTES.items()
 }
-ALL_EQUATIONS = sorted(number for numbers in EQUATIONS.values() for number in numbers)
 SECTIONS = {
     page: set(re.findall(r"^##+ (\d+(?:\.\d+)?) ", text, re.MULTILINE))
     for page, text in NOTES.items()
@@ -37,12 +36,6 @@ def without_marks(path: Path) -> str:
     return re.sub(r"\n\s*#\s", "\n", path.read_text(encoding="utf-8"))
 
 
-def test_equations_are_numbered_in_order_through_both_pages() -> None:
-    assert list(range(1, len(ALL_EQUATIONS) + 1)) == ALL_EQUATIONS
-    for page, numbers in EQUATIONS.items():
-        assert numbers == sorted(numbers), page
-
-
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.stem)
 def test_what_the_code_cites_exists(path: Path) -> None:
     text = without_marks(path)
@@ -54,17 +47,3 @@ def test_what_the_code_cites_exists(path: Path) -> None:
     assert len(re.findall(r"docs/(?:method|solver)\.md", text)) == len(CITED.findall(text)) + len(
         SECTION_CITED.findall(text)
     )
-
-
-def test_constants_are_in_the_modules_that_the_table_names() -> None:
-    table = NOTES["solver"].partition("## 14 Constants")[2].partition("\n## ")[0]
-    rows = [line.split(" | ")[0] for line in table.splitlines() if line.startswith("| `")]
-    assert len(rows) > 15
-    for row in rows:
-        files = [
-            PACKAGE / f"{name}.py" for name in re.findall(r"`([a-z0-9_]+(?:/[a-z0-9_]+)*)`", row)
-        ]
-        assert files, row
-        source = "".join(file.read_text(encoding="utf-8") for file in files)
-        for name in re.findall(r"`([A-Z]\w+)`", row):
-            assert re.search(rf"\b{name}\b", source), (name, row)

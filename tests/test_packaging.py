@@ -11,7 +11,6 @@ import zipfile
 from collections.abc import Iterator
 from configparser import ConfigParser
 from importlib import import_module
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -43,15 +42,6 @@ def imports(path: Path, *, module_level: bool = False) -> Iterator[str]:
         if module_level and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             continue
         todo.extend(ast.iter_child_nodes(node))
-
-
-def modules_loaded_by(module: str) -> set[str]:
-    """What is in sys.modules after a new interpreter imported a module."""
-    code = f"import {module}, sys; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    return set(done.stdout.split())
 
 
 @pytest.fixture(scope="module")
@@ -138,31 +128,6 @@ def test_source_distribution_builds_tests_and_documents(
     assert packed == set(repository) - kept_out
 
 
-def test_version_is_that_of_pyproject() -> None:
-    assert version("engine-dyn") == PROJECT["version"]
-    spelled = [
-        path.relative_to(ROOT)
-        for package in PACKAGES
-        for path in (ROOT / package).rglob("*.py")
-        if f'"{PROJECT["version"]}"' in path.read_text(encoding="utf-8")
-    ]
-    assert not spelled, "of all code, pyproject.toml alone has the version"
-
-
-def test_citation_changelog_and_the_page_on_installing_have_the_version() -> None:
-    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    news = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    unreleased, newest, *_ = re.findall(r"^## \[(.+?)\](?: - (\S+))?$", news, re.MULTILINE)
-    assert unreleased == ("Unreleased", "")
-    versions = re.findall(r"^ *version: (.+)$", citation, re.MULTILINE)
-    dates = re.findall(r'^ *date-released: "(.+)"$', citation, re.MULTILINE)
-    # Once for the software, once in what is preferred to be cited.
-    assert versions == [PROJECT["version"]] * 2
-    assert list(zip(versions, dates, strict=True)) == [newest] * 2
-    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"engine_dyn-([\d.]+)-py3-none-any\.whl", page)) == {PROJECT["version"]}
-
-
 def test_nothing_imports_packages_that_are_not_dependencies() -> None:
     allowed = set(PACKAGES) | set(sys.stdlib_module_names)
     allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
@@ -182,21 +147,6 @@ def test_nothing_imports_packages_that_are_not_dependencies() -> None:
         for name in (set(imports(path)) - extras | set(imports(path, module_level=True))) - allowed
     }
     assert found == set()
-
-
-# Numba looks for scipy itself, which is quick; its parts and matplotlib cost half a second each.
-SLOW = {"matplotlib", "scipy.integrate", "scipy.interpolate", "scipy.optimize"}
-
-
-@pytest.mark.parametrize(
-    ("module", "late"),
-    [
-        ("engine_dyn", SLOW | {"sweeps", "xarray", "pandas", "netCDF4", "click", "pydantic"}),
-        ("sweeps.cli.main", SLOW),
-    ],
-)
-def test_import_is_quick(module: str, late: set[str]) -> None:
-    assert modules_loaded_by(module) & late == set()
 
 
 def locked(name: str) -> dict[str, tuple[str, int]]:

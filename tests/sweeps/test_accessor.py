@@ -1,9 +1,6 @@
 """`archive.dyn`: numbers, designs, files and figures of an archive."""
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
@@ -48,45 +45,6 @@ def test_outcomes_are_words(archive: xr.Dataset) -> None:
     assert archive["status"].dtype == np.int8, "the archive stays as it is"
     with pytest.raises(sweeps.SceneError, match="has no status"):
         _ = archive.drop_vars("status").dyn.status_words
-
-
-def test_designs_are_those_of_the_functions(archive: xr.Dataset) -> None:
-    given = archive.drop_dims("crank_angle")
-    found = given.dyn.best(least="inertia", within="delta <= 1/50", at_every="load")
-    assert found.identical(
-        sweeps.best(given, least="inertia", within="delta <= 1/50", at_every="load")
-    )
-    assert float(found["inertia"]) == 8.0
-    front = given.dyn.pareto("inertia", "delta", at_every="load")
-    assert front.identical(sweeps.pareto(given, "inertia", "delta", at_every="load"))
-    assert float(archive.dyn.nearest(load=60)["load"]) == 50.0
-
-
-def test_table_and_show(archive: xr.Dataset, capsys: pytest.CaptureFixture[str]) -> None:
-    table = archive.dyn.table(sort="-delta", limit=2)
-    assert isinstance(table, pd.DataFrame)
-    assert table["delta"].tolist() == [0.025, 0.025]
-    archive.dyn.show(limit=4, units={"brake_power": "hp"})
-    told = capsys.readouterr().out
-    assert "brake_power [hp]" in told and "4 of 6 designs; limit=... shows more" in told
-    assert "--" not in told
-
-
-def test_files_and_reports(archive: xr.Dataset, tmp_path: Path) -> None:
-    pytest.importorskip("openpyxl")
-    done = archive.dyn.to_excel(tmp_path / "out.xlsx", quantities="delta")
-    assert done.rows == 6
-    assert pd.read_excel(tmp_path / "out.xlsx").columns.tolist() == ["load", "inertia", "delta"]
-    assert archive.dyn.export(tmp_path / "out.csv").rows == 6
-    with pytest.raises(sweeps.SceneError, match=r"out\.csv: must end with \.xlsx; `export`"):
-        archive.dyn.to_excel(tmp_path / "out.csv")
-    with pytest.raises(sweeps.SceneError, match="path = 3: must be the path of a file"):
-        archive.dyn.to_excel(3)
-    pytest.importorskip("bokeh")
-    path = archive.drop_dims("crank_angle").dyn.report(tmp_path / "out.html")
-    assert "a &lt;made up&gt; archive" in path.read_text("utf-8")
-    with pytest.raises(sweeps.SceneError, match=r"^limit 1 kB: must be"):
-        archive.drop_dims("crank_angle").dyn.report(tmp_path / "less.html", limit=1e3)
 
 
 def test_every_kind_of_figure_is_a_method(archive: xr.Dataset) -> None:

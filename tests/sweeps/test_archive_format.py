@@ -1,17 +1,14 @@
 """Formats of archives: version 0.1's can be read, newer ones are refused in one line."""
 
-import json
 import shutil
 from pathlib import Path
 
 import netCDF4
-import numpy as np
 import pytest
-import xarray as xr
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT, check_format
+from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT
 from sweeps.catalogue import SCENES
 from sweeps.running.archive.contents import files_as_now, plan_of, read_contents
 from sweeps.running.archive.provenance import differences, identity
@@ -63,16 +60,6 @@ def test_the_numbers_of_version_0_1_are_those_of_now(old: Path, tmp_path: Path) 
         assert archive.attrs["archive_format"] == str(ARCHIVE_FORMAT)
 
 
-def test_a_merged_archive_tells_the_versions_that_computed_it(old: Path, tmp_path: Path) -> None:
-    ok("merge", old, OLD, "-o", tmp_path / "both.nc")
-    with sweeps.open(tmp_path / "both.nc") as both, sweeps.open(old) as one:
-        assert json.loads(both.attrs["identity"]) == json.loads(one.attrs["identity"])
-        xr.testing.assert_equal(both, one)
-    assert "made in a different way" in refused(
-        "extend", tmp_path / "both.nc", "--axis", "speed=1200"
-    )
-
-
 @pytest.mark.parametrize("version", [1, ARCHIVE_FORMAT])
 def test_files_of_the_package_are_found_wherever_it_lay(version: int) -> None:
     inside = "sweeps/scenes" if version == 1 else "sweeps/catalogue/scenes"
@@ -118,10 +105,3 @@ def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:
 def test_formats_that_are_no_number(old: Path, text: str) -> None:
     line = refused("info", of_format(old, text))
     assert f"must be a whole number, 1 to {ARCHIVE_FORMAT}" in line
-
-
-def test_formats_of_other_types() -> None:
-    assert check_format({}, "a.nc") == 1
-    assert check_format({"archive_format": np.int32(2)}, "a.nc") == 2
-    with pytest.raises(SceneError, match="whole number"):
-        check_format({"archive_format": np.array([1, 2])}, "a.nc")

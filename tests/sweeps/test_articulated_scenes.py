@@ -14,7 +14,6 @@ from oracle.solution import Problem, periodic_speed
 from tests.support.engine_files import indicator_text
 from tests.support.master_rods import (
     BORE,
-    COUNT,
     KNUCKLE,
     KNUCKLE_MASS,
     MASS,
@@ -24,7 +23,6 @@ from tests.support.master_rods import (
     STEPS,
     gas_of_points,
     kinetic,
-    made,
     over_phi,
     slope,
 )  # fmt: skip
@@ -147,39 +145,6 @@ def test_methods_and_axes_agree(engine: str) -> None:
     assert float(one["torque"].max()) == pytest.approx(most, rel=1e-5)
 
 
-def test_with_and_without_articulated_rods(engine: str) -> None:
-    plain = {"set": {"articulated_rods": {"radius": 0.0, "knuckle_mass": 0.0}}}
-    names = ("delta", "imep", "cylinder_stroke", "top_dead_centre", "torque_order")
-    rods, none = computed(names, engine), computed(names, engine, **plain)
-    assert float(rods["delta"]) > 2.0 * float(none["delta"])
-    # Equal diagrams over the volume: the mean effective pressure does not depend on the rods.
-    assert float(rods["imep"]) == pytest.approx(float(none["imep"]), rel=1e-6)
-    assert none["cylinder_stroke"].values == pytest.approx([STROKE] * COUNT, rel=1e-12)
-    assert none["top_dead_centre"].values == pytest.approx(
-        [0, 400, 80, 480, 160, 560, 240, 640, 320]
-    )
-    assert float(none["torque_order"].sel(order=1.0)) < 1e-6
-    assert float(rods["torque_order"].sel(order=1.0)) > 100.0
-
-
-def test_quantities_of_each_cylinder(engine: str) -> None:
-    here = computed(
-        ("cylinder_stroke", "top_dead_centre", "bottom_dead_centre", "cylinder_travel"), engine,
-        output={"angle_step": 0.5},
-    )  # fmt: skip
-    crank = RADIUS / ROD, OFFSET / RADIUS
-    for k, member in enumerate(made("customary").members):
-        one = here.isel(piston=k)
-        stroke = 2 * RADIUS * member.stroke(*crank)
-        assert float(one["cylinder_stroke"]) == pytest.approx(stroke, rel=1e-12)
-        travel = one["cylinder_travel"]
-        assert float(travel.max()) == pytest.approx(stroke, rel=1e-4)
-        assert float(travel.interp(crank_angle=(float(one["top_dead_centre"]) + 360) % 720 - 360)
-                     ) < 1e-5  # fmt: skip
-        bottom = (float(one["bottom_dead_centre"]) + 360) % 720 - 360
-        assert float(travel.interp(crank_angle=bottom)) == pytest.approx(stroke, rel=1e-4)
-
-
 @pytest.mark.parametrize(
     "quantity",
     [
@@ -238,12 +203,6 @@ def test_given_wrong(engine: str, tables: dict[str, Any], message: str) -> None:
     assert message in refusal(asking(("delta",), engine, set=tables))
 
 
-def test_rods_need_shared_pins() -> None:
-    given = {"articulated_rods": {"radius": 0.7, "knuckle_mass": 0.1}}
-    line = refusal(asking(("delta",), "ntua", set=given))
-    assert "articulated_rods: radius: no cylinders share a throw" in line
-
-
 ENGINE = "v6_96x81"
 SET = {"arrangement": "VR6 15", "crank_offset": 0.0125}
 
@@ -275,12 +234,6 @@ def test_stages_and_curves_have_the_offset_of_each_bank() -> None:
     assert first > 1e-5 * third
     same = computed(("delta",), ENGINE, set={**SET, "arrangement": "in-line 6 1-5-3-6-2-4"})
     assert float(here["delta"]) != pytest.approx(float(same["delta"]), rel=1e-6)
-
-
-def test_a_table_says_the_sides() -> None:
-    text = computed(("delta",), ENGINE, set=SET)
-    written = computed(("delta",), ENGINE, set={**SET, "arrangement": table([1.0, -1.0])})
-    assert float(written["delta"]) == pytest.approx(float(text["delta"]), rel=1e-12)
 
 
 @pytest.mark.parametrize(

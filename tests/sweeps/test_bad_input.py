@@ -268,11 +268,6 @@ def test_diagram_is_refused_with_its_line(case: int, tmp_path: Path) -> None:
     refused(tmp_path, scene('[indicator]\nfile = "pressure.csv"'), "pressure.csv", *words)
 
 
-def test_diagram_that_is_no_text_is_refused(tmp_path: Path) -> None:
-    tmp_path.joinpath("pressure.csv").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(256)))
-    refused(tmp_path, scene('[indicator]\nfile = "pressure.csv"'), "pressure.csv", "not a text")
-
-
 # Text of table.csv in [designs], and what the message must name.
 DESIGN_TABLES: list[tuple[str, ...]] = [
     ("intertia\n1\n", "intertia", "did you mean 'inertia'"),
@@ -323,15 +318,6 @@ def test_reference_is_refused(case: int, tmp_path: Path) -> None:
     body, text, *words = REFERENCES[case]
     tmp_path.joinpath("published.csv").write_text(text)
     refused(tmp_path, scene(body + '[reference]\nfile = "published.csv"'), "published.csv", *words)
-
-
-@pytest.mark.parametrize("command", ["run", "plan"])
-def test_missing_scene(command: str, tmp_path: Path) -> None:
-    more = ["-o", tmp_path / "out.nc"] if command == "run" else []
-    one_line(invoke(command, "thesiss", *more), "thesiss", "did you mean 'thesis'", "no such file")
-    one_line(invoke(command, tmp_path, *more), str(tmp_path), "cannot be read")
-    one_line(invoke(command, tmp_path / "a.toml", *more), "a.toml", "no such file")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_output_is_checked_before_anything_is_computed(

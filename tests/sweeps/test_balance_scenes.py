@@ -12,14 +12,11 @@ import sweeps
 from engine_dyn import flywheel
 from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import even_cylinders
-from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import load_engine
-from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw
 from sweeps.view.figures.balance import shaking, vector_names
 from sweeps.view.figures.study import study_of
 from tests.support.commands import ok
-from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import computed, write_scene
 
 pytestmark = pytest.mark.compiled
@@ -81,16 +78,6 @@ def test_counterweights_by_mass_and_by_fraction_agree() -> None:
     assert float(bare["shaking_force_max"]) > 2.0 * float(by_mass["shaking_force_max"])
 
 
-def test_an_arrangement_of_the_scene() -> None:
-    found = computed(
-        ["shaking_moment_major"], engine="ntua",
-        set={"arrangement": "boxer 2", "cylinders": 2, "cylinder_spacing": 0.2,
-             "bank_offset": 0.05}, output={"highest_order": 2},
-    )  # fmt: skip
-    unit = computed(["inertia_force_unit"])["inertia_force_unit"]
-    assert float(found["shaking_moment_major"].sel(order=1.0) / unit) == pytest.approx(0.05)
-
-
 @pytest.mark.parametrize(
     ("scene", "quantity", "message"),
     [
@@ -127,25 +114,6 @@ def test_an_arrangement_of_the_scene() -> None:
 def test_bad_input(scene: dict[str, Any], quantity: str, message: str) -> None:
     with pytest.raises(sweeps.SceneError, match=message):
         computed([quantity], **scene)
-
-
-def test_an_engine_file_may_size_its_counterweights_once(tmp_path: Path) -> None:
-    source = Path(sweeps.__file__).parent / "catalogue" / "engines" / "b112.toml"
-    text = source.read_text(encoding="utf-8")
-    both = "counterweight_mass = 2.1\ncounterweight_fraction = 0.5\n"
-    for more, message in ((both, "give one of them"), ("wanted_delta = 0.1\n", "to a scene")):
-        (tmp_path / "mine.toml").write_text(text.replace("[values]\n", f"[values]\n{more}"))
-        with pytest.raises(sweeps.SceneError, match=message):
-            computed(["delta"], engine=str(tmp_path / "mine.toml"))
-    one = "counterweight_mass = 2.1\ncounterweight_radius = 0.03\n"
-    (tmp_path / "mine.toml").write_text(text.replace("[values]\n", f"[values]\n{one}"))
-    own = computed(["shaking_force_max"], engine=str(tmp_path / "mine.toml"))
-    # a fraction of the scene replaces the engine's weights
-    half = computed(["shaking_force_max"], engine=str(tmp_path / "mine.toml"),
-               set={"counterweight_fraction": 0.5})  # fmt: skip
-    same = computed(["shaking_force_max"], engine="b112", set={"counterweight_fraction": 0.5})
-    assert float(half["shaking_force_max"]) == float(same["shaking_force_max"])
-    assert float(own["shaking_force_max"]) != float(half["shaking_force_max"])
 
 
 def test_wanted_delta_replaces_the_inertia() -> None:
@@ -326,19 +294,6 @@ def test_lecture18_has_the_resultants_of_the_lecture() -> None:
     assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
 
 
-def test_two_opposed_cylinders_of_the_lecture() -> None:
-    found = sweeps.run("lecture18_opposed")
-    unit = found["inertia_force_unit"].values
-    assert np.abs(found["shaking_force"].values).max() < 1e-12 * unit.max()
-    phi = np.radians(found["crank_angle"].values)
-    lam = balance.acceleration_harmonics(2.0, 90.0 / 350.0).real
-    two = found["shaking_moment_first"] + found["shaking_moment_second"]
-    # Printed with a plus sign. Counted in the sense of two in line, which has a minus sign in print
-    # and in the test above, it is this one.
-    expected = -0.06 * unit[:, None] * (np.cos(phi) + lam * np.cos(2.0 * phi))
-    assert_allclose(two.isel(direction=0), expected, atol=1e-12 * unit.max())
-
-
 def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
     """Forces that are nothing get no curve of their vector, and no scale of their own."""
     names = ["reciprocating_force", "shaking_force", "shaking_force_first"]
@@ -436,49 +391,3 @@ def test_the_balance_of_a_cross_plane_v8(text: str, tmp_path: Path) -> None:
     assert float(first) == pytest.approx(moment, rel=1e-12)
     assert float(found["engine_inertia"]) == pytest.approx(0.0126, abs=5e-6)
     assert "no diagrams" in ok("info", path)
-
-
-def test_one_line_names_all_that_the_speed_needs(tmp_path: Path) -> None:
-    path = tmp_path / "v8.toml"
-    path.write_text(NAMED, encoding="utf-8")
-    scene = {"engine": str(path), "output": {"quantities": ["delta", "shaking_force_max"]}}
-    with pytest.raises(SceneError) as refused:
-        read_scene(scene)
-    (line,) = str(refused.value).splitlines()
-    assert "'delta' needs [[diagram]], which engine v8 does not give; must be in its file" in line
-    assert all(f"{key} (" in line for key in ("inertia", "load", "bore", "friction_constant"))
-    assert "shaking_force_max" not in line
-
-    with pytest.raises(SceneError, match=r"\[set\] heat: not allowed: engine v8 has no diagrams"):
-        read_scene({**scene, "set": {"heat": 20.0}})
-
-
-def test_a_measured_diagram_gives_the_pressure(tmp_path: Path) -> None:
-    """The indicated work is the sum of p dV, here by trapezoids of the same points."""
-    path = tmp_path / "v8.toml"
-    path.write_text(NAMED, encoding="utf-8")
-    rows = [(a, p * (1.0 + 0.5 * math.sin(math.radians(a)) * (0 < a < 180))) for a, p in points()]
-    (tmp_path / "pressure.csv").write_text(indicator_text(rows))
-    found = sweeps.run(
-        engine=str(path), indicator={"file": str(tmp_path / "pressure.csv")},
-        set={"bore": 0.1, "load": 100.0, "friction_constant": 0.0, "friction_peak_pressure": 0.0,
-             "friction_mean_piston_speed": 0.0, "crankcase_pressure": 1.0},
-        output={"quantities": ["imep"]},
-    )  # fmt: skip
-    phi, bar = np.radians([a for a, _ in rows]), np.array([p for _, p in rows])
-    travel = RADIUS * (1.0 - np.cos(phi)) + LENGTH
-    travel -= np.sqrt(LENGTH**2 - (RADIUS * np.sin(phi)) ** 2)
-    mean = np.sum(0.5 * (bar[1:] + bar[:-1]) * np.diff(travel)) / (2.0 * RADIUS)
-    assert float(found["imep"]) == pytest.approx(mean, rel=2e-3) and mean > 1.0
-
-
-def test_a_rated_power_may_have_its_unit() -> None:
-    """Scenes take watts, data sheets kilowatts: with the unit, both are one text."""
-
-    def asked(power: Any) -> Any:
-        return read_scene({"engine": "ntua", "output": {"quantities": ["imep"]},
-                           "set": {"rated_power": power}}).settings["rated_power"]  # fmt: skip
-
-    assert asked("62.5 kW") == asked(62500) == asked("0.0625 MW") == asked("62500 W")
-    with pytest.raises(SceneError, match="in W, or a text with the unit such as"):
-        asked("62.5 bar")

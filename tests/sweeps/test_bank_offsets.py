@@ -18,9 +18,8 @@ from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.plan.plan import make_plan
-from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import read_scene
-from tests.support.scenes import asking, computed, refusal
+from tests.support.scenes import asking, computed
 
 pytestmark = pytest.mark.compiled
 
@@ -118,23 +117,3 @@ def test_boxers_have_the_moments_of_the_table(pairs: int, first: float, second: 
     exact = abs(balance.acceleration_harmonics(2.0, ratio))
     major = found["shaking_moment_major"].sel(order=[1.0, 2.0]).values / unit
     np.testing.assert_allclose(major, np.array([first, second * exact]), atol=1e-9)
-
-
-def test_where_the_distance_is_missing_it_is_named() -> None:
-    for layout, name in (
-        ("V2 90", "shaking_moment_max"), ("V2 90", "mount_force"),
-        ("V8 flat-plane", "shaking_moment_second"), ("boxer 4", "bay_bending_moment"),
-    ):  # fmt: skip
-        assert f"'{name}' needs bank_offset" in refusal(scene_of(layout, [name]))
-        read_scene(scene_of(layout, [name], bank_offset=0.0))
-
-
-def test_throws_of_a_boxer_may_lie_closer_than_those_of_others() -> None:
-    def said(layout: str, spacing: float) -> bool:
-        scene = scene_of(layout, ["shaking_moment_max"], cylinder_spacing=spacing)
-        warnings = plausibility_warnings(make_plan(read_scene({**scene, "silenced_warnings": []})))
-        return any("spacing" in line for line in warnings)
-
-    bore = load_engine("ntua", Path()).values["bore"]
-    assert said("in-line 2", 0.4 * bore) and not said("boxer 2", 0.4 * bore)
-    assert said("boxer 2", 0.05 * bore) and said("boxer 4", 8.0 * bore)

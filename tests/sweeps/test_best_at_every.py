@@ -7,7 +7,6 @@ import xarray as xr
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.running.reduce import every_point, ranges
-from sweeps.scene.conditions import constraint
 from tests.support import commands
 
 INERTIA = [9.0, 1.0, 3.0, 5.0]
@@ -86,17 +85,6 @@ def test_a_sampled_speed_is_chosen_only_if_named():
     assert float(sweeps.best(one, **asked | {"within": "delta <= 1/500"})["inertia"]) == 1.0
 
 
-def test_where_nothing_is_found_the_nearest_value_is_told(archive):
-    loaded = archive.isel(load=[1, 2])
-    asked = {"least": "inertia", "at_every": ["load", "speed"]}
-    # the least of the largest: 3/(9 1000)
-    with pytest.raises(SceneError, match=r"load and speed for 0 \(least: 0\.0003333\)"):
-        sweeps.best(loaded, within="delta <= 1/10000", **asked)
-    loaded["imep"].attrs["units"] = "bar"
-    with pytest.raises(SceneError, match=r"0 with imep >= 20 \(most: 9 bar\)"):
-        sweeps.best(loaded, most="imep", within=["imep >= 20", "load > 0"])
-
-
 def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
     condition = {"least": "inertia", "within": "delta <= 1/1000"}
     with pytest.raises(SceneError) as told:
@@ -143,44 +131,6 @@ def test_a_front_at_every_point_is_that_of_the_worst_values(archive, monkeypatch
     # the smallest delta of a design counts where more of it is better: 1000 rpm always has more
     assert set(most["speed"].values) == {1000.0}
     assert most["inertia"].values.tolist() == [9.0, 5.0, 3.0, 1.0]
-
-
-def test_a_front_at_every_point_of_all_axes_is_the_one_design(archive):
-    solved = archive.isel(load=[1, 2])
-    found = sweeps.pareto(solved, "delta", "status", at_every=["load", "speed", "inertia"])
-    assert found.sizes["front"] == 1
-
-
-def test_of_bearings_the_worst_counts_and_missing_ones_do_not(archive):
-    loads = np.stack([archive["delta"].values * 1e3, np.full((2, 4, 3), 0.1)], axis=-1)
-    loads[:, 1, :, 1] = np.nan  # the second inertia has one bearing
-    dims = (*archive["delta"].dims, "main_bearing")
-    archive = archive.assign(main_journal_load_max=(dims, loads)).isel(load=[1, 2])
-    asked = {"least": "main_journal_load_max", "at_every": ["load", "speed"]}
-    assert float(sweeps.best(archive, **asked)["inertia"]) == 9.0
-    asked["within"] = "main_journal_load_max >= 0.2"
-    assert float(sweeps.best(archive, **asked)["inertia"]) == 1.0
-    one = archive.isel(load=0, speed=1)
-    at_once = sweeps.best(one, least="inertia", within="main_journal_load_max <= 1.0")
-    assert float(at_once["inertia"]) == 3.0
-    assert sweeps.pareto(one, "inertia", "main_journal_load_max").sizes["front"] == 4
-
-
-def test_equally_good_designs_are_counted():
-    data = {"delta": (("inertia", "stroke"), np.full((2, 3), 0.01))}
-    archive = xr.Dataset(data, {"inertia": [1.0, 2.0], "stroke": [0.1, 0.2, 0.3]})
-    found = sweeps.best(archive, least="delta", at_every="stroke")
-    assert float(found["inertia"]) == 1.0
-    assert "2 are equally good; this is the first" in found.attrs["search"]
-
-
-def test_conditions_by_name(archive):
-    assert constraint("delta <= generator").limit == 1 / 300
-    assert constraint('delta <= "pump, coarse"').limit == 1 / 20
-    with pytest.raises(SceneError, match="'pumps': unknown; did you mean 'pump'"):
-        constraint("delta <= pumps")
-    with pytest.raises(SceneError, match="must be a name, one of"):
-        constraint("imep <= generator")
 
 
 @pytest.mark.parametrize(

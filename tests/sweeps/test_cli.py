@@ -6,8 +6,6 @@ import os
 import re
 import subprocess
 import sys
-import time
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +18,7 @@ from click.testing import CliRunner
 from numpy.testing import assert_array_equal
 
 import sweeps
-from engine_dyn.quantities.graph import DIMENSIONS, NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
 from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
@@ -28,17 +26,13 @@ from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.scene.features.shaft import built_in_shafts
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
-from sweeps.scene.reading import built_in_scenes, read_scene
-from sweeps.view.report.sections import assumed
-from sweeps.view.texts.archives import archive_text
-from sweeps.view.texts.key_texts import WORDS_OF_KEYS, default_text, value_text
+from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.lists import symbol_text
 from sweeps.view.texts.published import text as reference_text
-from sweeps.view.texts.quantity_search import found_quantities
 from tests.support import commands
 from tests.support.archives import sound_archive
 from tests.support.commands import invoke, ok, refused
-from tests.sweeps.processes import COMMAND, ROOT, python
+from tests.sweeps.processes import COMMAND, ROOT
 
 SCENE = """\
 title = "A small map"
@@ -158,17 +152,6 @@ def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
         assert_array_equal(np.isnan(dataset["delta"]), [True, False])
 
 
-def test_help_is_quick_and_loads_nothing_heavy(tmp_path: Path) -> None:
-    code = (
-        "import sys\nfrom sweeps.cli.main import main\nmain(['--help'], standalone_mode=False)\n"
-        "heavy = {'numba', 'xarray', 'matplotlib', 'numpy', 'pydantic'} & set(sys.modules)\n"
-        "assert not heavy, heavy\n"
-    )
-    began = time.perf_counter()
-    python(code, check=True)
-    assert time.perf_counter() - began < 5.0  # typically 0.1 s; a busy machine is allowed for
-
-
 @pytest.mark.parametrize(
     ("text", "run", "info"),
     [
@@ -240,36 +223,6 @@ def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     assert all(line[begin - 2 : begin] == "  " and line[begin] != " " for line in rows)
 
 
-def test_info_begins_with_engine_version_and_part(tmp_path: Path) -> None:
-    ok("run", "first", "-o", tmp_path / "a.nc", "--shard", "1/2")
-    ok("run", "first", "-o", tmp_path / "b.nc", "--shard", "2/2")
-    ok("merge", tmp_path / "a.nc", tmp_path / "b.nc", "-o", tmp_path / "c.nc")
-    version = f"  computed with engine-dyn {metadata.version('engine-dyn')}"
-    for name, computed, part in (
-        ("b.nc", f"{version} on 20", "; part 2 of 2, cut along inertia"),
-        ("c.nc", f"{version}, joined on 20", ""),
-    ):
-        head, _, _ = ok("info", tmp_path / name).partition("\n\n")
-        lines = head.splitlines()
-        assert lines[1].startswith("  engine ntua: Single-cylinder four-stroke diesel")
-        assert lines[3].startswith(computed), head
-        assert lines[3].endswith(part) and ("part " in lines[3]) == bool(part)
-
-
-def test_info_tells_neutral_values_apart_from_given_ones(tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    text = (
-        'engine = "ntua"\n[set]\npin_offset = 0.0\n[output]\nquantities = ["mean_piston_speed"]\n'
-    )
-    scene.write_text(text)
-    ok("run", scene, "-o", tmp_path / "out.nc")
-    text = ok("info", tmp_path / "out.nc", "--provenance")
-    (line,) = (line for line in text.splitlines() if "not given, so neutral: " in line)
-    assert "ring_pressure 0," in line and "gear_ratio 1," in line and "pin_offset" not in line
-    given = text.partition("  parameters:\n")[2].partition(line)[0]
-    assert "    pin_offset: 0.0\n" in given and "ring_pressure" not in given
-
-
 @pytest.mark.parametrize("name", catalogue())
 def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Path) -> None:
     engine = load_engine(name, Path())
@@ -333,24 +286,7 @@ def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
     assert len(lines) < 60  # of 190
 
 
-NOT_PRINTED = re.compile(
-    r"this project|Lanchester's balancer|Newton's law|handbook values|bearing pressure:"
-    r"|against a solution|closure cycle_time|rectangle rule|phase vectors|see the page|M_L = "
-)
 """Beginnings of sources that are no publication: definitions, and laws of all textbooks."""
-
-
-def test_every_publication_has_a_full_citation() -> None:
-    cited = {n.source for n in (*PARAMETERS.values(), *QUANTITIES.values()) if n.source}
-    printed = [s.removeprefix("after ") for s in cited if not NOT_PRINTED.match(s)]
-    named = {re.split(r"[^A-Za-z]", source)[0] for source in printed}
-    assert named == set(SOURCES)
-
-
-def test_what_is_not_found_is_said() -> None:
-    assert "nothing found" in refused("list", "quantities", "xyzzy")
-    assert "nothing found" in refused("list", "engines", "steam")
-    assert ok("list", "engines", "kakaitsas").startswith("ntua ")
 
 
 @pytest.mark.parametrize(
@@ -371,24 +307,6 @@ def test_the_shell_completes(words: str, expected: list[str]) -> None:
     assert [item.value for item in complete.get_completions(before, last)] == expected
 
 
-@pytest.mark.parametrize(
-    ("symbol", "text"),
-    [
-        (r"\beta_\nu", "beta_nu"),
-        (r"\Theta_\triangle/\Theta_w-1", "Theta_triangle/Theta_w-1"),
-        (r"\psi_{M{g1,\nu}}", "psi_Mg1,nu"),
-        (r"\varphi_{C,max}", "phi_C,max"),
-        (r"\bar\mu_\sigma", "bar mu_sigma"),
-        (r"k\omega_n^\alpha", "k omega_n^alpha"),
-        (r"\theta_\delta-\theta^*_\delta", "theta_delta-theta*_delta"),
-        (r"|\sum e^{i\nu\psi_k}|", "|sum e^(i nu psi_k)|"),
-        ("M_{max}-M_{min}", "M_max-M_min"),
-    ],
-)
-def test_symbols_are_written_in_plain_letters(symbol: str, text: str) -> None:
-    assert symbol_text(symbol) == text
-
-
 def test_no_symbol_of_a_quantity_prints_a_stray_sign() -> None:
     told = [line for line in ok("list", "quantities").splitlines() if line]
     lines = dict(line.split(maxsplit=1) for line in told)
@@ -398,14 +316,6 @@ def test_no_symbol_of_a_quantity_prints_a_stray_sign() -> None:
         assert not set(text) & set("\\{}"), name
         # An underscore stands between a sign and its index, and nowhere else.
         assert not re.search(r"(?<![A-Za-z0-9)*'])_|_(?![A-Za-z0-9])", text), name
-
-
-def test_new_writes_a_scene_that_reads(tmp_path: Path) -> None:
-    text = ok("new")
-    path = tmp_path / "scene.toml"
-    assert str(path) in ok("new", path)
-    assert path.read_text(encoding="utf-8") == text
-    assert read_scene(path).dimensions == ("load", "inertia")
 
 
 def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> None:
@@ -425,42 +335,6 @@ def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> Non
     assert not any(line.startswith("inertia 1.5,") for line in text.splitlines())
     assert "largest difference of delta" in text
     assert max(map(len, text.splitlines())) <= 120
-
-
-def dataset_with(**published: float) -> xr.Dataset:
-    variables: dict[str, Any] = {"delta": ("design", [0.1, np.nan, 0.3])}
-    variables["delta_published"] = ("design", [0.1, 0.2, 0.0])
-    coordinates = {"design": [0, 1, 2], "case": ("design", np.array(["a", "b", "c"], dtype=object))}
-    return xr.Dataset(variables, coordinates).assign(
-        {f"{name}_published": value for name, value in published.items()}
-    )
-
-
-def test_rows_of_published_values() -> None:
-    lines = reference_text(dataset_with(mu=1.0)).splitlines()
-    assert re.split(r"\s+", lines[2]) == ["a", "0.1", "0.1", "0.00", "%"]
-    assert re.split(r"\s+", lines[3]) == ["b", "0.2", "none"]
-    assert re.split(r"\s+", lines[4]) == ["c", "0", "0.3"]
-    assert "not requested in [output] quantities: mu" in lines[-1]
-    dataset = xr.Dataset(
-        {
-            "delta": (("method", "speed"), [[0.1, 0.2], [0.11, 0.21]]),
-            "delta_published": ("speed", [0.1, np.nan]),
-            "mu": ((), 2.0),
-            "mu_published": ((), 2.5),
-        },
-        {
-            "method": [0, 1],
-            "method_name": ("method", np.array(["newton", "thesis"], dtype=object)),
-            "speed": [1000.0, 1100.0],
-        },
-    )
-    text = reference_text(dataset)
-    assert "newton, speed 1000" in text
-    assert "thesis, speed 1000" in text
-    assert "1100" not in text
-    assert "largest difference of delta: +10.00 % (thesis, speed 1000)" in text
-    assert "largest difference of mu: -20.00 % (the only row)" in text
 
 
 @pytest.mark.compiled
@@ -586,62 +460,3 @@ def test_names_of_one_thing_find_the_same(of: str, same: tuple[str, ...]) -> Non
     first, *others = (names(of, *words.split()) for words in same)
     assert len(first) > 1
     assert all(other == first for other in others)
-
-
-def test_keys_are_found_by_their_other_names() -> None:
-    for key, words in WORDS_OF_KEYS.items():
-        assert key in PARAMETERS
-        for one in words.split(" (")[0].split(", "):
-            assert key in names("keys", *one.split()), (key, one)
-    assert names("keys", "gudgeon", "pin")[-2:] == ["piston_pin_diameter", "piston_pin_width"]
-
-
-def test_a_near_spelling_is_told() -> None:
-    first, *rest = listed("quantities", "gudegon", "pin")
-    assert first.startswith("# nothing found for 'gudegon'; did you mean 'gudgeon'?")
-    assert rest[1:] == listed("quantities", "gudgeon", "pin")
-    assert listed("keys", "irregularty")[0].startswith("# nothing found for 'irregularty'")
-    assert found_quantities("irregularity")[1] == ""
-
-
-@pytest.mark.parametrize("name", ["torque_mean", "torque", "crank_angle", "gas_torque_rms"])
-def test_an_exact_name_comes_first(name: str) -> None:
-    assert names("quantities", name)[0] == name
-    assert names("quantities", *name.split("_"))[0] == name
-
-
-def test_axes_of_curves_are_found_and_not_listed_as_quantities() -> None:
-    public = sorted(name for name, dimension in DIMENSIONS.items() if dimension.public)
-    assert sorted(names("quantities", "axes", "of", "curves")) == public
-    assert "0 at firing top dead centre" in "".join(listed("quantities", "crank", "angle")[:2])
-    assert not set(names("quantities")) & set(DIMENSIONS)
-
-
-def test_keys_print_names_and_defaults() -> None:
-    lines = {line.split()[0]: line for line in listed("keys")}
-    assert lines["friction_law"].endswith(
-        "one of chen_flynn, patton_nitschke_heywood; default chen_flynn"
-    )
-    assert "one of ohv, sohc_finger_follower" in lines["valve_train"]
-    assert lines["flywheel_density"].endswith("or a name: cast iron, steel")
-    assert lines["wanted_delta"].endswith("or a name such as pump")
-    assert lines["gear_ratio"].endswith("; default 1")
-    assert default_text(PARAMETERS["passes"]) == ""  # 0, outside the range: there is none
-    assert value_text(PARAMETERS["valve_train"], 7.0) == "dohc_roller_finger_follower"
-    assert value_text(PARAMETERS["flywheel_density"], 7850.0) == "7850"
-
-
-@pytest.mark.parametrize(
-    ("word", "said"), [("quantity", "did you mean 'quantities'"), ("units", "quantities and keys")]
-)
-def test_an_unknown_list_is_refused_in_one_line(word: str, said: str) -> None:
-    assert said in commands.refused("list", word)
-
-
-def test_words_of_values_are_shown() -> None:
-    assert "valve_train = dohc_roller_finger_follower " in commands.ok("info", "si_four_87x101")
-    node = xr.Dataset(attrs={"parameters": '{"valve_train": 7.0, "bore": 0.08}', "history": "now"})
-    lines = archive_text(node, __file__, provenance=True).splitlines()
-    assert "    valve_train: dohc_roller_finger_follower (7)" in lines
-    assert "    bore: 0.08" in lines
-    assert "dohc_roller_finger_follower (7)" in assumed(node, {})

@@ -18,7 +18,6 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
-from engine_dyn.compilation import COMPILING
 from sweeps.running.archive import provenance
 from sweeps.running.archive.netcdf import open_archive
 from sweeps.running.archive.partial import Partial
@@ -115,19 +114,6 @@ def test_by_the_command_and_in_shards(scheduler: str, tmp_path: Path, scene: Pat
         assert "converged 60000" in result
     ok("merge", tmp_path / "1.nc", tmp_path / "2.nc", "-o", tmp_path / "out.nc")
     assert_same(tmp_path / "out.nc", sweeps.run(scene))
-
-
-def test_blocks_that_are_seen_late_are_waited_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    seen = iter([[], [1], [1, 2, 3]])
-    here = Partial(tmp_path)
-    monkeypatch.setattr(here, "finished", lambda: next(seen))
-    cluster._wait_for(here, [1, 3])
-    assert list(seen) == []
-    monkeypatch.setattr(cluster, "LATE", 0.2)
-    monkeypatch.setattr(here, "finished", list)
-    cluster._wait_for(here, [1])  # it is computed again
 
 
 def test_blocks_are_enough_for_all_and_not_tiny(tmp_path: Path) -> None:
@@ -275,25 +261,6 @@ def test_resume_after_the_client_was_killed(
     same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_ctrl_c_with_processes_of_its_own(tmp_path: Path, scene: Path) -> None:
-    """A terminal sends the signal to all of them; a local run goes on with what they leave."""
-    process = start("run", "scene.toml", "-o", "out.nc", "--scheduler", "local:2", folder=tmp_path)
-    wait_for(lambda: len(finished(tmp_path)) >= 2 or process.poll() is not None)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate()
-    assert process.returncode == 1, errors
-    assert re.fullmatch(
-        r"engine-dyn: interrupted; \d+ of \d+ blocks are finished in out.nc.partial; to continue: "
-        r"engine-dyn run scene.toml -o out.nc --resume --scheduler local:2\n",
-        errors.replace(f"{COMPILING}\n", ""),
-    ), errors
-    kept = finished(tmp_path)
-    done = sweeps.stream(scene, tmp_path / "out.nc", resume=True)
-    assert done.before == len(kept) >= 2
-    assert_same(tmp_path / "out.nc", sweeps.run(scene))
-
-
 @pytest.mark.parametrize(
     "bad",
     ["", "local", "local:", "local:0", "local:-1", "local:2.5", "local:1025", "local:²",
@@ -304,34 +271,6 @@ def test_addresses_that_are_none(bad: str, tmp_path: Path) -> None:
     assert "tcp://host:8786, or local:N" in text
     with pytest.raises(sweeps.SceneError, match="local:N"):
         sweeps.stream("first", tmp_path / "out.nc", scheduler=bad or "x")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_threads_and_scheduler(tmp_path: Path) -> None:
-    arguments = ("run", "first", "-o", tmp_path / "out.nc", "--threads", "2")
-    assert "--threads: not allowed with" in refused(*arguments, "--scheduler", "local:2")
-
-
-def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
-    import dask
-
-    with dask.config.set({"distributed.comm.timeouts.connect": "300ms"}):
-        text = refused("run", "first", "-o", tmp_path / "no.nc", "--scheduler", "tcp://127.0.0.1:1")
-    assert "--scheduler tcp://127.0.0.1:1: cannot be reached (" in text
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("scheme", ["tls", "wss", "ucx"])
-def test_a_protocol_that_is_not_set_up(scheme: str, tmp_path: Path) -> None:
-    """In a process of its own, which must end: dask's client kept it alive."""
-    done = python(
-        COMMAND, "run", "first", "-o", tmp_path / "no.nc", f"--scheduler={scheme}://127.0.0.1:1",
-        environment={"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300ms"}, timeout=120,
-    )  # fmt: skip
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
-    assert f"--scheduler {scheme}://127.0.0.1:1: cannot be reached (" in line
-    assert ("certificates" in line) == (scheme != "ucx")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -398,70 +337,6 @@ def test_workers_that_do_not_fit(
     text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", scheduler)
     assert re.search(message, text), text
     assert list(tmp_path.iterdir()) == []
-
-
-def test_workers_of_several_threads(tmp_path: Path) -> None:
-    with workers(1, threads=2, processes=False, protocol="tcp") as running:
-        address = running.scheduler_address
-        text = refused("run", "first", "-o", tmp_path / "out.nc", "--scheduler", address)
-    assert "has 2 threads; must have one (--nthreads 1" in text
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_workers_that_come_later_are_checked_too(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
-) -> None:
-    """As if those that were asked at first were others than those that compute."""
-    looked = cluster._checked
-
-    def other(*arguments: Any) -> Any:
-        found = looked(*arguments)
-        object.__setattr__(found, "kind", {**found.kind, "processor": "i386"})
-        return found
-
-    monkeypatch.setattr(cluster, "_checked", other)
-    (tmp_path / "scene.toml").write_text(MAP)
-    text = refused(
-        "run", tmp_path / "scene.toml", "-o", tmp_path / "o.nc", "--scheduler", scheduler
-    )
-    assert re.search(r"is of a different kind from the run: processor \(was i386, is ", text), text
-    assert not (tmp_path / "o.nc").exists()
-
-
-def full_disk(folder: str, key: str, number: int) -> Any:
-    import errno
-
-    from sweeps.running.archive.partial import Partial
-    from sweeps.running.compute import worker
-
-    write = Partial.write
-
-    def full(self: Any, number: int, arrays: Any) -> int:
-        if number > 2:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(self, number, arrays)
-
-    Partial.write = full  # type: ignore[method-assign]
-    try:
-        return worker.block(folder, key, number)
-    finally:
-        Partial.write = write  # type: ignore[method-assign]
-
-
-def test_a_full_disk_is_told_by_the_workers(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene: Path
-) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr(worker, "block", full_disk)
-        result = invoke("run", scene, "-o", tmp_path / "out.nc", "--scheduler", scheduler)
-    assert result.exit_code == 1, result.output
-    assert "out.nc: cannot be written (No space left on device, on worker on " in result.stderr
-    assert f"--resume --scheduler {scheduler}" in result.stderr
-    # The other worker may still be at one of the first three.
-    kept = len(finished(tmp_path))
-    done = sweeps.stream(scene, tmp_path / "out.nc", resume=True, scheduler=scheduler)
-    assert 1 <= kept <= done.before <= 3
-    same_but_machine(tmp_path / "out.nc", sweeps.run(scene))
 
 
 def dying(folder: str, key: str, number: int) -> Any:

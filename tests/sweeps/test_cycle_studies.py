@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 
 import sweeps
-from engine_dyn.pressure.cycle_table import CycleTable
 from sweeps.running.compute import in_memory
 from sweeps.running.compute.streaming import stream
 from sweeps.scene.plan import blocks
@@ -95,19 +94,6 @@ def test_any_number_of_cycles_in_blocks(tmp_path: Path, monkeypatch: pytest.Monk
         assert_array_equal(part[name], expected)
 
 
-def test_few_rows_are_kept_in_a_long_study() -> None:
-    plan = make_plan(read_scene(study(1500, ("imep", "peak_pressure"))))
-    table = plan.leaves["family"].data
-    assert isinstance(table, CycleTable)
-    lengths = divided(plan)[0]
-    length = lengths["design"]
-    computation = in_memory.Computation(plan, lengths)
-    for block in blocks.blocks(plan, lengths):
-        computation.results(block)
-        for kept in (table._state.rows, table._state.diagrams):
-            assert kept.numbers.size <= 2 * length
-
-
 def calls(scene: dict[str, Any]) -> int:
     """Calls of Python functions while a scene that has been planned is computed."""
     plan, count = make_plan(read_scene(scene)), 0
@@ -153,27 +139,3 @@ def test_only_the_diagrams_of_a_load_have_to_be_cycles() -> None:
     assert full["status"].values.tolist() == [0, 0, 0]
     assert least["status"].values.tolist() == [0, 4, 4]
     assert np.isnan(least["imep"].values).tolist() == [False, True, True]
-
-
-def test_orders_and_loads_of_bearings_are_those_of_single_diagrams(tmp_path: Path) -> None:
-    """A scene whose engine file has the numbers of a design gives the same by other code."""
-    names = ("gas_torque_order", "gas_torque_phase", "crank_pin_load_max", "main_journal_load_max",
-             "piston_pin_load_mean", "torque_max")  # fmt: skip
-    change = {"cylinders": 4, "pin_offset": 0.003}
-    many = sweeps.run(study(3, names, set=change))
-    engine = Path(sweeps.__file__).parent / "catalogue" / "engines" / "si_four_87x101.toml"
-    columns = study(3)["designs"]
-    for i in range(3):
-        lines = engine.read_text(encoding="utf-8").splitlines()
-        for j, line in enumerate(lines):
-            key = line.split(" = ")[0]
-            if key in columns and '"' not in line:
-                lines[j] = f"{key} = {columns[key][i]}"
-        own = tmp_path / f"own{i}.toml"
-        own.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        asked = {"quantities": list(names)}
-        alone = sweeps.run({"engine": str(own), "set": change, "output": asked})
-        for name in names:
-            assert_allclose(
-                many[name].values[i], alone[name].values, rtol=1e-8, atol=1e-7, err_msg=name
-            )

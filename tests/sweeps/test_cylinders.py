@@ -12,7 +12,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 import sweeps
 from engine_dyn import PeriodicSpeed, periodic_speed
 from engine_dyn.geometry.layouts import arrangement_from_text
-from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.quantities.graph import QUANTITIES
 from sweeps.base.errors import SceneError
@@ -97,29 +96,6 @@ def test_engines_of_17_to_24_cylinders(count: int, arrangement: Any) -> None:
     # A shaft of so much inertia gains the work between its extremes: delta = W/(Theta omega^2).
     swing = float(found["energy_swing"]) / (20.0 * (1200.0 * np.pi / 30.0) ** 2)
     assert float(found["delta"]) == pytest.approx(swing, rel=0.02)
-
-
-def test_engine_file_with_an_arrangement(tmp_path: Path) -> None:
-    body = VALUES.replace("cylinders = 2", "cylinders = 8").replace(
-        "[values]",
-        'arrangement = "V8 cross-plane"\nmass_factor = [1, 1, 1, 1, 1, 1, 1, 1.1]\n[values]',
-    )
-    path = written(tmp_path, body + modelled())
-    engine = load_engine(path, Path())
-    assert engine.firing_order == (1, 8, 4, 3, 6, 5, 7, 2)
-    assert engine.own_cylinders is not None
-    assert engine.own_cylinders.mass_factors[-1] == 1.1
-    assert "8 cylinders: whole cycle, even firing, unequal cylinders" in planned(path)
-    assert "8 cylinders: Phi/8, even firing" in planned(path, set={"mass_factor": [1] * 8})
-    assert "4 cylinders: Phi/4, even firing" in planned(path, set={"cylinders": 4})
-
-
-def test_plan_says_the_period_that_is_solved() -> None:
-    assert "1 cylinder: whole cycle; 6: Phi/6, even firing" in planned(axes={"cylinders": [1, 6]})
-    twin = planned(set={"cylinders": 2, "arrangement": "parallel twin 180"})
-    assert "2 cylinders: whole cycle, uneven firing" in twin
-    vee = planned(set={"cylinders": 6, "arrangement": "V6 90 shared-pin 1-6-5-4-3-2"})
-    assert "6 cylinders: Phi/3, uneven firing" in vee
 
 
 def written_out(text: str, period: float = 4.0 * np.pi) -> dict[str, Any]:
@@ -284,21 +260,6 @@ def test_a_misfire(engine: str) -> None:
 
 
 @pytest.mark.compiled
-def test_factors_hold_at_their_own_number_of_cylinders() -> None:
-    names = (*DELTA, "imep", "fmep", "pressure", "engine_inertia")
-    factors = {"pressure_factor": [0.5, 1.0, 1.0], "mass_factor": [1.1, 1.0, 1.0],
-               "firing_angles": [0.0, 200.0, 470.0]}  # fmt: skip
-    axis = run(quantities=names, axes={"cylinders": [2, 3]}, set=factors)
-    for count, own in ((2, {}), (3, factors)):
-        alone = run(quantities=names, set={"cylinders": count, **own})
-        for name in names:
-            assert_array_equal(axis[name].sel(cylinders=count), alone[name], name)
-    assert float(axis["pressure"].sel(cylinders=3).max()) < float(
-        axis["pressure"].sel(cylinders=2).max()
-    )
-
-
-@pytest.mark.compiled
 def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
     # The series of the motion are those of a centred mechanism; no characteristic is followed.
     series = (
@@ -358,23 +319,6 @@ def test_arrangements_and_misfires_as_axes() -> None:
 
 
 @pytest.mark.compiled
-def test_misfires_beside_numbers_of_cylinders() -> None:
-    pairs = run(designs={"cylinders": [1, 2, 4, 4], "misfire": [0, 2, 0, 3]})
-    product = run(axes={"cylinders": [2, 4], "misfire": [0, 1]})
-    assert "axes_without_effect" not in pairs.attrs
-    assert product["delta"].dims == ("cylinders", "misfire")
-    for count, factors, place in ((2, [1, 0], 1), (4, [1, 1, 1, 1], 2), (4, [1, 1, 0, 1], 3)):
-        alone = run(set={"cylinders": count, "pressure_factor": factors})
-        for name in DELTA:
-            assert pairs[name].values[place] == alone[name].values
-    even = run(set={"cylinders": 4})
-    assert product["delta"].sel(cylinders=4, misfire=0).values == even["delta"].values
-    none = run(axes={"misfire": [0]})
-    assert none.attrs["axes_without_effect"] == "misfire"
-    assert "4 cylinders: whole cycle" in planned(set={"cylinders": 4}, axes={"misfire": [1, 2]})
-
-
-@pytest.mark.compiled
 def test_unequal_throws_and_friction_through_a_scene() -> None:
     shares = {"friction_boundary": 0.2, "friction_mixed": 0.1, "friction_hydrodynamic": 0.4,
               "friction_skirt": 0.1}  # fmt: skip
@@ -429,18 +373,6 @@ def test_offset_through_a_scene_is_that_of_one_design() -> None:
     centred = found.sel(pin_offset=0.0, crank_offset=0.0)
     for name in DELTA:
         assert centred[name].values == plain[name].values
-
-
-@pytest.mark.compiled
-def test_offset_with_a_given_rod() -> None:
-    """The stroke and the rod stay, so the crank radius follows: in a scene as in an engine file."""
-    rod = run(quantities=("velocity", "imep"), set={"rod_length": 0.35, "pin_offset": 0.03})
-    radius = float(crank_radius(0.18, 0.35, 0.03))
-    ratio = run(
-        quantities=("velocity", "imep"), set={"crank_ratio": radius / 0.35, "pin_offset": 0.03}
-    )
-    assert_allclose(rod["velocity"], ratio["velocity"], rtol=1e-12, atol=1e-13)
-    assert float(rod["imep"]) == pytest.approx(float(ratio["imep"]), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -525,18 +457,6 @@ def test_one_line_for_what_is_wrong(tables: dict[str, Any], message: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "designs",
-    [
-        {"friction_skirt": [0.9, 0.1], "friction_mixed": [0.1, 0.9]},
-        {"rod_length": [0.35, 0.12], "pin_offset": [0.08, 0.0]},
-    ],
-)
-def test_values_of_one_design_go_together(designs: dict[str, list[float]]) -> None:
-    """The largest of one column beside the largest of the other would not do."""
-    read_scene(scene(designs=designs, set={"ring_pressure": 1.0}))
-
-
-@pytest.mark.parametrize(
     ("change", "message"),
     [
         (("[values]", "firing_order = [1, 2]\nfiring_angles = [0, 180]\n[values]"),
@@ -551,16 +471,6 @@ def test_values_of_one_design_go_together(designs: dict[str, list[float]]) -> No
 def test_engine_files_that_are_none(tmp_path: Path, change: tuple[str, str], message: str) -> None:
     path = written(tmp_path, VALUES.replace(*change) + modelled())
     assert re.search(message, refusal_of(lambda: load_engine(path, Path())))
-
-
-def test_a_measured_diagram_without_compression_is_refused(tmp_path: Path) -> None:
-    angle = np.arange(-360.0, 360.0)
-    bar = 1.0 + 40.0 * np.exp(-(((angle - 10.0) / 20.0) ** 2))
-    file = tmp_path / "p.csv"
-    rows = "\n".join(f"{a:g},{p:.6f}" for a, p in zip(angle, bar, strict=True))
-    file.write_text(f"crank_angle_deg,pressure_bar\n{rows}\n")
-    told = refusal(scene(set={"pressure_factor": [0.0]}, indicator={"file": str(file)}))
-    assert re.search(r"\[set\] pressure_factor: .* no compression line", told)
 
 
 @pytest.mark.compiled
@@ -582,34 +492,3 @@ def test_single_cylinders_are_the_lists_with_one_value_changed() -> None:
                 here = here.isel({key: place}) if key in here.dims else here
                 assert float(here) == pytest.approx(float(same[quantity]), rel=1e-12), quantity
     assert found["firing_angle_2"].attrs["units"] == "degree"
-
-
-@pytest.mark.compiled
-def test_unequal_throws_with_an_offset_through_a_scene() -> None:
-    """As one design, and work as mean pressure times displacement."""
-    radii, values = [1.0, 0.9, 1.1], load_engine("ntua", Path()).values
-    found = run(
-        quantities=(*DELTA, "friction_torque", "displacement", "imep", "torque",
-                    "torque_after_throw", "mean_piston_speed"),
-        axes={"pin_offset": [-0.01, 0.02]},
-        set={"cylinders": 3, "radius_factor": radii, "reciprocating_mass": 6.67},
-    )  # fmt: skip
-    for offset in (-0.01, 0.02):
-        here = found.sel(pin_offset=offset)
-        angles = np.radians([0.0, 480.0, 240.0])
-        one = alone(here, cylinders=3, offset=offset, firing_angles=angles, radius_factor=radii)
-        assert float(here["delta"]) == pytest.approx(one.delta, rel=1e-9)
-        assert float(here["torque_mean"]) == pytest.approx(one.torque_mean, rel=1e-12)
-        # Strokes of the throws, from the closed triangles at both dead centres.
-        crank = crank_radius_of_ratio(values["stroke"], values["crank_ratio"], offset)
-        rod = crank / values["crank_ratio"]
-        strokes = [np.sqrt((rod + r * crank) ** 2 - offset**2)
-                   - np.sqrt((rod - r * crank) ** 2 - offset**2) for r in radii]  # fmt: skip
-        area = 0.25 * np.pi * values["bore"] ** 2
-        assert float(here["displacement"]) == pytest.approx(area * sum(strokes), rel=1e-12)
-        speed = np.mean(strokes) * values["speed"] / 30.0
-        assert float(here["mean_piston_speed"]) == pytest.approx(speed, rel=1e-12)
-    work = (found["torque_mean"] + found["friction_torque"]) * 4.0 * np.pi
-    assert_allclose(work, 1e5 * found["imep"] * found["displacement"], rtol=1e-12)
-    whole, torque = found["torque_after_throw"].isel(throw=0), found["torque"].values
-    assert_allclose(whole, torque, atol=1e-9 * np.ptp(torque))

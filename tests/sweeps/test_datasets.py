@@ -13,7 +13,6 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
-from sweeps.base.errors import SceneError
 from sweeps.decide.explore.opening import nearest
 from sweeps.decide.explore.rows import rows
 from sweeps.running.archive import netcdf
@@ -21,7 +20,6 @@ from sweeps.running.archive.stored_dataset import stored_dataset
 from sweeps.view.texts.archives import archive_text
 from sweeps.view.texts.published import text as published_text
 from sweeps.view.texts.tables import rows_text
-from tests.support.commands import ok
 
 SCENE: dict[str, Any] = {
     "title": "outcomes",
@@ -72,14 +70,6 @@ def test_outcomes_and_numbers_belong_together(dataset: xr.Dataset) -> None:
         assert np.isfinite(dataset[name]).all()
 
 
-def test_unit_of_load_coefficient_only_where_it_has_one() -> None:
-    scene = {"engine": "ntua", "output": {"quantities": ["load_coefficient"]}}
-    for exponents, unit in (([0], "N m"), ([1], "N m s"), ([3], "N m s3"), ([1.6], None),
-                            ([1, 2], None)):  # fmt: skip
-        result = sweeps.run({**scene, "axes": {"load_exponent": exponents}})
-        assert result["load_coefficient"].attrs.get("units") == unit
-
-
 def test_designs_and_axes_multiply(tmp_path: Path) -> None:
     scene = {
         "engine": "ntua",
@@ -111,18 +101,6 @@ def test_rules_of_the_rod() -> None:
     assert mass(rod_length=0.45) == pytest.approx(1.0 + 6.33 * (1.0 - 0.094 / 0.45))
     assert mass(crank_ratio=0.2) == mass(rod_length=0.45)
     assert mass(stroke=0.36) == pytest.approx(1.0 + 6.33 * (1.0 - 0.094 / 0.70))
-
-
-def test_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = sweeps.run({"engine": "ntua", "output": {"quantities": ["imep"]}})
-    path = tmp_path / "out.nc"
-    path.write_text("old")
-    with pytest.raises(FileExistsError):
-        netcdf.write(result, path)
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", lambda *_, **__: (_ for _ in ()).throw(OSError()))
-    with pytest.raises(OSError):
-        netcdf.write(result, path, overwrite=True)
-    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
 CASES = ["light", "schwer, größer", "nominal"]
@@ -214,23 +192,3 @@ def test_parts_of_parts_are_read_in_place(tmp_path: Path) -> None:
             assert_array_equal(part.values, expected)
             first = {d: 0 for d, n in expected.sizes.items() if n}
             assert_array_equal(part.isel(first).values, expected.isel(first))
-
-
-def test_damaged_values_are_told_in_one_line(tmp_path: Path) -> None:
-    path = tmp_path / "made.nc"
-    chunks = {"omega": {"zlib": True, "complevel": 6, "chunksizes": (1, 3, 5)}}
-    made().to_netcdf(path, engine="netcdf4", encoding=chunks)
-    raw = path.read_bytes()
-    packed = raw.rindex(b"x\x9c")  # how zlib begins the last chunk
-    path.write_bytes(raw[:packed] + bytes(8) + raw[packed + 8 :])
-    with (
-        stored_dataset(path) as archive,
-        pytest.raises(SceneError, match="damaged: omega: cannot be read"),
-    ):
-        print(archive["omega"].values)
-
-
-def test_commands_tell_it(tmp_path: Path) -> None:
-    path = written(tmp_path)
-    with sweeps.open(path) as archive:
-        assert ok("info", path, "--provenance").rstrip() == texts(archive, path)[0]

@@ -1,7 +1,5 @@
 """Tables of designs from files: the same columns whatever the format, and what is refused."""
 
-import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,6 @@ from sweeps.scene.design_files import design_csv, design_netcdf, design_parquet
 from sweeps.scene.design_files.design_files import read_designs
 from sweeps.scene.reading import read_scene
 from tests.support import commands
-from tests.support.scenes import asking
 
 COLUMNS = {
     "inertia": [1.5, 2.0, 0.1 + 0.2], "speed": [1000, 1100, 1e3 / 3.0], "cylinders": [1, 2, 4],
@@ -104,11 +101,6 @@ def test_ratios_are_numbers_in_every_format(name: str, tmp_path: Path) -> None:
     assert_array_equal(found["wanted_delta"], [1 / 100, 1 / 200, 0.02])
 
 
-def test_a_wrong_ratio_is_told_with_its_line(tmp_path: Path) -> None:
-    path = write(tmp_path / "table.csv", {"wanted_delta": ["1/100", "1/x"]})
-    refused(path, "line 3: wanted_delta = '1/x': must be a finite number")
-
-
 @pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet"])
 def test_tables_longer_than_a_piece(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -141,15 +133,6 @@ def test_an_archive_gives_its_designs_again(tmp_path: Path) -> None:
         "inertia": [1.5, 2.5],
         "load": [50.0, 60.0],
     }
-
-
-def test_an_index_of_a_data_frame_is_no_column(tmp_path: Path) -> None:
-    import pandas as pd
-
-    frame = pd.DataFrame({"inertia": [1.0, 2.0, 3.0]})
-    frame[frame.inertia != 2.0].to_parquet(tmp_path / "table.parquet")
-    columns, _ = read_designs(tmp_path / "table.parquet", "table")
-    assert_array_equal(columns["inertia"], [1.0, 3.0])
 
 
 @pytest.mark.parametrize("name", ["table.nc", "table.parquet", "table.xlsx"])
@@ -200,35 +183,6 @@ def test_missing_values_are_refused_with_their_row(name: str, tmp_path: Path) ->
             file.createDimension("n", 3)
             file.createVariable("inertia", "f8", ("n",))[0] = 1.0
     refused(path, "row 2", "inertia", "missing")
-
-
-def test_two_dimensions_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "table.nc"
-    xr.Dataset({"inertia": (("a", "b"), np.ones((2, 3)))}).to_netcdf(path, engine="netcdf4")
-    refused(path, "inertia", "(a, b)", "must have one")
-    xr.Dataset({"inertia": ("a", [1.0]), "speed": ("b", [1.0])}).to_netcdf(path, engine="netcdf4")
-    refused(path, "speed", "'b'", "'a'")
-    xr.Dataset({"inertia": 1.0}).to_netcdf(path, engine="netcdf4")
-    refused(path, "inertia", "none")
-    xr.Dataset(coords={"design": [1]}).to_netcdf(path, engine="netcdf4")
-    refused(path, "no variable is named as a parameter")
-    table = pa.table({"inertia": pa.array([[1.0, 2.0], [3.0]])})
-    pq.write_table(table, tmp_path / "table.parquet")
-    refused(tmp_path / "table.parquet", "inertia", "list", "must be numbers")
-
-
-@pytest.mark.parametrize("name", ["table.ods", "table", "table.dat"])
-def test_other_endings_are_refused(name: str, tmp_path: Path) -> None:
-    tmp_path.joinpath(name).write_text("inertia\n1\n")
-    refused(tmp_path / name, "must end with", ".csv", ".parquet")
-
-
-def test_without_pyarrow_it_is_said_how_to_get_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write(tmp_path / "table.parquet", {"inertia": [1.0]})
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    refused(path, "pip install", "engine-dyn[parquet]")
 
 
 FIELDS = st.one_of(
@@ -298,28 +252,3 @@ def test_numbers_are_read_to_the_last_digit(tmp_path: Path) -> None:
     path.write_text("inertia\n" + "\n".join(texts) + "\n")
     columns, _ = read_designs(path, "table.csv")
     assert_array_equal(columns["inertia"], [float(t) for t in texts])
-
-
-def test_rows_are_read_without_looking_at_each(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The careful way is not taken for a plain table, and attributes do not hold its values."""
-
-    def never(*_: object) -> None:
-        raise AssertionError("row by row")
-
-    values = np.linspace(1.0, 2.0, 50_000)
-    path = write(tmp_path / "table.csv", {"inertia": values, "speed": 1000.0 * values})
-    monkeypatch.setattr(design_csv, "parse_rows", never)
-    scene = asking(["mean_piston_speed"], designs={"file": str(path)})
-    result = sweeps.run(scene)
-    assert result["mean_piston_speed"].size == values.size
-    files = result.attrs.pop("input_files")  # the engine's own
-    assert "table.csv" not in files
-    assert max(len(str(value)) for value in result.attrs.values()) < 2000
-    scene["designs"] = {"inertia": values.tolist(), "speed": 1000.0 * values}
-    listed = sweeps.run(scene)
-    listed.attrs.pop("input_files")
-    assert_array_equal(listed["mean_piston_speed"], result["mean_piston_speed"])
-    assert max(len(str(value)) for value in listed.attrs.values()) < 2000
-    assert json.loads(listed.attrs["scene"])["designs"]["inertia"].startswith("50000 values")

@@ -9,16 +9,13 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-import sweeps
 from engine_dyn.pressure.double_acting import FILE_UNITS, DoubleActingCycle, DoubleActingDiagram
 from engine_dyn.units import BAR
-from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import read_scene
 from sweeps.view.texts.scenes import engine_text
-from tests.support.figures import plates, words
 from tests.support.scenes import computed, refusal
 
 BORE, STROKE, ROD, SPEED, OUTSIDE = 0.3, 0.15, 0.375, 750.0, 1.01325
@@ -292,18 +289,6 @@ def test_gas_shakes_no_frame(tmp_path: Path) -> None:
     assert_allclose(double["overturning_moment"].values, moment, atol=2e-8 * np.abs(moment).max())
 
 
-def test_the_figure_marks_the_reversal(tmp_path: Path) -> None:
-    found = plates(
-        computed(
-            ["gas_force", "crosshead_inertia_load", "combined_rod_load"], written(tmp_path),
-            axes={"speed": [300, 1000]},
-        )
-    )  # fmt: skip
-    figure = found["rod_loads_speed"]
-    assert "Combined rod load" in words(figure) and "reversed" in words(figure)
-    assert len(figure.axes) == 2 and all(len(panel.collections) == 1 for panel in figure.axes)
-
-
 @pytest.mark.parametrize(
     ("tables", "changes", "message"),
     [
@@ -329,17 +314,6 @@ def test_files_that_are_refused(
     assert message in refusal({"engine": path, "output": {"quantities": ["delta"]}})
 
 
-def test_an_engine_that_burns_has_no_piston_rod(tmp_path: Path) -> None:
-    path = Path(written(tmp_path))
-    path.write_text(path.read_text().replace("two-stroke", "four-stroke"))
-    scene = {"engine": str(path), "output": {"quantities": ["delta"]}}
-    message = "kind = 'double_acting_compressor': must belong to a two-stroke engine"
-    assert message in refusal(scene)
-    path = Path(written(tmp_path))
-    path.write_text(f"{path.read_text()}[pressure_scale]\nspeed = [1, 2]\nscale = [1, 1]\n")
-    assert "not allowed together with [pressure_scale]" in refusal(scene)
-
-
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
@@ -355,31 +329,6 @@ def test_an_engine_that_burns_has_no_piston_rod(tmp_path: Path) -> None:
 def test_scenes_that_are_refused(tmp_path: Path, tables: dict[str, Any], message: str) -> None:
     scene = {"engine": written(tmp_path), "output": {"quantities": ["delta"]}, **tables}
     assert message in refusal(scene)
-
-
-def test_no_elasticity_by_what_the_effective_pressure_is_made_with(tmp_path: Path) -> None:
-    path = written(tmp_path)
-    found = computed(["delta_elasticity"], path, set={"arrangement": "in-line 1"})
-    by = found["delta_elasticity"].to_series()
-    assert not {"bore", "crankcase_pressure", "load"} & {*by.index}
-    assert by["inertia"] == pytest.approx(-1.0, abs=0.05)
-    with pytest.raises(SceneError, match="crankcase_pressure: not allowed"):
-        sweeps.run(
-            {"engine": path, "output": {"quantities": ["delta"]},
-             "uncertainty": {"crankcase_pressure": [0.9, 1.1]}}
-        )  # fmt: skip
-
-
-def test_a_measured_diagram_is_of_one_end(tmp_path: Path) -> None:
-    angles = np.arange(-180, 180, 4)
-    rows = "".join(f"{a},{1.0 + 9.0 * np.exp(-((a / 60.0) ** 2)):.6f}\n" for a in angles)
-    (tmp_path / "p.csv").write_text(f"crank_angle_deg,pressure_bar\n{rows}")
-    path = written(tmp_path)
-    (tmp_path / "scene.toml").write_text(
-        f'engine = "{Path(path).name}"\n[indicator]\nfile = "p.csv"\n'
-        '[output]\nquantities = ["delta"]\n'
-    )
-    assert "[indicator]: not allowed: engine" in refusal(tmp_path / "scene.toml")
 
 
 OF_BOTH = ("crank_end_clearance_ratio", "piston_rod_diameter")

@@ -111,20 +111,6 @@ def test_what_an_engine_lacks_is_told(tmp_path: Path) -> None:
         })  # fmt: skip
 
 
-def test_no_order_of_throws(tmp_path: Path) -> None:
-    order = "firing_order = [1, 2, 3, 4, 5, 6, 7, 8, 9]\n"
-    text = VALUES.replace("cylinders = 2", "cylinders = 9") + POINTS
-    scene = {"output": {"quantities": ["torque_after_throw"]}}
-    path = written(tmp_path, text)
-    with pytest.raises(SceneError, match="cylinders = 9: no firing order is known"):
-        read_scene({"engine": str(path), **scene})
-    read_scene({"engine": str(path), "set": {"cylinders": 6}, **scene})
-    path = written(tmp_path, order + text)
-    read_scene({"engine": str(path), **scene})
-    with pytest.raises(SceneError, match="cylinders = 10: no firing order"):
-        read_scene({"engine": str(path), "axes": {"cylinders": [9, 10]}, **scene})
-
-
 def swapped(old: str, new: str) -> Callable[[], str]:
     def text() -> str:
         whole = VALUES + POINTS
@@ -214,10 +200,3 @@ def test_engine_file_is_refused_in_one_line(case: int, tmp_path: Path) -> None:
     assert "\n" not in message
     for word in ("mine.toml", *words):
         assert word in message, message
-
-
-def test_unknown_engines_and_files() -> None:
-    with pytest.raises(SceneError, match=r"engine = 'NTUA': unknown engine; did you mean 'ntua'\?"):
-        load_engine("NTUA", Path())
-    with pytest.raises(SceneError, match="no such file"):
-        load_engine("nowhere/mine.toml", Path())

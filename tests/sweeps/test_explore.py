@@ -1,6 +1,5 @@
 """The explorer of whole archives: widgets move, and what is drawn changes."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.testing import assert_allclose
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.view.report.explore import explore
-from tests.support.reports import SCENE, hostile, large
+from tests.support.reports import SCENE, hostile
 
 panel = pytest.importorskip("panel")
 
@@ -90,31 +89,6 @@ def test_selectors_draw_other_quantities_in_readable_units(archive: xr.Dataset) 
     part(layout, "map").select(panel.widgets.Select)[1].value = "load"
     found = part(layout, "map").select(panel.pane.Bokeh)[0].object
     assert "Choose two different axes" in found.text
-
-
-def test_only_what_is_drawn_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "large.nc"
-    data = large(40, 90)
-    data.attrs["archive_format"] = "2"
-    data.to_netcdf(path)
-    layout = explore(data)
-    from xarray.backends import netCDF4_
-
-    sizes: list[int] = []
-    read = netCDF4_.NetCDF4ArrayWrapper._getitem
-
-    def counted(self: Any, key: Any) -> Any:
-        found = read(self, key)
-        sizes.append(np.size(found))
-        return found
-
-    monkeypatch.setattr(netCDF4_.NetCDF4ArrayWrapper, "_getitem", counted)
-    with xr.open_dataset(path) as opened:
-        lazy = explore(opened)
-        axis(lazy, "speed").value = 11
-        assert len(sizes) > 5 and max(sizes) <= 40 * 40  # the map; a curve has 90, all have 144000
-        assert_allclose(drawn(lazy, "crank_angle")[0]["y"], data.omega[11, 20])
-    assert layout is not None
 
 
 def test_words_and_lists_are_selectors() -> None:

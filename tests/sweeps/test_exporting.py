@@ -142,28 +142,6 @@ def test_by_the_command_whole_or_a_slice(folder: Path, archive: xr.Dataset, tmp_
     assert "speed = 9: outside the axis" in refused("export", source, "-o", path, *outside)
 
 
-@pytest.mark.parametrize("ending", ["csv", "parquet", "xlsx"])
-def test_one_design_is_exported_without_naming_quantities(
-    ending: str, archive: xr.Dataset, tmp_path: Path
-) -> None:
-    done = sweeps.export(archive.isel(speed=0, inertia=1), tmp_path / f"t.{ending}")
-    assert done.rows == 1 and {"speed", "inertia", "delta"} <= set(done.columns)
-
-
-def test_a_curve_and_orders_are_two_tables(tmp_path: Path) -> None:
-    archive = sweeps.run(
-        engine="si_four_87x101",
-        output={"quantities": ["torque", "torque_order", "main_journal_load_max", "delta"]},
-    )
-    path = tmp_path / "t.csv"
-    for names in (["torque", "torque_order"], ["delta", "torque_order", "main_journal_load_max"]):
-        with pytest.raises(SceneError, match=r"\(over .*\) do not fit into one table"):
-            sweeps.export(archive, path, quantities=names)
-        assert not path.exists()
-    done = sweeps.export(archive, path, quantities=["delta", "torque_order"])
-    assert done.rows == archive.sizes["order"]
-
-
 def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path: Path) -> None:
     with sweeps.open(folder / "a.nc") as opened:
         sweeps.export(opened, tmp_path / "t.csv", quantities="delta")
@@ -234,33 +212,10 @@ def test_texts_of_an_excel_file_are_not_computed_and_more_rows_than_it_has_refus
     assert [path.name for path in tmp_path.iterdir()] == ["results.xlsx"]
 
 
-def test_heads_have_units_on_request(archive: xr.Dataset, tmp_path: Path) -> None:
-    sweeps.export(archive, tmp_path / "plain.csv")
-    sweeps.export(archive, tmp_path / "heads.csv", head_units=True)
-    plain, heads = ((tmp_path / f"{n}.csv").read_text().splitlines() for n in ("plain", "heads"))
-    assert plain[1:] == heads[1:]
-    named = dict(zip(plain[0].split(","), heads[0].split(","), strict=True))
-    for name, head in named.items():
-        unit = archive[name].attrs.get("units", "1") if name in archive.variables else "1"
-        assert head == (name if unit == "1" else f"{name} [{unit}]")
-    assert any("[" in head for head in named.values())
-    with pytest.raises(SceneError, match=r"head_units is for \.csv"):
-        sweeps.export(archive, tmp_path / "t.parquet", head_units=True)
-
-
 @pytest.fixture
 def whole(folder: Path) -> xr.Dataset:
     with sweeps.open(folder / "a.nc") as opened:
         return opened.load()
-
-
-def test_an_archive_is_the_same_as_itself(folder: Path) -> None:
-    run(folder / "scene.toml", folder / "again.nc", overwrite=True)
-    text = ok("compare", folder / "a.nc", folder / "again.nc", "--tolerance", "0")
-    assert text.startswith("axes: the same\n")
-    assert "delta" in text and "the same in 28 values" in text
-    assert "differ" not in text
-    assert "otherwise" not in text
 
 
 def test_the_largest_difference_and_where(
@@ -300,17 +255,6 @@ def test_the_largest_difference_and_where(
     assert "1 with a number in only one archive, first at speed=1000, inertia=" in text
 
 
-def test_infinities_zeros_and_both_not_a_number() -> None:
-    one = xr.Dataset({"q": ("x", [0.0, np.nan, np.inf, np.inf, 1.0, 0.0])})
-    two = xr.Dataset({"q": ("x", [0.0, np.nan, np.inf, -np.inf, 1.0, -0.0])})
-    (found,) = compare(one, two).quantities
-    assert found.differing == 1
-    assert found.relative == np.inf
-    assert found.relative_at == {"x": 3}
-    (found,) = compare(one.isel(x=[0, 1, 2, 4, 5]), two.isel(x=[0, 1, 2, 4, 5])).quantities
-    assert found.differing == 0
-
-
 def test_where_axes_differ_common_values_are_compared(whole: xr.Dataset) -> None:
     other = whole.isel(speed=[3, 0, 2]).copy(deep=True)
     other["delta"].values[0, 0] += 1.0  # at 1600 rpm
@@ -342,22 +286,6 @@ def test_words_and_tables_of_designs() -> None:
     assert delta.relative_at["method"] == "newton"
 
 
-def test_quantities_of_one_archive_only(whole: xr.Dataset) -> None:
-    other = whole.drop_vars("imep").assign(more=whole["delta"])
-    other["fmep"] = other["fmep"].assign_attrs(units="Pa")
-    other["torque_max"] = other["torque_max"].isel(inertia=0) if (
-        "inertia" in other["torque_max"].dims
-    ) else other["torque_max"].expand_dims(inertia=other["inertia"])  # fmt: skip
-    found = compare(whole, other)
-    assert found.only_first == ["imep"]
-    assert found.only_second == ["more"]
-    assert "fmep: in bar and in Pa" in found.not_compared
-    assert any(text.startswith("torque_max: over (") for text in found.not_compared)
-    assert not found.within(1.0)
-    text = comparison_text(found)
-    assert "only in the first: imep" in text
-
-
 def test_by_the_command(folder: Path) -> None:
     (folder / "other.toml").write_text(TO_JOIN.replace("stop = 9.0", "stop = 9.1"))
     run(folder / "other.toml", folder / "other.nc", overwrite=True)
@@ -371,12 +299,3 @@ def test_by_the_command(folder: Path) -> None:
     told = invoke("compare", folder / "a.nc", folder / "other.nc", "--tolerance", "0.1")
     assert told.exit_code == 1
     assert "differ by more than 0.1" in told.stderr
-
-
-def test_comparisons_that_are_refused(folder: Path) -> None:
-    (folder / "text.nc").write_text("text")
-    assert "no such file" in refused("compare", folder / "none.nc", folder / "a.nc")
-    assert "not a netCDF archive" in refused("compare", folder / "a.nc", folder / "text.nc")
-    for wrong in ("-1", "nan", "much", "inf"):
-        text = refused("compare", folder / "a.nc", folder / "a.nc", "--tolerance", wrong)
-        assert "--tolerance" in text

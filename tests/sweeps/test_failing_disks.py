@@ -92,40 +92,6 @@ def test_a_failure_after_the_first_block_says_how_to_go_on(
 
 
 @pytest.mark.compiled
-def test_an_archive_that_is_finished_is_called_finished(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
-) -> None:
-    """The folder beside it could not be removed; the next run does that."""
-    plan_of(tmp_path)
-    with monkeypatch.context() as patch:
-        patch.setattr(Partial, "remove", failing(FAILS))
-        result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
-    assert result.exit_code == 1
-    assert "out.nc: is complete, but " in result.stderr
-    assert "out.nc.partial cannot be removed (Input/output error)" in result.stderr
-    result = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc", "--resume")
-    assert result.exit_code == 0 and "already complete" in result.stdout
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-
-
-def test_the_text_in_the_lock_is_not_worth_a_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(partial.os, "ftruncate", failing(FAILS))
-    with Partial.of(tmp_path / "out.nc").locked(tmp_path / "out.nc"):
-        pass
-
-
-def test_a_failure_leaves_no_empty_folder(tmp_path: Path) -> None:
-    with (
-        pytest.raises(sweeps.SceneError),
-        Partial.of(tmp_path / "out.nc").locked(tmp_path / "out.nc"),
-    ):
-        raise sweeps.SceneError("out.nc: exists")
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.compiled
 def test_a_header_that_cannot_be_read_costs_no_block(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
@@ -138,14 +104,6 @@ def test_a_header_that_cannot_be_read_costs_no_block(
     assert result.exit_code == 1 and result.stderr.count("\n") == 1
     assert len(Partial.of(output).finished()) == 3
     assert into_archive.run(plan, output, Options(resume=True)).before == 3
-
-
-def test_a_folder_whose_lock_is_lost_is_removed_too(tmp_path: Path) -> None:
-    """A failure of the power leaves such a one."""
-    folder = Partial.of(tmp_path / "out.nc")
-    folder.path.mkdir()
-    folder.remove()
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_whose_closing_failed_is_never_closed_again() -> None:

@@ -14,7 +14,6 @@ from numpy.testing import assert_allclose
 import sweeps
 from sweeps.base.dimensions import OF_ORDERS
 from sweeps.decide.explore.firing_patterns import _necklaces, _turned_once
-from sweeps.view.figures import draw
 from sweeps.view.texts.firing_orders import orders_text
 from tests.support import commands
 from tests.support.commands import ok, refused
@@ -110,16 +109,6 @@ def test_search(valves_shut: bool) -> None:
     assert about["density"] == "2/3"
     # A little more than 3/2 for the friction of higher pressures; less without gas exchange.
     assert about["pressure_factor"] == pytest.approx(1.5, rel=0.02)
-
-
-def test_search_by_an_order() -> None:
-    scene = {"engine": "ntua", "set": FOUR}
-    found = sweeps.firing_patterns(
-        scene, 0.75, longest=8, by="torque_order", order=0.5, keep_torque=False
-    )
-    amplitude = found.torque_order.isel(order=np.flatnonzero(np.isclose(found.order, 0.5))[0])
-    assert found.ranked_by.values == pytest.approx(amplitude.values)
-    assert found.ranked_by.values.tolist() == sorted(amplitude.values.tolist())
 
 
 def test_a_rounded_order_means_the_fraction() -> None:
@@ -228,27 +217,9 @@ def test_search_refuses(given: tuple[Any, ...], options: dict[str, Any], message
     assert message in refusal_of(lambda: sweeps.firing_patterns(*given, **options))
 
 
-def test_an_engine_without_cylinders(tmp_path: Path) -> None:
-    engine = tmp_path / "given.toml"
-    engine.write_text(
-        'cycle = "two-stroke"\n[values]\nspeed = 300\ninertia = 10\n[[diagram]]\n'
-        'kind = "torque"\nmean = 100\nharmonics = [{ order = 3, sine = 20 }]\n', encoding="utf-8",
-    )  # fmt: skip
-    scene = {"engine": str(engine), "set": {"firing_pattern": "110"},
-             "output": {"quantities": ["delta"]}}  # fmt: skip
-    assert "gives its torque, not its cylinders" in refusal(scene)
-
-
 @pytest.fixture(scope="module")
 def six() -> xr.Dataset:
     return sweeps.firing_orders("ntua", arrangement="in-line 6", settings={"cylinder_spacing": 0.2})
-
-
-@pytest.fixture(scope="module")
-def file_of_six(six: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("six") / "six.nc"
-    six.to_netcdf(path)
-    return path
 
 
 def of(found: xr.Dataset, order: str, name: str) -> np.ndarray:
@@ -315,15 +286,6 @@ def test_what_no_order_and_what_no_reversal_changes(six: xr.Dataset) -> None:
             assert_allclose(of(six, other, name), one, rtol=1e-9, atol=1e-9 * np.abs(one).max())
 
 
-def test_bearings_of_an_engine_counted_from_its_other_end() -> None:
-    """The in-line five is another order from its other end: its bearings are mirrored."""
-    found = sweeps.firing_orders("ntua", arrangement="in-line 5")
-    assert found["from_other_end"].values.tolist() == found["firing_order"].values[::-1].tolist()
-    loads = found["main_journal_load_max"].transpose("arrangement", "main_bearing").values
-    assert_allclose(loads[0], loads[1, ::-1], rtol=1e-6)
-    assert found["rank"].values.tolist() == [1, 1]  # nothing tells them apart
-
-
 def test_by_one_quantity_and_the_worst_of_an_axis() -> None:
     found = sweeps.firing_orders(
         {"engine": "ntua", "axes": {"speed": [600.0, 2400.0]}}, arrangement="in-line 6",
@@ -354,40 +316,6 @@ def test_v8_of_its_own_crank_has_shaking_forces_in_common() -> None:
     )  # fmt: skip
 
 
-def test_a_sample_of_too_many() -> None:
-    found = sweeps.firing_orders(
-        "ntua", arrangement="in-line 8", crank="any", sample=6, seed=3,
-        settings={"cylinder_spacing": 0.2},
-    )  # fmt: skip
-    orders = found["firing_order"].values.tolist()
-    assert len(set(orders)) == 6
-    assert "1-5-2-6-8-4-7-3" in orders
-    about = json.loads(found.attrs[OF_ORDERS])
-    assert (about["orders"], about["computed"]) == (5040, 6)
-    assert "5,040 firing orders" in orders_text(found)
-
-
-REFUSED = [
-    (("nobody",), {}, r"^'nobody': neither an engine nor a scene, and no such file"),
-    (("ntua",), {}, r"^ntua: 1 cylinder, crank either-hand: there is only one firing order"),
-    (("ntua",), {"arrangement": "in-line 6", "crank": "both"}, r"^crank = 'both': must be"),
-    (("ntua",), {"arrangement": "in-line 6 1-2"}, r"^arrangement = 'in-line 6 1-2': order"),
-    (("ntua",), {"arrangement": "in-line 12 1-7-5-11-3-9-6-12-2-8-4-10", "crank": "any"},
-     r"39,916,800 firing orders; at most 1,000 are computed; choose another crank \(own"),
-    (("ntua",), {"arrangement": "in-line 6", "crank": "any"}, r"so give cylinder_spacing \[m\]"),
-    (("ntua",), {"arrangement": "in-line 6", "sample": 1}, r"^sample = 1: must be"),
-    (("ntua",), {"arrangement": "in-line 6", "by": "imep"}, r"^by imep: is the same"),
-    (("ntua",), {"arrangement": "in-line 6", "by": "imepp"}, r"'imepp': unknown quantity"),
-    (("thesis",), {}, r"^thesis: \[designs\]: not allowed when all firing orders"),
-    (("i4_v6_i6",), {}, r"^i4_v6_i6: the scene has several engines or arrangements"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("given", "options", "message"), REFUSED)
-def test_refused_in_one_line(given: tuple[str], options: dict[str, object], message: str) -> None:
-    assert re.search(message, refusal_of(lambda: sweeps.firing_orders(*given, **options)))
-
-
 def test_command_writes_an_archive_that_others_read(tmp_path: Path) -> None:
     path = tmp_path / "six.nc"
     done = commands.ok("firing-orders", "ntua", "--arrangement", "in-line 6", "--set",
@@ -407,13 +335,3 @@ def test_command_writes_an_archive_that_others_read(tmp_path: Path) -> None:
     assert commands.refused("firing-orders", "ntua", "-o", path)
     wrong = commands.refused("firing-orders", "ntua", "--set", "speed=fast")
     assert "--set speed=fast: must be KEY=NUMBER" in wrong
-
-
-def test_figures(six: xr.Dataset, file_of_six: Path, tmp_path: Path) -> None:
-    with sweeps.open(file_of_six) as archive:
-        paths = draw(archive, tmp_path, "svg")
-    names = {path.stem for path in paths}
-    assert "firing_orders" in names
-    assert not {"rank", "rank_sum"} & names
-    text = next(path for path in paths if path.stem == "firing_orders").read_text()
-    assert text.count("<!-- 1-5-3-6-2-4 -->") == 1

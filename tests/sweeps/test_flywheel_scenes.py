@@ -10,11 +10,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from engine_dyn.quantities.graph import ALL_QUANTITIES, QUANTITIES
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.export import export
 from sweeps.scene.reading import read_scene
-from sweeps.view.texts.lists import quantity_lines
 from sweeps.view.texts.published import text
 
 pytestmark = pytest.mark.compiled
@@ -108,21 +106,6 @@ def test_a_whole_inertia_does_not_tell_the_flywheel(quantity: str) -> None:
     assert "flywheel_inertia" in line and "wanted_delta" in line
 
 
-def test_a_driver_acts_behind_the_cut() -> None:
-    found = sweeps.run(
-        engine="compressor_79x83", set={"flywheel_inertia": 1.0},
-        output={"quantities": ["flywheel_shaft_torque", "torque_mean", "driver_torque",
-                               "load_torque", "angular_acceleration", "flywheel_shaft_torque_mean"],
-                "angle_step": 1.0},
-    )  # fmt: skip
-    rest = found["load_torque"] - found["driver_torque"]
-    expected = rest + found["angular_acceleration"]
-    assert_allclose(found["flywheel_shaft_torque"], expected, rtol=1e-12)
-    # The compressor takes torque: the shaft hands it on from the motor to the running gear.
-    mean = float(found["flywheel_shaft_torque_mean"])
-    assert mean == pytest.approx(float(found["torque_mean"]), rel=1e-4) and mean < 0.0
-
-
 def test_they_need_no_stored_curve_and_are_those_of_the_stored_one() -> None:
     names = ["torque", "omega", "torque_after_throw", "flywheel_shaft_torque", "gas_force"]
     axes = {"cylinders": [1, 2, 4], "speed": [800, 1200]}
@@ -146,53 +129,6 @@ def test_they_need_no_stored_curve_and_are_those_of_the_stored_one() -> None:
     for name, limit in (("torque", 1e-6), ("omega", 1e-8), ("flywheel_shaft_torque", 1e-5)):
         one = name + "_rms"
         assert float(coarse[one]) == pytest.approx(float(fine[one]), rel=limit)
-
-
-def test_names_that_there_were_before_mean_the_same() -> None:
-    """Within what one degree's rectangle rule misses; the speed's mean is exact in its kernel."""
-    pairs = {
-        "torque_mean": "torque", "omega_mean": "omega", "position_mean": "position",
-        "tangential_pressure_mean": "tangential_pressure", "reduced_torque_mean": "reduced_torque",
-        "crank_pin_load_mean": "crank_pin_load", "piston_pin_load_mean": "piston_pin_load",
-        "main_journal_load_mean": "main_journal_load",
-    }  # fmt: skip
-    more = {"cylinder_spacing": 0.2, "cylinders": 1}
-    found = sweeps.run(scene([*pairs, *pairs.values()], set={**PARTS, **more}))
-    for name, curve in pairs.items():
-        mean = found[curve].mean("crank_angle")
-        assert_allclose(found[name], mean, rtol=2e-5, err_msg=name)
-    vector = sweeps.run(scene(["shaking_force_rms", "shaking_force"], set={**PARTS, **more}))
-    size = np.sqrt((vector["shaking_force"] ** 2).sum("direction").mean("crank_angle"))
-    assert float(vector["shaking_force_rms"]) == pytest.approx(float(size), rel=1e-9)
-
-
-def test_lists_name_them_once_and_find_them() -> None:
-    every = quantity_lines()
-    assert every[-1].startswith("# ") and "<curve>_rms" in every[-1]
-    assert not any(line.startswith("torque_rms ") for line in every)
-    assert any(line.startswith("torque_rms ") for line in quantity_lines("torque rms"))
-    assert "torque_rms" in ALL_QUANTITIES and "torque_rms" not in QUANTITIES
-    with pytest.raises(SceneError, match="did you mean 'torque_rms'"):
-        read_scene(scene(["torque_rsm"]))
-
-
-def test_a_given_flywheel_has_a_mass_as_the_required_one() -> None:
-    ring = {
-        "flywheel_outer_diameter": 0.5, "flywheel_inner_diameter": 0.3, "flywheel_density": "steel"
-    }  # fmt: skip
-    asked = ["flywheel_mass", "flywheel_thickness", "inertia_share", "engine_inertia"]
-    wanted = sweeps.run(
-        scene([*asked, "flywheel_inertia_required"], set={"wanted_delta": 0.02, **ring})
-    )
-    needed = float(wanted["flywheel_inertia_required"])
-    given = sweeps.run(scene(asked, set={"flywheel_inertia": needed, **ring}))
-    for name in asked:
-        assert float(given[name]) == pytest.approx(float(wanted[name]), rel=1e-9), name
-    # Of a load, the share is that of the engine's own parts.
-    loaded = sweeps.run(scene(asked, set={**PARTS, **ring}))
-    own = float(loaded["engine_inertia"])
-    assert float(loaded["inertia_share"]) == pytest.approx(1.5 / (1.5 + 0.1 + own), rel=1e-12)
-    assert float(loaded["flywheel_mass"]) == pytest.approx(8 * 1.5 / (0.5**2 + 0.3**2))
 
 
 RIMS = {
@@ -274,19 +210,6 @@ def test_asgari_flywheel_prints_both(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     found.to_netcdf(path)
     assert json.loads(found.attrs["parameters"])["load_inertia"] == 0.05
-
-
-def test_verdicts_have_no_elasticity_and_no_band() -> None:
-    limits = {"rim_speed_lowest": "steel", "rim_speed_limit": "steel",
-              "flywheel_outer_diameter": 0.5}  # fmt: skip
-    with pytest.raises(SceneError, match="a verdict has no elasticity"):
-        read_scene(scene(["rim_speed_verdict_elasticity"], set=limits))
-    found = sweeps.run(
-        scene(["rim_speed", "rim_speed_verdict"], set=limits, axes={"speed": [1200, 1600, 2000]})
-    )
-    assert found["rim_speed_verdict"].values.tolist() == [1.0, 0.0, 2.0]
-    table = found.dyn.table()
-    assert list(table["rim_speed_verdict"]) == ["below", "within", "above"]
 
 
 def test_a_throw_is_reduced_to_the_crank_pin() -> None:

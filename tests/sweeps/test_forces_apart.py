@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.view.figures import draw
 from tests.support.scenes import computed
 
 COMPONENTS = ("wall_thrust", "rod_force", "tangential_force", "radial_force")
@@ -106,17 +105,6 @@ def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
     p, v = np.append(found["pressure"], found["pressure"][0]), np.append(volume, volume[0])
     work = np.sum(0.5 * (p[1:] + p[:-1]) * np.diff(v)) * 0.1  # J
     assert work / (AREA * STROKE * 1e5) == pytest.approx(float(found["imep"]), rel=2e-4)
-
-
-def test_volume_follows_the_compression_ratio_of_an_axis() -> None:
-    found = computed(
-        ["cylinder_volume"], "boxer_twin_101x70", axes={"compression_ratio": [9.0, 12.0]},
-        set={"load": 100},
-    )  # fmt: skip
-    volume = found["cylinder_volume"]
-    assert (volume.max("crank_angle") / volume.min("crank_angle")).values == pytest.approx(
-        [9.0, 12.0], rel=1e-12
-    )
 
 
 def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
@@ -253,20 +241,6 @@ def test_counterweight_of_asgari() -> None:
     none = found.sel(counterweight_fraction=0.0, direction=0)
     orders = none["reciprocating_force_first"] + none["reciprocating_force_second"]
     assert float(np.abs(none["shaking_force"] - orders).max()) < 0.01 * float(np.abs(orders).max())
-
-
-def test_parts_are_drawn_with_their_total(tmp_path: Path) -> None:
-    found = computed(
-        ["tangential_force", "gas_tangential_force", "inertia_tangential_force",
-         "tangential_pressure", "gas_tangential_pressure", "rod_angle", "pressure",
-         "cylinder_volume"],
-        output={"angle_step": 5.0},
-    )  # fmt: skip
-    stems = {path.stem for path in draw(found, tmp_path)}
-    assert {
-        "tangential_force_parts", "tangential_pressure_parts", "kinematics", "work_diagrams",
-    } <= stems  # fmt: skip
-    assert "gas_tangential_force" not in stems
 
 
 GRAVITY = 9.80665

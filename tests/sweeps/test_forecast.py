@@ -1,19 +1,14 @@
 """What `plan` tells: work counted against designs, diagrams, iteration, what is skipped."""
 
-import csv
-import importlib.metadata
-import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-import sweeps
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.methods import METHOD_NAMES
 from sweeps.scene.plan import forecast
 from sweeps.scene.plan.blocks import divided
-from sweeps.scene.plan.forecast import diagram_count, seconds, seconds_of_computing, text, work_of
+from sweeps.scene.plan.forecast import diagram_count, seconds_of_computing, text, work_of
 from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.plan.rates import SECONDS
 from sweeps.scene.reading import read_scene
@@ -57,27 +52,6 @@ def test_diagrams_that_are_needed(axes: dict[str, list[float]], engine: str, dia
     plan = plan_of("delta", engine=engine, axes=axes)
     assert diagram_count(plan) == diagrams
     assert f"{diagrams} diagram" in text(plan)
-
-
-def test_sets_of_cylinders_and_traces_are_told() -> None:
-    told = text(plan_of("delta", axes={**AXES, "cylinders": [1, 3, 4]}))
-    assert "work over the angle of up to 2 diagrams and 3 sets of cylinders, for 72 designs" in told
-    assert "of 720 degrees that is solved: 720 (1 cylinder), 240 (3), 180 (4)" in told
-    assert "traces over crank angle kept: none" in text(plan_of("delta"))
-    assert "kept: omega, 720 angles each" in text(plan_of("delta", "omega"))
-    assert "kept: omega, angular_acceleration" in text(plan_of("inertia_torque_actual"))
-
-
-def test_work_of_columns() -> None:
-    """Columns are of diagrams and cylinders, whatever else designs differ in."""
-
-    def columns(**tables: Any) -> float:
-        return work_of(plan_of("delta", **tables))["columns of diagrams"]
-
-    alone = columns(axes={"inertia": [1.0, 2.0]})
-    assert columns(axes={"crank_ratio": [0.2, 0.3], "inertia": [1.0, 2.0]}) == alone
-    assert columns(axes={"load": [0, 50, 90]}) == 3 * alone
-    assert columns(axes={"cylinders": [1, 3, 4]}) == 3 * alone
 
 
 @pytest.mark.parametrize(
@@ -128,59 +102,7 @@ def test_blocks_and_memory_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     assert divided(plan)[1] < plan.output_bytes + 150e6
 
 
-def test_time_grows_with_work() -> None:
-    axis = {"start": 1.0, "stop": 2.0, "num": 100_000}
-    few, many = plan_of("delta"), plan_of("delta", axes={"inertia": axis})
-    assert 0.0 < seconds(few) < seconds(many)
-    assert seconds(many) < seconds(
-        plan_of("delta", axes={"inertia": axis}, solver={"method": "thesis"})
-    )
-    assert seconds(many) < seconds(plan_of("delta", "omega", axes={"inertia": axis}))
-
-
-def test_time_grows_with_fronts_of_three() -> None:
-    def time_of(*of: str) -> float:
-        sample = {
-            "number": 1 << 20,
-            "inertia": {"low": 4, "high": 8},
-            "load": {"low": 50, "high": 90},
-        }
-        reduce = {"front": [{"of": list(of)}]}
-        plan = plan_of("delta", "torque_max", sample=sample, reduce=reduce)
-        return len(plan.portions) * seconds_of_computing(plan)
-
-    few = time_of("inertia", "delta")
-    assert 0.3 < time_of("inertia", "delta", "torque_max") - few < 10.0
-
-
-def test_a_second_run_reads_nothing_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither the engine's file nor the versions of what is installed."""
-    scene = {"engine": "ntua", "output": {"quantities": ["imep"]}}
-    first = sweeps.run(scene)
-
-    def never(*_: object, **__: object) -> None:
-        raise AssertionError("read again")
-
-    monkeypatch.setattr(importlib.metadata, "version", never)
-    monkeypatch.setattr(tomllib, "loads", never)
-    again = sweeps.run(scene)
-    assert again["imep"] == first["imep"]
-    assert again.attrs["software"] == first.attrs["software"]
-
-
-BENCHMARKS = Path(__file__).resolve().parents[2] / "docs" / "benchmarks"
-
-NEAR = 2.5
 """Factor up to which a rate may differ from a measured one."""
-
-
-def test_rate_of_method_thesis_is_near_the_benchmark() -> None:
-    facts = dict(csv.reader((BENCHMARKS / "facts.csv").read_text(encoding="utf-8").splitlines()))
-    rows = dict(
-        row[:2] for row in csv.reader((BENCHMARKS / "apart.csv").read_text("utf-8").splitlines())
-    )
-    each = float(rows["thesis, Euler, 1 degree"].replace(",", "")) / int(facts["threads"])
-    assert each / NEAR < 1.0 / SECONDS["designs by thesis"] < each * NEAR
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Laws of the friction in scenes: components, their sum, the stroke, bearing pressures."""
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -133,42 +132,6 @@ def test_a_speed_characteristic_finds_the_load() -> None:
         assert float(alone["fmep"]) == pytest.approx(float(found["fmep"].sel(speed=speed)))
 
 
-def test_main_bearings_follow_from_the_throws() -> None:
-    """One more than throws: 5 of an in-line four, 3 of two rods on each of two throws."""
-    sizes = {**BEARINGS, **VALVES}
-    for arrangement, count in (("in-line 4", 5), ("V4 90 shared-pin", 3)):
-        engine = {"engine": "ntua", "output": {"quantities": ["fmep_main_bearings"]}}
-        derived, given = (
-            sweeps.run({**engine, "set": {**sizes, "cylinders": 4, **more}})
-            for more in ({"arrangement": arrangement}, {"main_bearings": count})
-        )
-        assert float(derived["fmep_main_bearings"]) == float(given["fmep_main_bearings"])
-
-
-def test_a_law_counts_as_used_where_the_friction_is_asked_for() -> None:
-    for quantity, unused in (("fmep", ()), ("delta", ()), ("imep", ("friction_law",))):
-        for law in ("patton_nitschke_heywood", "chen_flynn"):
-            plan = sweeps.plan(
-                engine=FOUR, set={"friction_law": law}, output={"quantities": [quantity]}
-            )
-            assert plan.unused_settings == unused, (quantity, law)
-
-
-def test_an_engine_file_may_name_the_law(tmp_path: Path) -> None:
-    text = (Path(sweeps.__file__).parent / "catalogue/engines" / f"{FOUR}.toml").read_text()
-    changed = text.replace("[values]\n", '[values]\nfriction_law = "patton_nitschke_heywood"\n')
-    (tmp_path / "mine.toml").write_text(changed)
-    assert load_engine(tmp_path / "mine.toml").values["friction_law"] == 2.0
-    own = sweeps.run(engine=str(tmp_path / "mine.toml"), output={"quantities": ["fmep"]})
-    named = run(FOUR, "fmep", set=LAW)
-    assert float(own["fmep"]) == float(named["fmep"])
-    back = sweeps.run(
-        engine=str(tmp_path / "mine.toml"), set={"friction_law": "chen_flynn"},
-        output={"quantities": ["fmep"]},
-    )  # fmt: skip
-    assert float(back["fmep"]) == float(run(FOUR, "fmep")["fmep"])
-
-
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
@@ -236,8 +199,3 @@ def test_bearing_pressures_of_the_catalogue_are_those_of_textbooks() -> None:
         assert (journals.max("main_bearing") < pins).all()
         assert (found["piston_pin_pressure_max"] > pins).all()
         assert found.attrs["warnings"] == ""
-
-
-def test_a_length_in_millimetres_is_noticed() -> None:
-    with pytest.warns(match="crank_pin_diameter: .* is crank_pin_diameter in inches"):
-        run(FOUR, "crank_pin_pressure_max", set={"crank_pin_diameter": 2.0})

@@ -191,16 +191,6 @@ def test_what_does_not_fit_is_refused_in_one_line(quantity: str, given: Any, wor
     assert words in refusal(asking([quantity], ENGINE, set=given))
 
 
-def test_a_two_stroke_engine_has_two_strokes() -> None:
-    line = refusal(asking(["exhaust_duration"], "marine_80x345"))
-    assert "'exhaust_duration' needs a four-stroke engine; a two-stroke engine has" in line
-    found = sweeps.run(
-        asking(["compression_duration", "expansion_duration", "cycle_time"], "marine_80x345")
-    )
-    both = found.compression_duration + found.expansion_duration
-    assert both.item() == pytest.approx(found.cycle_time.item(), rel=1e-12)
-
-
 @pytest.mark.filterwarnings("ignore::engine_dyn.ImplausibleWarning")
 def test_the_table_of_the_page_is_what_its_scene_gives() -> None:
     page = (Path(__file__).parents[2] / "docs" / "generator.md").read_text("utf-8")

@@ -7,7 +7,6 @@ import zipfile
 from pathlib import Path
 from typing import Any
 from unittest import mock
-from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -20,7 +19,7 @@ import sweeps
 from sweeps.base.columns.recording import read_recording
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore import fmu, universal_files
-from tests.support.commands import invoke, ok, refused
+from tests.support.commands import ok, refused
 from tests.support.scenes import computed, refusal
 
 pytestmark = pytest.mark.compiled
@@ -93,16 +92,6 @@ def test_a_table_of_orders_is_read_as_a_torque(
     assert_allclose(found["torque"], expected, atol=1e-12 * np.abs(expected).max())
 
 
-def test_sine_and_cosine_are_read_as_harmonics_are(tmp_path: Path) -> None:
-    (tmp_path / "t.csv").write_text("order,sine,cosine\n0.5,10,20\n3,-8,0\n")
-    rows = "[{order = 0.5, sine = 10, cosine = 20}, {order = 3, sine = -8}]"
-    found, expected = (
-        sweeps.run(engine_of(tmp_path, f"{way}\nmean = 25\n"))["torque"]
-        for way in ('file = "t.csv"', f"harmonics = {rows}")
-    )
-    assert_array_equal(found, expected)
-
-
 @pytest.mark.parametrize(
     ("text", "more", "message"),
     [
@@ -117,15 +106,6 @@ def test_sine_and_cosine_are_read_as_harmonics_are(tmp_path: Path) -> None:
 def test_tables_that_are_no_orders(tmp_path: Path, text: str, more: str, message: str) -> None:
     (tmp_path / "t.csv").write_text(text)
     assert message in refusal(engine_of(tmp_path, f'file = "t.csv"\n{more}\n'))
-
-
-def test_orders_that_cannot_be_written(archive: xr.Dataset, tmp_path: Path) -> None:
-    archive.drop_vars("order_frequency").to_netcdf(tmp_path / "a.nc")
-    for orders, message in (("omega", "omega_order, omega_phase"), ("torque", "no order_freq")):
-        output = ("-o", tmp_path / "t.csv", "--orders", orders)
-        assert message in refused("export", tmp_path / "a.nc", *output)
-    with pytest.raises(SceneError, match="not allowed together with orders"):
-        sweeps.export(archive, tmp_path / "t.csv", orders="torque", quantities="torque_order")
 
 
 DIGITS = 1e-11
@@ -161,19 +141,6 @@ def test_a_universal_file_has_a_data_set_for_each_curve(
     assert found["omega (2)"].unit == "rad s-1"
 
 
-def test_abscissas_of_more_than_six_digits_are_written_one_by_one(
-    archive: xr.Dataset, tmp_path: Path
-) -> None:
-    thirds = archive.assign_coords(order=archive["order"] / 3.0)
-    sweeps.export(thirds, tmp_path / "t.uff", orders="torque")
-    (one, _) = data_sets(tmp_path / "t.uff")
-    assert one["abscissa_spacing"] == 0
-    assert_allclose(one["x"], thirds["order"], rtol=5.1e-6)
-    phase = np.deg2rad(archive["torque_phase"][0])
-    expected = archive["torque_order"][0] * np.exp(1j * phase)
-    assert_allclose(one["data"], expected, rtol=DIGITS)
-
-
 @pytest.mark.parametrize("more", [(), ("--units", "torque=kN*m")])
 def test_a_torque_of_a_universal_file_is_read_as_points(
     more: tuple[str, ...], archive: xr.Dataset, tmp_path: Path
@@ -198,17 +165,6 @@ def test_orders_of_a_universal_file_are_read_as_a_torque(
     })  # fmt: skip
     expected = sum_of_orders(25, table, found["crank_angle"].values)
     assert_allclose(found, expected, atol=10 * DIGITS * np.abs(expected).max())
-
-
-def test_designs_without_values_are_left_out_and_told(archive: xr.Dataset, tmp_path: Path) -> None:
-    broken = archive.copy(deep=True)
-    broken["omega"][1] = np.nan
-    done = sweeps.export(broken, tmp_path / "t.uff", quantities=["torque", "omega"])
-    assert done.left_out == ("omega (speed = 3000 rpm)",)
-    assert len(data_sets(tmp_path / "t.uff")) == 3
-    broken.to_netcdf(tmp_path / "a.nc")
-    told = invoke("export", tmp_path / "a.nc", "-o", tmp_path / "again.uff")
-    assert "do not have values: omega (speed = 3000 rpm)" in told.stderr
 
 
 DRIVER = """
@@ -272,26 +228,6 @@ def test_an_fmu_interpolates_with_the_error_of_its_cubic(
     allowed = 1.2 * step**3 / 6.0 * 100.0 * 2.5**3 / (6.0 * np.sqrt(3.0))
     worst = np.abs(found - (7.0 + 100.0 * np.cos(2.5 * between + 0.4))).max()
     assert 0.5 * allowed < worst < allowed
-
-
-def test_the_description_of_an_fmu(archive: xr.Dataset, tmp_path: Path) -> None:
-    texts = []
-    for name in ("one.fmu", "two.fmu"):
-        sweeps.export(archive.isel(speed=[0]), tmp_path / name)
-        with zipfile.ZipFile(tmp_path / name) as packed:
-            texts.append(packed.read("modelDescription.xml"))
-    root, again = (ElementTree.fromstring(text) for text in texts)
-    assert root.attrib["fmiVersion"] == "2.0" and root.attrib["guid"] == again.attrib["guid"]
-    assert "speed = 1500 rpm; angle zero is firing top dead centre" in root.attrib["description"]
-    found = {v.attrib["name"]: (v.attrib["causality"], v[0].attrib["unit"])
-             for v in root.iter("ScalarVariable")}  # fmt: skip
-    assert found == {
-        "crank_angle": ("input", "rad"), "mean_speed": ("parameter", "rad/s"),
-        "torque": ("output", "N.m"), "omega": ("output", "rad/s"),
-    }  # fmt: skip
-    declared = {unit.attrib["name"]: unit[0].attrib for unit in root.iter("Unit")}
-    assert declared["N.m"] == {"kg": "1", "m": "2", "s": "-2"} and len(declared) == 3
-    assert [child.tag for child in root[-1]] == ["Outputs", "InitialUnknowns"]
 
 
 @pytest.mark.parametrize(

@@ -17,15 +17,11 @@ from sweeps.running.archive.contents import read_contents
 from sweeps.running.archive.netcdf import open_archive
 from sweeps.running.archive.partial import Partial
 from sweeps.running.compute import limits
-from sweeps.scene.plan.plan import make_plan
-from sweeps.scene.reading import read_scene
 from tests.support.archives import (
     assert_same,
-    interrupted,
     of_run,
     run,
     shards,
-    sound_archive,
     stop_after,
     watch_blocks,
 )
@@ -84,14 +80,6 @@ def test_shards_by_the_command(tmp_path: Path) -> None:
         assert_same(tmp_path / "again.nc", opened.load())
 
 
-@pytest.mark.parametrize("bad", ["0/3", "4/3", "1", "1/0", "a/b", "1/2/3", "-1/3", "1/8"])
-def test_shards_that_are_none(bad: str, tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(TO_JOIN)
-    text = refused("run", tmp_path / "scene.toml", "-o", tmp_path / "no.nc", f"--shard={bad}")
-    assert f"--shard {bad}" in text and ("4 is more than 3" in text) == (bad == "4/3")
-    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
-
-
 SPEEDS = {"speed": [1000.0, 1100.0, 1200.0, 1500.0], "inertia": [1.0, 2.0, 3.0, 8.0]}
 LOADS = {"load": [10.0, 30.0, 50.0, 90.0], "inertia": np.geomspace(1.0, 12.0, 12).tolist()}
 
@@ -118,21 +106,6 @@ def test_archives_that_differ_in_one_axis(
         run({**scene, "axes": {**every, axis: every[axis][part]}}, tmp_path / f"{number}.nc")
     ok("merge", tmp_path / "1.nc", tmp_path / "0.nc", "-o", tmp_path / "both.nc")
     assert_same(tmp_path / "both.nc", sweeps.run({**scene, "axes": every}))
-
-
-def test_values_in_no_order_stay_as_they_come(tmp_path: Path) -> None:
-    scene = {"engine": "ntua", "output": {"quantities": ["delta"]}}
-    run({**scene, "axes": {"speed": [1500, 1000]}}, tmp_path / "0.nc")
-    run({**scene, "axes": {"speed": [1200, 1000, 900]}}, tmp_path / "1.nc")
-    ok("merge", tmp_path / "0.nc", tmp_path / "1.nc", "-o", tmp_path / "both.nc")
-    with open_archive(tmp_path / "both.nc") as both:
-        assert both["speed"].values.tolist() == [1500, 1200, 1000, 900]  # both descend
-    run({**scene, "axes": {"speed": [1300, 1600, 1100]}}, tmp_path / "2.nc")
-    ok("merge", tmp_path / "0.nc", tmp_path / "2.nc", "-o", tmp_path / "more.nc")
-    with open_archive(tmp_path / "more.nc") as more:
-        assert more["speed"].values.tolist() == [1500, 1000, 1300, 1600, 1100]
-        expected = sweeps.run({**scene, "axes": {"speed": more["speed"].values}})
-        assert_array_equal(more["delta"], expected["delta"])
 
 
 def changed(path: Path, target: Path, name: str, place: Any, value: float) -> Path:
@@ -219,16 +192,6 @@ def test_extend_computes_only_what_is_new(
     with open_archive(path) as first, open_archive(tmp_path / "again.nc") as second:
         xr.testing.assert_equal(first.load(), second.load())
     assert sorted(p.name for p in tmp_path.iterdir()) == ["again.nc", "out.nc"]
-
-
-def test_an_extension_that_is_refused_leaves_nothing(tmp_path: Path) -> None:
-    """Also where its points are computed before it turns out that they do not fit."""
-    path = tmp_path / "a.nc"
-    path.write_bytes(sound_archive())  # whose numbers nobody computed
-    told = refused("extend", path, "--axis", "inertia=3")
-    assert f"{path}: the new points do not fit it" in told
-    assert [p.name for p in tmp_path.iterdir()] == ["a.nc"]
-    assert path.read_bytes() == sound_archive()
 
 
 def test_extend_refuses(tmp_path: Path) -> None:
@@ -346,17 +309,6 @@ def test_the_same_command_goes_on_with_an_extension(
     assert len(seen) == count
 
 
-def test_an_extension_is_dropped_when_asked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e5)
-    path, _ = extended(tmp_path, monkeypatch)
-    ok("extend", path, "--axis", "speed=1950", "--overwrite")
-    with open_archive(path) as found:
-        assert found["speed"].values[-1] == 1950
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-
-
 def test_an_extension_killed_at_its_last_moments(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -446,17 +398,6 @@ def test_provenance_is_complete(tmp_path: Path) -> None:
     assert len(diagrams) == 3 and all(len(d["sha256"]) == 64 for d in diagrams)
 
 
-def test_rerun_says_which_versions_were_others(tmp_path: Path) -> None:
-    run("first", tmp_path / "out.nc")
-    with netCDF4.Dataset(tmp_path / "out.nc", "a") as file:
-        found = json.loads(file.identity)
-        found["versions"]["numpy"] = "1.0"
-        file.identity = json.dumps(found)
-    result = invoke("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc")
-    assert result.exit_code == 0
-    assert "version of numpy (was 1.0" in result.stderr
-
-
 @pytest.mark.parametrize("damage", ["text", "json", "hash", "bomb"])
 def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
     run("first", tmp_path / "out.nc")
@@ -476,13 +417,3 @@ def test_what_is_held_may_be_damaged(damage: str, tmp_path: Path) -> None:
         file.input_files = "{" if damage == "json" else json.dumps(found)
     text = refused("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc")
     assert "damaged" in text
-
-
-def test_an_interrupted_rerun_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "scene.toml").write_text(TO_JOIN)
-    run(tmp_path / "scene.toml", tmp_path / "out.nc")
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e4)
-    plan = make_plan(read_scene(tmp_path / "scene.toml"))
-    interrupted(plan, tmp_path / "again.nc", monkeypatch, 2)
-    ok("rerun", tmp_path / "out.nc", "-o", tmp_path / "again.nc", "--resume")
-    assert_same(tmp_path / "again.nc", sweeps.run(tmp_path / "scene.toml"))

@@ -156,12 +156,6 @@ def test_other_formats_and_figures_take_the_label(
     assert "unknown" in line
 
 
-def test_axes_of_words_are_no_numbers_of_conditions(archive: xr.Dataset) -> None:
-    for asked in ({"least": "firing_pattern"}, {"least": "delta", "within": "firing_pattern <= 1"}):
-        with pytest.raises(SceneError, match="words"):
-            sweeps.best(archive, **asked)
-
-
 def test_labels_of_two_archives_meet_by_what_is_written(archive: xr.Dataset) -> None:
     from sweeps.decide.explore.compare import compare
 

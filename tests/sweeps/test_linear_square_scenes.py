@@ -84,9 +84,3 @@ def test_an_engine_file_may_give_it_and_a_scene_another(tmp_path: Path) -> None:
 def test_bad_input(tables: dict[str, Any], says: str) -> None:
     with pytest.raises(SceneError, match=says):
         sweeps.read_scene(scene(**tables))
-
-
-def test_both_laws_in_one_engine_file_are_refused(tmp_path: Path) -> None:
-    engine = engine_file(tmp_path, "load_linear = 2.0\nload_exponent = 1.0")
-    with pytest.raises(SceneError, match="each defines the load over speed"):
-        sweeps.read_scene({**scene(), "engine": engine})

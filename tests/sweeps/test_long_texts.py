@@ -108,15 +108,6 @@ def test_texts(door: str, length: int) -> None:
                 assert len(str(error)) < 5000
 
 
-def test_forty_thousand_digits_of_a_limit(tmp_path: Path) -> None:
-    limit = f'within = ["delta <= {"9" * 40_000}"]'
-    for table in (f"[reduce]\n{limit}", f'[[reduce.best]]\nleast = "inertia"\n{limit}'):
-        path = tmp_path / "scene.toml"
-        path.write_text(f'engine = "ntua"\n[output]\nquantities = ["delta"]\n{table}\n')
-        with in_time(), pytest.raises(SceneError):
-            read_scene(path)
-
-
 @pytest.mark.parametrize("repeated", REPEATED)
 def test_heads_of_columns(repeated: str, tmp_path: Path) -> None:
     text = repeated.replace(",", ";") * (200_000 // len(repeated))

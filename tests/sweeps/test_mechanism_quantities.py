@@ -8,10 +8,8 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from engine_dyn.forces import harmonics
 from engine_dyn.geometry import kinematic_series, slider_crank
 from sweeps.base.errors import SceneError
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import computed, refusal
@@ -166,15 +164,6 @@ def test_orders_make_the_curve(engine: str, settings: dict[str, Any]) -> None:
         assert float(rest) < (1e-3 if name in ("gas_torque", "torque") else 1e-9) * size + 1e-9
 
 
-def test_orders_do_not_depend_on_the_angle_step() -> None:
-    names = ["torque_order", "torque_phase", "crank_pin_load_max", "crank_pin_peak_angle",
-             "main_journal_load_mean"]  # fmt: skip
-    coarse = computed(names, output={"angle_step": 30})
-    fine = computed(names, output={"angle_step": 0.5})
-    for name in names:
-        assert np.array_equal(coarse[name], fine[name]), name
-
-
 def test_gas_orders_are_a_table_of_few_axes() -> None:
     scene = {
         "engine": "ntua",
@@ -273,24 +262,6 @@ def test_journals_and_the_wall_bear_the_shaking_force(weights: dict[str, Any]) -
         assert bool(np.array_equal(bare[name], first[name])) is same
 
 
-@pytest.mark.parametrize("name", ["main_journal_load_max", "main_journal_x", "throw_torque_order"])
-def test_unknown_throws_are_refused_by_name(name: str) -> None:
-    with pytest.raises(
-        SceneError, match=rf"cylinders = 13: no firing order is known, which '{name}'"
-    ):
-        computed([name], axes={"cylinders": [4, 13]})
-
-
-def test_two_stroke_engines_of_other_numbers_take_two_stroke_orders() -> None:
-    """A four-stroke order would make another crank; of 8 cylinders in line none is known."""
-    asked = {"engine": "marine_80x345", "output": {"quantities": ["shaking_moment_max"]}}
-    scene = read_scene({**asked, "set": {"cylinders": 5, "cylinder_spacing": 1.4}})
-    made = cylinders_of_count(scene, 5).arrangement
-    assert made is not None and made.firing_order == (1, 4, 3, 2, 5)
-    with pytest.raises(SceneError, match=r"cylinders = 8: no firing .* of 1, 2, 3, 4, 5, 6, 7$"):
-        read_scene({**asked, "set": {"cylinders": 8, "cylinder_spacing": 1.4}})
-
-
 def test_scene_mosakowski_is_compared_with_equation_16() -> None:
     found = sweeps.run("mosakowski")
     error = found["acceleration_truncation_error"]
@@ -308,19 +279,6 @@ def test_scene_mosakowski_is_compared_with_equation_16() -> None:
     assert float(error.sel(crank_ratio=0.5, truncation=4)) < 0.2 * float(
         error.sel(crank_ratio=0.5, truncation=2)
     )
-
-
-def test_scene_rakopoulos_runs_and_agrees_with_itself() -> None:
-    found = sweeps.run("rakopoulos")
-    for name in found.data_vars:
-        assert np.isfinite(found[name].sel(cylinders=6) if "cylinders" in found[name].dims
-                           else found[name]).all(), name  # fmt: skip
-    mean = float(found["tangential_pressure_mean"])
-    assert mean == pytest.approx(float(found["imep"]) / (2.0 * np.pi), rel=1e-9)
-    series = harmonics.inertia_harmonics(found["order"].values, 0.0685 / 0.207)
-    moment = 2.521 * (0.0685 * 2000 * np.pi / 30) ** 2
-    one = found["inertia_torque_order"].sel(cylinders=1).values
-    assert one == pytest.approx(np.abs(series) * moment, rel=1e-12, abs=1e-12)
 
 
 QUANTITIES = [
@@ -344,40 +302,6 @@ def found(request: pytest.FixtureRequest) -> xr.Dataset:
         engine=request.param, set=SCENES[request.param], axes={"speed": speeds},
         output={"quantities": QUANTITIES, "angle_step": 0.5, "highest_order": 48},
     )  # fmt: skip
-
-
-def test_range_and_journals_are_those_of_the_curves(found: xr.Dataset) -> None:
-    curves = found["torque_after_throw"]
-    ranges = curves.max("crank_angle") - curves.min("crank_angle")
-    ratio = found["torque_after_throw_range"] / ranges.max("throw")  # between points too
-    assert float(ratio.min()) >= 1.0 - 1e-12 and float(ratio.max()) < 1.0 + 2e-3
-    curves = found["main_journal_load"]
-    squares = (curves**2).mean("crank_angle")
-    # The curves stand at the angles at which the kernel samples.
-    assert_allclose(
-        found["main_journal_load_rms"].transpose(*squares.dims), np.sqrt(squares), rtol=1e-12
-    )
-    assert_allclose(
-        found["all_main_journals_load_rms"], np.sqrt(squares.mean("main_bearing")), rtol=1e-12
-    )
-    largest = found["main_journal_load_max"].max("main_bearing")
-    assert_allclose(found["any_main_journal_load_max"], largest, rtol=0.0)
-
-
-def test_first_mode_takes_up_each_throw_by_its_amplitude(found: xr.Dataset) -> None:
-    each = found["throw_torque_order"] * np.exp(1j * np.radians(found["throw_torque_phase"]))
-    throws = each.sizes["throw"]
-    stiffness = 2.0 * np.eye(throws) - np.eye(throws, k=1) - np.eye(throws, k=-1)
-    stiffness[-1, -1] = 1.0
-    mode = np.linalg.eigh(stiffness)[1][:, 0]
-    weights = xr.DataArray(mode / mode[-1], dims="throw")
-    expected = np.abs((each * weights).sum("throw"))
-    limit = 1e-9 * float(expected.max())
-    taken = found["first_mode_torque_order"].transpose(*expected.dims)
-    assert_allclose(taken, expected, atol=limit)
-    # Parseval: 48 orders hold all but a small rest of the torque; friction is constant.
-    rms = np.sqrt(0.5 * (expected**2).sum("order"))
-    assert_allclose(found["first_mode_torque_rms"], rms, rtol=2e-3)
 
 
 def test_equal_cylinders_have_the_vector_sum_as_factor(found: xr.Dataset) -> None:

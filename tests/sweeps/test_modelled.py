@@ -15,8 +15,6 @@ from engine_dyn.pressure.compressor import CompressorCycle
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
-from sweeps.base.errors import SceneError
-from sweeps.scene.consistency.pressure import MOST_DIAGRAMS
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan import forecast
 from sweeps.scene.plan.plan import make_plan
@@ -169,22 +167,6 @@ def test_one_line_says_what_is_wrong(
     assert "[[diagram]]" in line or "[values]" in line
 
 
-@pytest.mark.parametrize(
-    ("table", "changes", "message"),
-    [
-        (FOUR, {"crank_ratio": None}, r"crank_ratio: missing.*here or in \[values\]"),
-        (FOUR, {"heat": 20.0}, r"\[values\] heat: not allowed here; belongs to a \[\[diagram"),
-        (COMPRESSOR, {"pin_offset": 0.01}, "'compressor': modelled without offset; pin_offset"),
-    ],
-)
-def test_what_the_engine_has_to_give(
-    tmp_path: Path, table: dict[str, Any], changes: dict[str, Any], message: str
-) -> None:
-    cycle = "two-stroke" if table is COMPRESSOR else "four-stroke"
-    with pytest.raises(SceneError, match=message):
-        load_engine(written(tmp_path, table, cycle=cycle, **changes), tmp_path)
-
-
 CORNERS = [
     {**FOUR, **WOSCHNI, **speed, "load": load, "heat": heat, "combustion_start": start}
     for load, heat in ((30, 10.0), (100, 22.0))
@@ -236,24 +218,6 @@ def test_between_the_corners(tmp_path: Path) -> None:
         assert float(pairs["delta"][i]) == pytest.approx(
             float(found["delta"].sel(speed=speed, load=load)), rel=1e-12
         )
-
-
-def test_speeds_of_a_scene(tmp_path: Path) -> None:
-    path = written(tmp_path, *CORNERS)
-    scene: dict[str, Any] = {"engine": path, "output": {"quantities": ["delta"]}}
-    with pytest.raises(SceneError, match="speed = 1900: must be from 2000 to 5000 rpm"):
-        read_scene({**scene, "axes": {"speed": [1900, 3000]}})
-    many = {"start": 2000, "stop": 5000, "num": MOST_DIAGRAMS // 2 + 1}
-    read_scene({**scene, "axes": {"speed": many}})
-    total = r"load, speed: 1026 diagrams \(2 loads, 513 speeds\): must be at most 1024"
-    with pytest.raises(SceneError, match=total):
-        read_scene({**scene, "axes": {"speed": many, "load": [50, 60]}})
-    with pytest.raises(SceneError, match="load = 20: must be from 30 to 100 percent"):
-        read_scene({**scene, "axes": {"load": [20]}})
-    scaled = "[pressure_scale]\nspeed = [1000, 5000]\nscale = [1, 1]"
-    path = written(tmp_path, *CORNERS, more=scaled)
-    with pytest.raises(SceneError, match=r"has both \[pressure_scale\] and diagrams with a speed"):
-        load_engine(path, tmp_path)
 
 
 @pytest.mark.compiled

@@ -12,7 +12,7 @@ from sweeps.base.errors import SceneError
 from sweeps.cli.main import main
 from sweeps.decide.explore.excel import not_computed
 from sweeps.running.archive.netcdf import write
-from tests.support.commands import invoke, ok
+from tests.support.commands import invoke
 
 pytestmark = pytest.mark.compiled
 
@@ -71,18 +71,6 @@ def test_every_command_escapes_names(name: str, folder: Path, tmp_path: Path) ->
                 result = invoke(name, *named, *others, *given)
                 check_printed(result.output)
                 assert result.exit_code in (0, 1, 2)
-
-
-def test_a_run_names_its_output(folder: Path, tmp_path: Path) -> None:
-    output = tmp_path / f"{EVIL}.nc"
-    told = ok("run", folder / f"{EVIL}.toml", "-o", output)
-    check_printed(told)
-    assert "values: engine-dyn show" in told
-    for command in (["info"], ["show"], ["plot", "-o", tmp_path / EVIL, "--only", "numbers"]):
-        check_printed(ok(command[0], output, *command[1:]))
-    check_printed(ok("export", output, "-o", tmp_path / f"{EVIL}.csv"))
-    check_printed(ok("report", output, "-o", tmp_path / f"{EVIL}.html"))
-    check_printed(ok("compare", output, output))
 
 
 def test_no_spreadsheet_computes_names_of_designs(tmp_path: Path) -> None:

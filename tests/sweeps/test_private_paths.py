@@ -70,16 +70,6 @@ def test_folders_are_kept_when_asked_for(study: Path) -> None:
     assert "secret_customer" in texts_of(study / "two.nc")
 
 
-@pytest.mark.compiled
-def test_absolute_path_of_a_scene_is_found_again(study: Path) -> None:
-    text = SCENE.format(engine=study / "engines" / "own.toml")
-    (study / "scene.toml").write_text(text)
-    result = sweeps.stream(study / "scene.toml", study / "out.nc")
-    assert result is not None
-    shutil.rmtree(study / "engines")
-    ok("rerun", study / "out.nc", "-o", study / "again.nc")
-
-
 @pytest.mark.parametrize(
     ("given", "kept"),
     [

@@ -53,10 +53,6 @@ def test_a_bar_goes_on_while_nothing_is_counted(
     assert text.endswith("\r") and not text.split("\r")[-2].strip()  # nothing is left of it
 
 
-def test_a_short_run_shows_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert printed(80, 0, monkeypatch) == ""
-
-
 @pytest.mark.compiled
 def test_a_reduction_counts_within_its_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     counts: list[int] = []

@@ -20,10 +20,8 @@ import sweeps
 from engine_dyn.units import BAR
 from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
 from sweeps.scene.toml_tables import SceneFile
-from tests.support.scenes import asking, refusal_of
-from tests.sweeps.processes import ROOT, python
-
-TABLES = asking(["delta"], set={"speed": 1500.0, "load": 90.0})
+from tests.support.scenes import refusal_of
+from tests.sweeps.processes import ROOT
 
 
 def test_names_help_and_wrong_names() -> None:
@@ -39,17 +37,6 @@ def test_names_help_and_wrong_names() -> None:
     ):
         sweeps.rum  # noqa: B018
     assert not hasattr(sweeps, "_ipython_display_")
-
-
-def test_import_loads_nothing_heavy() -> None:
-    heavy = {"numpy", "xarray", "pandas", "numba", "pydantic", "matplotlib", "netCDF4"}
-    code = (
-        "import sweeps, sys; dir(sweeps); print(*sys.modules)\n"
-        "print(sweeps.figures.figure.__name__)"
-    )
-    done = python(code, check=True)
-    modules, figure = done.stdout.splitlines()  # figures are there without another import
-    assert not heavy & set(modules.split()) and figure == "figure"
 
 
 def test_keywords_are_the_tables_of_a_scene() -> None:
@@ -68,47 +55,6 @@ def test_keywords_are_the_tables_of_a_scene() -> None:
     for name in sweeps.__all__:
         asked = getattr(getattr(sweeps, name), "__annotations__", {})
         assert ("scene" not in asked) or getattr(sweeps, name) in (*of_scenes, sweeps.Plan), name
-
-
-def test_scene_of_keywords_is_that_of_the_dict() -> None:
-    axes = {"inertia": [2.0, 4.0]}
-    one = sweeps.read_scene(**TABLES, axes=axes)
-    assert one.source == sweeps.read_scene({**TABLES, "axes": axes}).source
-    assert sweeps.plan(**TABLES, axes=axes).designs == 2
-
-
-def test_keywords_replace_tables_of_a_named_scene(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("designs.csv").write_text("inertia\n2\n3\n4\n", encoding="utf-8")
-    scene = sweeps.read_scene("first", axes=None, designs={"file": "designs.csv"})
-    assert list(scene.designs["inertia"]) == [2.0, 3.0, 4.0]
-    assert scene.axes == {}
-    assert scene.engine.name == sweeps.read_scene("first").engine.name
-    with pytest.raises(sweeps.SceneError, match=r"first.toml with axes: \[axes\] inertai"):
-        sweeps.read_scene("first", axes={"inertai": [1.0]})
-
-
-@pytest.mark.compiled
-def test_stream_takes_tables(tmp_path: Path) -> None:
-    path = tmp_path / "out.nc"
-    sweeps.stream(archive=path, **TABLES, axes={"inertia": [2.0, 4.0]})
-    with sweeps.open(path) as archive:
-        assert archive["delta"].dims == ("inertia",)
-
-
-def test_scenes_and_plans_show_themselves_shortly() -> None:
-    scene = sweeps.read_scene(**TABLES, axes={"inertia": range(1, 9)}, title="<b>bold</b>\n& more")
-    plan = sweeps.plan(scene)
-    assert repr(scene) == (
-        "<Scene '<b>bold</b> & more': engine ntua; inertia (8), 8 designs; delta>"
-    )
-    assert repr(plan).startswith("<Plan of '<b>bold</b> & more': engine ntua; inertia (8), 8 des")
-    for shown in (scene, plan):
-        page = shown._repr_html_()
-        assert "&lt;b&gt;bold&lt;/b&gt; &amp; more" in page and "<b>bold" not in page
-        assert len(page) < 20_000
-    assert "8 values from 1 to 8 kg m2" in scene._repr_html_()
-    assert ">speed_solution<" in plan._repr_html_()
 
 
 @pytest.mark.slow
@@ -215,25 +161,6 @@ def test_axes_and_columns_are_objects(values: object) -> None:
     assert_allclose(column.designs["inertia"], [2.0, 3.0], rtol=1e-15)
 
 
-def test_settings_and_ends_of_ranges_are_objects() -> None:
-    ends = {"start": 2e4 * UNITS.kg * UNITS.cm**2, "stop": 3.0, "num": 2}
-    scene = sweeps.read_scene(**ASKED, set=SET, axes={"inertia": ends})
-    assert_allclose(scene.axes["inertia"], [2.0, 3.0], rtol=1e-15)
-    drawn = {"number": 4, "seed": 1, "inertia": {"low": 2 * UNITS.kg * UNITS.m**2, "high": 3.0}}
-    columns = sweeps.read_scene(**ASKED, set=SET, sample=drawn).designs
-    assert len(columns["inertia"]) == 4 and columns["inertia"].min() >= 2.0
-    given = {
-        "speed": 25 * UNITS.turn / UNITS.s, "load": xr.DataArray(90), "inertia": np.float32(2),
-        "bore": np.array(0.1),
-    }  # fmt: skip
-    settings = sweeps.read_scene(**ASKED, set=given).settings
-    assert settings["speed"] == pytest.approx(1500.0, rel=1e-15)
-    assert (settings["load"], settings["inertia"], settings["bore"]) == (90.0, 2.0, 0.1)
-    # Revolutions are what a person means who writes 1/min; pint would take radians.
-    given["speed"] = 1500 / UNITS.min
-    assert sweeps.read_scene(**ASKED, set=given).settings["speed"] == 1500.0
-
-
 @pytest.mark.parametrize(
     "table",
     [
@@ -248,11 +175,6 @@ def test_designs_are_a_table(table: object) -> None:
     assert set(scene.designs) == {"inertia", "crank_ratio"}
     assert_array_equal(scene.designs["crank_ratio"], [0.25, 0.3])
     assert scene.labels == {}
-
-
-def test_texts_of_an_index_name_the_designs() -> None:
-    scene = sweeps.read_scene(**ASKED, set=SET, designs=DESIGNS.set_axis(["light", "heavy"]))
-    assert scene.labels == {"case": ("light", "heavy")}
 
 
 def diagram() -> tuple[np.ndarray, np.ndarray]:
@@ -283,16 +205,6 @@ def test_indicator_is_a_table(table: object) -> None:
     assert_allclose(scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-6, atol=1.0)
     (name,) = [name for name in scene.files if "indicator" in name]
     assert scene.source["indicator"]["file"] == name == "indicator_given_in_python.csv"
-
-
-def test_indicator_is_a_pressure_that_was_read(tmp_path: Path) -> None:
-    frame = pd.DataFrame({"CA [deg]": ANGLE, "p_1 [kPa]": PRESSURE * 100.0})
-    frame.to_csv(tmp_path / "run.csv", index=False)
-    recorded = sweeps.read_pressure(tmp_path / "run.csv", engine="ntua")
-    scene = sweeps.read_scene(**ASKED, set={"speed": 1500.0}, indicator=recorded)
-    assert scene.indicator is not None
-    assert_allclose(scene.indicator(np.radians(ANGLE)), PRESSURE * BAR, rtol=1e-4)
-    assert any("kPa" in note for note in scene.indicator_notes)
 
 
 @pytest.mark.parametrize(

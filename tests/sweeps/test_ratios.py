@@ -5,15 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sweeps.base.errors import SceneError
 from sweeps.base.files.numbers_with_units import number_with_unit
-from sweeps.base.ratios import number_or_ratio, ratio_text
-from sweeps.cli.arguments import axis_slice, new_points
-from sweeps.decide.explore.opening import nearest
-from sweeps.scene.conditions import constraint
+from sweeps.base.ratios import number_or_ratio
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal
 
@@ -26,15 +22,6 @@ def scene(**tables):
 def test_refused(text):
     with pytest.raises(ValueError):
         number_or_ratio(text)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(1 / 200, "1/200"), (0.005, "1/200"), (1 / 150, "1/150"), (0.03, "0.03"), (0.0, "0"),
-     (0.5, "0.5"), (-0.01, "-0.01"), (1 / 150.1, "0.00666223"), (float("nan"), "nan")],
-)  # fmt: skip
-def test_shown_again(value, text):
-    assert ratio_text(value) == text
 
 
 def test_scene_reads_them_everywhere():
@@ -62,20 +49,6 @@ def test_only_ratios(tables, words):
     assert words in refusal(scene(**tables))
 
 
-def test_conditions_and_slices():
-    assert constraint("delta<=1/200").limit == 1 / 200
-    assert str(constraint("delta <= 1 / 200")) == "delta <= 1/200"
-    assert axis_slice("wanted_delta=1/200") == ("wanted_delta", "1/200")
-    assert new_points("wanted_delta=1/200,0.01") == ("wanted_delta", [1 / 200, 0.01])
-    axis = xr.Dataset(coords={"wanted_delta": [0.01, 0.005], "inertia": [1.0, 2.0]})
-    assert float(nearest(axis, wanted_delta="1/200").wanted_delta) == 0.005
-
-
-def test_a_condition_is_a_limit_from_above_or_from_below() -> None:
-    above = [constraint(f"delta {sign} 0.01").above for sign in ("<=", "<", ">=", ">")]
-    assert above == [True, True, False, False]
-
-
 @pytest.mark.parametrize(
     ("raw", "unit", "value"),
     [
@@ -91,12 +64,6 @@ def test_a_condition_is_a_limit_from_above_or_from_below() -> None:
 )  # fmt: skip
 def test_is_understood(raw: Any, unit: str, value: float) -> None:
     assert number_with_unit(raw, "--x", unit) == pytest.approx(value, rel=1e-3)
-
-
-@pytest.mark.parametrize("raw", ["40 kVA", "40kva", "40000 VA", "40 kV*A", "0.04 MVA", "40 KVA"])
-def test_apparent_power_is_no_power(raw: str) -> None:
-    with pytest.raises(SceneError, match=r"--power = .*: is apparent power; must be a power in W"):
-        number_with_unit(raw, "--power", "kW")
 
 
 @pytest.mark.parametrize(

@@ -105,17 +105,6 @@ def test_archives_that_differ_in_an_axis_open_as_one(tmp_path: Path) -> None:
         xr.testing.assert_identical(without_history(lazy.load()), without_history(merged.load()))
 
 
-def test_one_archive_and_closing(scene: Path, tmp_path: Path, whole: xr.Dataset) -> None:
-    paths = shards(scene, 2, tmp_path, single=True)
-    run(scene, tmp_path / "one.nc")
-    for path in (tmp_path / "one.nc", str(tmp_path / "one.nc"), [tmp_path / "one.nc"]):
-        with sweeps.open(path) as opened:
-            assert_array_equal(opened["delta"], whole["delta"])
-    with sweeps.open(paths) as lazy:
-        assert lazy["delta"].dtype == np.float32
-        assert lazy["imep"].values.shape == whole["imep"].shape
-
-
 def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
     paths = shards(scene, 3, tmp_path)
     other = tmp_path / "other.nc"
@@ -137,25 +126,6 @@ def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
         ([paths[0], other], "other.nc"),
     ):
         assert re.search(told, refusal_of(lambda wrong=wrong: sweeps.open(wrong)))
-
-
-def test_nearest(whole: xr.Dataset, table: xr.Dataset) -> None:
-    cut = sweeps.nearest(whole, speed=1410, inertia=100.0)
-    assert (float(cut["speed"]), float(cut["inertia"])) == (1500.0, 9.0)
-    assert float(cut["delta"]) == float(whole["delta"][2, -1])
-    assert sweeps.nearest(whole, speed=1100)["speed"] == 1000  # as near to both: the first
-    assert sweeps.nearest(whole)["delta"].shape == whole["delta"].shape
-    cut = sweeps.nearest(table, method="newton", case="design 7", load=29.0)
-    assert cut["method_name"].item() == "newton"
-    assert (cut["case"].item(), cut["load"].item()) == ("design 7", 30.0)
-    for wrong, told in (
-        ({"method": "newtn"}, "did you mean 'newton'"), ({"case": "none"}, "unknown"),
-        ({"lod": 3.0}, "did you mean 'load'"), ({"stroke": 0.2}, "not an axis"),
-        ({"load": "high"}, "finite number"), ({"load": float("nan")}, "finite number"),
-        ({"case": "design 7", "design": 3}, "selected twice"),
-    ):  # fmt: skip
-        with pytest.raises(SceneError, match=told):
-            sweeps.nearest(table, **wrong)
 
 
 def test_best_is_what_looking_at_all_finds(
@@ -243,17 +213,6 @@ def test_conditions_with_units(text: str, name: str, sign: str, limit: float | s
     assert shown == given or given in ("1e3", "-2.5 / 1e1")  # which have a plainer form
 
 
-def test_best_and_pareto_take_limits_with_units(whole: xr.Dataset) -> None:
-    middle = float(whole.imep.median())
-    for within in (f"imep >= {middle}", f"imep >= {middle / 10.0} MPa"):
-        found = sweeps.best(whole, least="imep", within=[within, "speed > 0"])
-        assert float(found.imep) == float(whole.imep.where(whole.imep >= middle * 0.999999).min())
-        front = sweeps.pareto(whole, "delta", "imep", within=within, at_every="speed")
-        assert float(front.imep.min()) >= middle * 0.999999
-    with pytest.raises(SceneError, match="'pressur': not in the archive"):
-        sweeps.best(whole, least="imep", within="pressur >= 3 bar")
-
-
 @pytest.mark.parametrize(
     "text", ["", "delta", "delta = 1", "delta <= ", "imep <= x", "delta <= 1/0", "delta <= nan",
              "1 <= delta <= 2", "delta <= 1/2/3", "__import__('os') < 1", "delta < 1e999"],
@@ -329,17 +288,6 @@ def test_front_of_thousands_is_what_comparing_all_finds(many: int, values: int) 
     for part in np.array_split(np.arange(3000), 7):
         front.add(numbers[:, part], part)
     assert_array_equal(np.sort(front.places), expected)
-
-
-def test_a_front_of_all_of_very_many_designs() -> None:
-    """None beats another: comparing all pairs of them would take hours."""
-    draw = np.random.default_rng(8)
-    direction = np.abs(draw.normal(size=(3, 1 << 18)))
-    numbers = 1.0 - direction / np.linalg.norm(direction, axis=0)
-    front = Front(3)
-    for part in np.array_split(np.arange(numbers.shape[1]), 16):
-        front.add(numbers[:, part], part)
-    assert_array_equal(np.sort(front.places), np.arange(1 << 18))
 
 
 def test_pareto_of_an_archive(whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:

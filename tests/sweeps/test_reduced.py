@@ -222,17 +222,6 @@ def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     assert not out.exists()
 
 
-def test_a_grid_is_divided_along_its_axes(tmp_path: Path, portions: None) -> None:
-    asked = {"best": [{"least": "delta", "number": 5}], "at_every": ["load", "speed"]}
-    scene = tmp_path / "grid.toml"
-    scene.write_text(text_of({**GRID, "reduce": asked}))
-    parts = [tmp_path / f"part{n}.nc" for n in (1, 2, 3, 4)]
-    for number, part in enumerate(parts, 1):
-        ok("run", scene, "-o", part, "--shard", f"{number}/4", "-q")
-    ok("merge", *parts, "-o", tmp_path / "merged.nc")
-    same(loaded(tmp_path / "merged.nc"), sweeps.run(**GRID, reduce=asked))
-
-
 @pytest.mark.slow
 def test_workers_reduce_their_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
@@ -300,26 +289,6 @@ def test_portions_are_those_of_the_whole_sample(method: str) -> None:
             assert_array_equal(values, expected)
 
 
-def test_saltellis_design_is_that_of_salib() -> None:
-    sobol = pytest.importorskip("SALib.sample.sobol")
-    table = {"method": "saltelli", "number": 32, "seed": 7}
-    keys = {"inertia": 1.0, "bore": 0.2, "stroke": 0.3}
-    asked = read_sample({**table, **{k: {"low": 0.5 * v, "high": v} for k, v in keys.items()}}, "s")
-    problem = {"num_vars": 3, "names": [*keys], "bounds": [[0.5 * v, v] for v in keys.values()]}
-    points = sobol.sample(problem, 32, calc_second_order=False, scramble=True, seed=7)
-    for number, (key, values) in enumerate(Drawing(asked).columns(0, 32).items()):
-        assert_allclose(values, points[:, number], rtol=1e-15, err_msg=key)
-
-
-def test_a_billion_designs_are_planned_in_no_time() -> None:
-    table = {**SAMPLE["sample"], "number": 1 << 30}
-    plan = make_plan(read_scene(**{**SAMPLE, "sample": table}, reduce={}))
-    assert plan.designs == 1 << 30
-    assert plan.sizes["design"] == sample.PORTION
-    with pytest.raises(SceneError, match="number = 1073741824: must be a whole number from 2"):
-        read_scene(**{**SAMPLE, "sample": table})
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -346,23 +315,6 @@ def test_bad_input_is_told_in_one_line(asked: dict[str, Any], said: str) -> None
         sweeps.run(**SAMPLE, reduce=asked)
     assert said in str(told.value)
     assert "\n" not in str(told.value)
-
-
-def test_one_design_at_every_point() -> None:
-    axes = [*GRID["axes"]]
-    found = sweeps.run(**GRID, reduce={"at_every": axes, "best": [{"least": "delta"}]})
-    assert found.delta.shape == (1, 17, 2, 3, 9)
-    assert_array_equal(found.delta[0].transpose(*axes), sweeps.run(**GRID).delta)
-
-
-def test_a_search_needs_all_axes() -> None:
-    with pytest.raises(SceneError, match="nothing in it depends on crank_ratio"):
-        sweeps.run(**GRID, reduce={"best": [{"least": "inertia"}], "at_every": ["load", "speed"]})
-    with pytest.raises(SceneError, match="not chosen with a design"):
-        sweeps.run(**GRID, reduce={"best": [{"least": "delta"}]})
-    asked = {"best": [{"least": "delta"}], "over": ["load", "speed"], "at_every": ["load", "speed"]}
-    with pytest.raises(SceneError, match="over: leaves inertia, crank_ratio"):
-        sweeps.run(**GRID, reduce=asked)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 from SALib.analyze import sobol
 from SALib.test_functions import Ishigami
 
@@ -15,7 +15,6 @@ import sweeps
 from engine_dyn.status import WITH_NUMBERS
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import STATE
-from sweeps.decide.explore.compare import compare
 from sweeps.running.compute.reduced import Units
 from sweeps.running.reduce.indices import Indices
 from sweeps.running.reduce.statistics import MOST_BINS, Statistics
@@ -25,10 +24,8 @@ from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Sample, drawn
-from sweeps.view.figures.drawing import figures
-from tests.support.archives import run
 from tests.support.commands import ok, refused
-from tests.support.scenes import asking, computed, refusal_of
+from tests.support.scenes import asking, computed
 
 pytestmark = pytest.mark.compiled
 
@@ -111,27 +108,6 @@ def test_groups_with_failed_designs_are_left_out(low: float, ending: str) -> Non
             assert np.abs(found[f"{name}_{key}{ending}"].values - one).max() < 1e-9
 
 
-def equal(one: Any, two: Any) -> bool:
-    """Whether two states are the same to the bit."""
-    return one.keys() == two.keys() and all(np.array_equal(one[key], two[key]) for key in one)
-
-
-def test_the_same_bits_whatever_the_blocks() -> None:
-    sample, values = ishigami(512, 1)
-    values[77] = np.nan
-    whole = indices_of(sample, values)
-    assert whole.counts.sum() == 511 and whole.batches == 32
-    random = np.random.default_rng(1)
-    cuts = 5 * np.concatenate([[0], np.sort(random.choice(np.arange(1, 512), 40, False)), [512]])
-    merged = Indices(sample, ())
-    for begin, end in random.permutation(np.column_stack([cuts[:-1], cuts[1:]])):
-        part = Indices(sample, ())
-        part.add(values[begin:end], (), int(begin))
-        merged.merge(part.state())
-    assert equal(merged.state(), whole.state())
-    assert equal(merged.results(), whole.results())
-
-
 def plan_of(**tables: Any) -> Plan:
     return make_plan(read_scene(asking(["delta"], **tables, reduce={"over": "design"})))
 
@@ -193,30 +169,6 @@ def test_what_does_not_vary_and_what_varies_little() -> None:
     assert np.abs(far["total"] - by_salib(values, 3)[1]).max() < 1e-6
 
 
-def test_refusals() -> None:
-    saying = "holds no Sobol' indices"
-    sample = {**SAMPLE, "number": 16}
-    plain = computed(["delta"], sample={**sample, "method": "sobol"}, reduce={})
-    assert saying in refusal_of(lambda: sweeps.sensitivities(plain))
-    together = computed(["delta"], **{**BESIDE, "sample": sample}, reduce={})
-    assert saying in refusal_of(lambda: sweeps.sensitivities(together))
-    good = computed(["delta", "bmep"], sample=sample, reduce={"statistics": ["delta"]})
-    assert "'bmep'" in refusal_of(lambda: sweeps.sensitivities(good, "bmep"))
-    assert "0.95" in refusal_of(lambda: sweeps.sensitivities(good, confidence=0.9))
-
-
-def test_the_command_prints_them(tmp_path: Path) -> None:
-    path, output = tmp_path / "reduced.nc", tmp_path / "indices.nc"
-    run(asking(["delta"], sample=SAMPLE, reduce={}), path)
-    text = ok("sensitivities", path, "-o", output)
-    with sweeps.open(path) as archive, sweeps.open(output) as found:
-        assert np.array_equal(found.delta_total, archive.delta_total)
-        first = float(archive.delta_first.sel(parameter="inertia"))
-    line = next(line for line in text.splitlines() if line.startswith("  inertia"))
-    assert float(line.split()[1]) == round(first, 3)
-    assert "jackknife" in text and "jackknife" in ok("show", output)
-
-
 STORED: dict[str, Any] = {
     "engine": "ntua",
     "axes": {
@@ -249,15 +201,6 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.fixture(scope="module")
-def nothing(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Designs of which a search keeps none."""
-    path = tmp_path_factory.mktemp("nothing") / "nothing.nc"
-    best = [{"least": "inertia", "within": "delta <= 1/500000"}]
-    sweeps.stream(**STORED, reduce={"at_every": ["load", "speed"], "best": best}, archive=path)
-    return path
-
-
 def test_histograms_count_the_values_of_all_designs(stored: xr.Dataset, archive: Path) -> None:
     with sweeps.open(archive) as found:
         for name in ("delta", "omega_max", "torque_mean"):
@@ -285,23 +228,6 @@ def test_histograms_of_any_numbers(middle: float, spread: float) -> None:
         assert_array_equal(here, np.histogram(row, edges)[0])
 
 
-def test_info_tells_of_all_designs(stored: xr.Dataset, archive: Path) -> None:
-    text = ok("info", archive)
-    codes, counts = np.unique(stored.status.values, return_counts=True)
-    assert codes.tolist() == [0, 1], "some designs shall stall"
-    assert f"{stored.status.size} designs reduced" in text
-    assert f"\n  converged: {counts[0]}\n  stalled: {counts[1]}\n" in text
-    within = int((stored.delta <= 1 / 22).sum())
-    assert f"\n  delta <= 1/22: {within:,} of {stored.status.size:,}\n" in text
-    fulfil = int((stored.delta <= 1 / 22).all(["load", "speed"]).sum())
-    assert f"7 kept; {fulfil} of 207 designs fulfil delta <= 1/22 at every load and speed" in text
-    means = stored.delta.mean(["inertia", "crank_ratio", "load"])
-    row = next(line for line in text.splitlines() if line.startswith("  delta   "))
-    low, high = (float(word) for word in row.split()[1:4:2])
-    assert_allclose([low, high], [means.min(), means.max()], rtol=5e-4)
-    assert STATE not in text and "state_byte" not in text and "status_mean" not in text
-
-
 def test_show_and_export_have_a_row_for_each_kept_design(
     stored: xr.Dataset, archive: Path, tmp_path: Path
 ) -> None:
@@ -323,46 +249,3 @@ def test_show_and_export_have_a_row_for_each_kept_design(
     text = ok("show", archive, "--quantities", "delta_mean,delta_count")
     assert str(int(stored.delta.isel(speed=0).count())) in text
     refused("show", archive, "--quantities", STATE)
-
-
-def test_without_kept_designs_statistics_are_shown(nothing: Path, tmp_path: Path) -> None:
-    text = ok("show", nothing)
-    assert "statistics over inertia, load, speed, crank_ratio" in text and "0 kept" in text
-    assert "no design was kept" in refused("export", nothing, "-o", tmp_path / "table.csv")
-    assert "no design meets all conditions" in ok("info", nothing)
-
-
-def test_compare_passes_over_the_state(stored: xr.Dataset, archive: Path) -> None:
-    in_memory = sweeps.run(**STORED, reduce=ASKED)
-    with sweeps.open(archive) as found:
-        assert STATE in in_memory and STATE not in found
-        assert compare(in_memory, found).same
-
-
-def test_figures_are_distributions_and_kept_designs(archive: Path, nothing: Path) -> None:
-    with sweeps.open(archive) as found, sweeps.open(nothing) as empty:
-        drawn, others = figures(found), figures(empty)
-        shares = found.delta_histogram.isel(speed=1).values
-    distributions = {f"distribution_{name}" for name in ("delta", "omega_max", "torque_mean")}
-    assert distributions | {"pareto_inertia_delta"} <= set(drawn)
-    assert set(others) == distributions
-    assert not [stem for stem in drawn if "rank" in stem or "state" in stem or "quantile" in stem]
-    panel = drawn["distribution_delta"].axes[1]
-    heights, edges, _ = panel.patches[0].get_data()  # type: ignore[attr-defined]
-    drawn_shares = heights * np.diff(np.log10(edges)) / 100.0  # bins of equal ratio, about
-    assert_allclose(drawn_shares, shares / shares.sum(), rtol=1e-12)
-
-
-def test_reports_tell_statistics_counts_and_searches(
-    stored: xr.Dataset, archive: Path, nothing: Path, tmp_path: Path
-) -> None:
-    pytest.importorskip("bokeh")
-    page = sweeps.report(archive, tmp_path / "report.html").read_text()
-    counts = np.unique(stored.status.values, return_counts=True)[1]
-    assert f'<td>stalled</td><td class="number">{counts[1]}</td>' in page
-    for head in ("Statistics of all designs", "Designs within limits", "Searches"):
-        assert f"<h3>{head}" in page
-    within = int((stored.delta <= 1 / 22).sum())
-    assert f'<td>delta &lt;= 1/22</td><td class="number">{within:,}</td>' in page
-    other = sweeps.report(nothing, tmp_path / "nothing.html").read_text()
-    assert "0 kept" in other and "<h3>Designs within limits" not in other

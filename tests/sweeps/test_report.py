@@ -15,8 +15,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.view.report.embedding import embedded
-from sweeps.view.report.model_limits import model_limits
 from sweeps.view.report.page import page
 from sweeps.view.texts.tables import number_text
 from tests.support.commands import ok, refused
@@ -102,22 +100,6 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     assert told.count("<td>stalled</td>") == 1 + lost
 
 
-def test_paths_of_forces_have_both_components() -> None:
-    angle = np.linspace(0.0, 350.0, 36)
-    wave = np.cos(np.radians(angle))
-    archive = xr.Dataset(
-        {"crank_pin_x": ("crank_angle", wave), "crank_pin_y": ("crank_angle", 2.0 * wave),
-         "shaking_force": (("direction", "crank_angle"), [wave, wave**2]),
-         "balanced": (("direction", "crank_angle"), [wave, 1e-12 * wave])},
-        {"crank_angle": angle, "direction": [0.0, 90.0]},
-    )  # fmt: skip
-    found = data_of(page(archive))["paths"]
-    assert [(p["right"], p["up"]) for p in found] == [
-        (["crank_pin_x", None], ["crank_pin_y", None]),
-        (["shaking_force", 0], ["shaking_force", 1]),
-    ]
-
-
 @pytest.mark.parametrize("inertias", [2, 5], ids=["few", "many"])
 def test_uncertain_numbers_have_their_bands(inertias: int) -> None:
     archive = sweeps.run(
@@ -164,35 +146,6 @@ def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
         page(archive, limit=1e6)
 
 
-def test_a_list_of_designs_is_sampled_in_its_order() -> None:
-    size = 4000
-    archive = xr.Dataset(
-        {"delta": ("design", np.arange(size) / 7.0), "imep": ("design", np.arange(size) / 3.0)},
-        {"design": np.arange(size), "case": ("design", [f"number {i}" for i in range(size)])},
-    )
-    found = embedded(archive, {}, 60e3)
-    kept = np.frombuffer(base64.b64decode(found.columns["design"]["values"]), "<f8")
-    assert 200 < len(kept) < size and kept[0] == 0 and kept[-1] == size - 1
-    assert (np.diff(kept) > 0).all() and len({*np.diff(kept)}) > 2
-    assert_allclose(numbers_of(found.quantities["delta"]), kept / 7.0, rtol=1e-6)
-    assert found.columns["case"]["words"][5] == f"number {kept[5]:.0f}"
-    assert any("a random sample" in line for line in found.left_out)
-
-
-def test_limits_of_the_model_follow_the_quantities() -> None:
-    assert not any("torsional" in text for text in model_limits(["shaking_force"]))
-    assert any("rigid engine at constant speed" in text for text in model_limits(["shaking_force"]))
-    assert any("secondary resonance" in text for text in model_limits(["shaft_loss"]))
-    assert any(
-        "oil film and bending are not modelled" in text for text in model_limits(["crank_pin_load"])
-    )
-    assert any("two-stroke" in text for text in model_limits(["delta"], two_stroke=True))
-    assert not any("two-stroke" in text for text in model_limits(["position"], two_stroke=True))
-    assert any("Euler" in text for text in model_limits(["delta"], methods=["thesis"]))
-    assert not any("Euler" in text for text in model_limits(["delta"], methods=["auto"]))
-    assert model_limits(["unknown"]) == []
-
-
 def test_texts_of_archives_are_texts() -> None:
     written = page(hostile())
     expected = Tags(page(large(3, 4)))
@@ -220,14 +173,6 @@ def test_any_archive_has_a_report() -> None:
         written = page(any_archive(random), limit=random.choice([20e6, 1.65e6]))
         assert "</html>" in written and len(written.encode()) < 20e6, seed
         data_of(written)
-
-
-def test_the_spread_over_recorded_cycles_is_told_beside_axes_of_words() -> None:
-    archive = xr.Dataset(
-        {"imep": (("engine", "recorded_cycle"), [[1.0, 3.0], [5.0, 5.0]])},
-        {"engine": ["in-line", "V"], "recorded_cycle": [1, 2]},
-    )
-    assert "imep at engine in-line: 2 ± 1.414" in section(page(archive), "results")
 
 
 def test_the_command_writes_a_report(archive: xr.Dataset, tmp_path: Path) -> None:

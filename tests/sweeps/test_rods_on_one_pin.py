@@ -122,19 +122,6 @@ def test_the_moment_of_inertia_has_each_throw_once(name: str) -> None:
     assert float(found["rotating_force"]) == pytest.approx(turning * PULL, rel=1e-12)
 
 
-def test_throws_of_another_radius_have_their_own_moment_of_inertia() -> None:
-    engine, factors = ENGINES["V8, shared pins"], [1.0, 0.9, 0.8, 1.0]
-    found = [
-        float(run(engine, ["engine_inertia"], radius_factor=factors * 2, crank_mass=mass)[
-            "engine_inertia"
-        ])
-        for mass in (THROW, 0.0)
-    ]  # fmt: skip
-    assert found[0] - found[1] == pytest.approx(
-        THROW * RADIUS**2 * sum(factor**2 for factor in factors), rel=1e-12
-    )
-
-
 @EACH
 def test_first_orders_of_force_and_moment(name: str) -> None:
     engine = ENGINES[name]

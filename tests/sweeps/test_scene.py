@@ -24,7 +24,6 @@ from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES
 from sweeps.scene.variants import OF_EXTREMES
-from tests.support.engine_files import indicator_text, points
 from tests.support.scenes import NOT_OF_AN_ENGINE, refusal
 from tests.support.shafts import shaft_with
 
@@ -61,16 +60,6 @@ def test_smallest_scene_is_one_design_with_the_defaults_of_the_contract() -> Non
         assert read.axes["method"] == METHOD_NAMES
 
 
-def test_a_built_in_name_goes_before_a_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("first").write_text(HEAD + OUTPUT)
-    assert len(read_scene("first").axes) == 2
-    assert read_scene("./first").axes == {}
-    assert read_scene(Path("first")).axes == {}
-
-
 def test_ranges_are_linear_or_logarithmic_and_keep_their_ends() -> None:
     axes = {
         "inertia": {"start": 0.5, "stop": 12.0, "num": 24, "spacing": "log"},
@@ -83,21 +72,6 @@ def test_ranges_are_linear_or_logarithmic_and_keep_their_ends() -> None:
     assert_allclose(inertia[1:] / inertia[:-1], (12.0 / 0.5) ** (1.0 / 23.0), rtol=1e-12)
     assert_array_equal(read.axes["speed"], [2000, 1750, 1500, 1250, 1000])
     assert_array_equal(read.axes["load"], [0, 45, 90])
-
-
-def test_dimensions_follow_the_order_of_the_file(tmp_path: Path) -> None:
-    axes = "[axes]\nspeed = [1000, 1100]\ninertia = [1, 2, 3]\n"
-    designs = "[designs]\nload = [0, 50]\n"
-    solver = '[solver]\nmethod = ["newton", "auto"]\ninertia_model = ["variable"]\n'
-    words = ("method", "inertia_model")
-    first = read(HEAD + axes + designs + solver + OUTPUT, tmp_path)
-    assert first.dimensions == ("speed", "inertia", "design", *words)
-    second = read(HEAD + solver + designs + axes + OUTPUT, tmp_path)
-    assert second.dimensions == ("design", "speed", "inertia", *words)
-    assert second.axes["method"] == ("newton", "auto")
-    assert second.methods == ("newton", "auto")
-    assert second.axes["inertia_model"] == ("variable",)
-    assert read(HEAD + designs + OUTPUT, tmp_path).dimensions == ("design",)
 
 
 def test_python_values_read_like_those_of_a_file(tmp_path: Path) -> None:
@@ -197,35 +171,6 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
         read_scene(scene(output={"quantities": [quantity]}, **NOT_OF_AN_ENGINE))
-
-
-def with_indicator(folder: Path, text: str, body: str = "") -> Scene:
-    folder.joinpath("pressure.csv").write_text(text)
-    return read(HEAD + body + '[indicator]\nfile = "pressure.csv"\n' + OUTPUT, folder)
-
-
-def test_indicator_is_relative_to_the_scene_and_in_bar_and_degrees(tmp_path: Path) -> None:
-    rows = "".join(f"{p:.8g},x,{a:g}\n" for a, p in points())
-    other = "pressure_bar,note,crank_angle_deg\n" + rows
-    for text in (indicator_text(points()), other):  # further columns are left aside
-        read = with_indicator(tmp_path, text, "[set]\nload = 100\n")
-        assert read.settings == {"load": 100.0}  # which the diagram makes no difference to
-        diagram = read.indicator
-        assert diagram is not None and len(diagram.angle) == 360
-        for angle, pressure in points()[:-1]:
-            assert float(diagram(math.radians(angle))) == pytest.approx(1e5 * pressure, rel=1e-7)
-
-
-def test_either_end_of_the_cycle_may_be_missing_and_both_are_averaged(tmp_path: Path) -> None:
-    rows = points()
-    rows[0], rows[-1] = (-360.0, 1.1), (360.0, 1.3)
-    ends = []
-    for part in (rows, rows[:-1], rows[1:]):
-        diagram = with_indicator(tmp_path, indicator_text(part)).indicator
-        assert diagram is not None
-        assert len(diagram.angle) == 360
-        ends.append(float(diagram(-2.0 * math.pi)) / 1e5)
-    assert ends == pytest.approx([1.2, 1.1, 1.3])
 
 
 TWO = '[designs]\ncase = ["a", "b"]\ninertia = [1, 2]\n'

@@ -10,7 +10,6 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from sweeps.base.errors import SceneError
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.reading import built_in_scenes, read_scene
-from tests.support.commands import ok
 from tests.support.json_schemas import fits as fits_schema
 
 SCHEMA = scene_schema()
@@ -121,8 +120,3 @@ def test_all_names_of_the_table_are_in_it() -> None:
     assert set(PARAMETERS) <= set(SCHEMA["$defs"])
     assert "[kg m2]" in SCHEMA["$defs"]["inertia"]["description"]
     assert '"null"' not in json.dumps(SCHEMA)
-
-
-def test_the_command_prints_it() -> None:
-    result = ok("schema")
-    assert json.loads(result) == SCHEMA

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +10,6 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.running.compute.options import Options
-from sweeps.running.join.extend import extend
 from sweeps.scene.plan.forecast import text
 from tests.support.shafts import complete_shaft
 
@@ -128,13 +124,6 @@ def test_what_is_refused(output: dict[str, Any], message: str) -> None:
     assert message in str(error.value)
 
 
-def test_modes_need_a_shaft() -> None:
-    scene = posed(["delta"], chain(2), output={"modes": 2})
-    del scene["shaft"]
-    with pytest.raises(sweeps.SceneError, match="modes: has no effect: the scene has no shaft"):
-        sweeps.plan(copy.deepcopy(scene))
-
-
 def test_a_mode_in_which_no_throw_moves_is_not_excited() -> None:
     """Of three equal branches behind the flywheel, two modes leave the rest at rest."""
     shaft: dict[str, Any] = {
@@ -155,20 +144,3 @@ def test_a_mode_in_which_no_throw_moves_is_not_excited() -> None:
     assert (found.mode_vector_sum[~alone] > 1e-3).all()
     assert np.isfinite(found.modal_inertia).all()
     assert_allclose(np.abs(found.mode_shape).max("disc"), 1.0, rtol=1e-9)
-
-
-def test_an_archive_keeps_its_number_of_modes_when_it_grows(tmp_path: Path) -> None:
-    """Faster speeds would ask for eight."""
-    posing = {"cylinders": 1}, {"axes": {"speed": [1000, 1500], "disc_inertia_2": [2.0, 2.5]}}
-    scene = posed(["natural_frequency", "damping_ratio", "delta_elastic"], chain(9, 7e6),
-                  **posing[1])  # fmt: skip
-    scene["set"] = posing[0]
-    archive = tmp_path / "archive.nc"
-    sweeps.stream(scene, archive)
-    extend(archive, "speed", [2400.0], Options())
-    with sweeps.open(archive) as grown:
-        assert grown.sizes["mode"] == 6 and grown.sizes["speed"] == 3
-        scene["axes"]["speed"] = [1000, 1500, 2400]
-        whole = sweeps.run(scene)
-        assert whole.sizes["mode"] == 8
-        assert_allclose(grown.natural_frequency, whole.natural_frequency[..., :6], rtol=1e-12)

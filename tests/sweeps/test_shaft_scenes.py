@@ -19,10 +19,8 @@ from sweeps.base.errors import SceneError
 from sweeps.catalogue import SHAFTS
 from sweeps.decide.explore.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.scene.plan.plausibility import plausibility_warnings
-from sweeps.view.report.shaft_results import shaft_results
-from sweeps.view.texts.scenes import engine_text, scene_text
 from tests.support.scenes import refusal, write_scene
-from tests.support.shafts import DIESEL, complete_shaft, dense
+from tests.support.shafts import DIESEL, dense
 
 ENGINE = "diesel_105x137"
 FORCED = ["shaft_torque_order", "shaft_torque_phase", "shaft_torque_half_range"]
@@ -229,21 +227,6 @@ def test_a_misfire_takes_the_torque_of_its_throw_and_wakes_the_half_order() -> N
     assert (lowest >= 0.0).all()
 
 
-def test_a_wanted_delta_changes_the_flywheel() -> None:
-    names = ["natural_frequency", "delta_elastic", "shaft_torque_half_range", "modal_damping_ratio"]
-    wanted = run([*names, "inertia_required"], set={"speed": 1500, "wanted_delta": 0.01})
-    assert float(wanted.inertia_required) > 2.3552
-    own = 2.075 + float(wanted.inertia_required) - 2.3552
-    given = run(names, set={"speed": 1500, "disc_inertia_9": own})
-    for name in names:
-        assert_allclose(wanted[name], given[name], rtol=1e-9, err_msg=name)
-    # Where less than the rest of the shaft would be needed, the design fails and the others do not.
-    found = run(names, set={"speed": 1500}, axes={"wanted_delta": [0.01, 0.3]})
-    assert found.torsion_status.values.tolist() == [0, 4]
-    for name in names:
-        assert np.isnan(found[name][1]).all() and np.isfinite(found[name][0]).all(), name
-
-
 def test_the_load_damps_by_its_law_a_factor_or_a_number(tmp_path: Path) -> None:
     mean = float(run(["torque_mean"]).torque_mean)
     names = ["shaft_torque_half_range", "delta_elastic", "modal_damping_ratio"]
@@ -291,15 +274,6 @@ def test_modes_critical_speeds_and_vector_sums() -> None:
     assert_allclose(found.mode_vector_sum, np.abs(shape[:, 2:8] @ vectors), rtol=1e-9, atol=1e-12)
     # One node in the first mode, two in the second.
     assert np.isfinite(found.mode_node).sum(axis=1).values.tolist()[:3] == [1, 2, 3]
-
-
-def test_stress_is_nominal_and_needs_a_diameter() -> None:
-    found = run(["shaft_stress_half_range", "shaft_torque_half_range"], GEARED)
-    stress, torque = (found[name].values for name in found.data_vars if "half" in str(name))
-    tube = 16.0 * 0.08 / (math.pi * (0.08**4 - 0.02**4)) / 1e6
-    assert stress[5] == pytest.approx(tube * torque[5], rel=1e-12)
-    assert stress[0] == pytest.approx(16.0 / (math.pi * 0.083**3) / 1e6 * torque[0], rel=1e-12)
-    assert np.isnan(stress[6:]).all()
 
 
 def test_limits_are_given_or_those_of_propulsion_shafts() -> None:
@@ -474,42 +448,6 @@ def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
     assert abs(float(found.shaft_torque_mean[0, 6] - found.shaft_torque_mean[1, 6])) > 50.0
 
 
-def test_elasticities_of_a_shaft() -> None:
-    def of_one(quantities: list[str], **tables: Any) -> xr.Dataset:
-        tables.setdefault("set", {"speed": 1500, "load": 50})
-        return run(quantities, complete_shaft(1), engine="ntua", **tables)
-
-    found = of_one(["delta_elastic", "delta_elastic_elasticity"])
-    told = float(found.delta_elastic_elasticity.sel(parameter="disc_inertia_2"))
-    step, own = 1e-3, 3.0
-    both = of_one(["delta_elastic"], axes={"disc_inertia_2": [own * (1 - step), own * (1 + step)]})
-    low, high = both.delta_elastic.values
-    assert told == pytest.approx((high - low) / (2 * step * float(found.delta_elastic)), rel=1e-3)
-
-
-def test_a_report_holds_the_torsional_calculation() -> None:
-    shaft = changed(shafts__3__torque_limit=2500.0, pendulums=[SWUNG])
-    names = ["shaft_torque_half_range", "shaft_torque_min", "shaft_torque_over_limit",
-             "critical_speed", "mode_vector_sum"]  # fmt: skip
-    found = run(names, shaft, set={}, axes={"misfire": [0, 2], "speed": [1000.0, 1500.0, 2000.0],
-                                            "damper_damping_1": [20.0]})  # fmt: skip
-    told = shaft_results(found)
-    for text in ("Torsional vibration of the shaft", "propeller", "one cylinder misfires",
-                 "above the limit", "barred speeds", "varies", "pendulum_mass_1"):  # fmt: skip
-        assert text in told, text
-    # Reversal is told of coupling, gear and branch, not of the crankshaft.
-    least = re.findall(r"<td>least torque in each shaft</td><td>([^<]*)</td>", told)
-    assert least and all("throw" not in place or "flywheel" in place for place in least)
-    assert shaft_results(run(["delta"])) == ""
-
-
-def test_the_share_of_the_reciprocating_masses_in_a_throw() -> None:
-    added = run(["reciprocating_share"], GEARED).reciprocating_share.values
-    moving = 0.03 * added / (1.0 - added)
-    included = run(["reciprocating_share"]).reciprocating_share.values
-    assert_allclose(included, moving / DIESEL["inertia"][2:8], rtol=1e-12)
-
-
 def test_each_number_varies_and_gives_what_it_gives_alone() -> None:
     names = [
         "natural_frequency", "modal_damping_ratio", "shaft_torque_half_range", "shaft_loss",
@@ -582,43 +520,6 @@ def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:
     assert float(found.shaft_inertia) == pytest.approx(2.3552)
     other = run(names, GEARED, engine=str(path))
     assert other.natural_frequency[0] < 0.2 * found.natural_frequency[0]
-
-
-def test_two_stroke_engines_have_fifteen_orders_unless_asked() -> None:
-    shaft = {
-        "reciprocating": "included",
-        "discs": [*({"name": f"throw {i}", "throw": i, "inertia": 50.0} for i in range(1, 8)),
-                  {"name": "flywheel", "inertia": 900.0}],
-        "shafts": [{"stiffness": 1e8, "loss_factor": 0.02} for _ in range(7)],
-    }  # fmt: skip
-    for more, highest in (({}, 15.0), ({"highest_order": 12}, 12.0)):
-        output = {"quantities": ["shaft_torque_order"], **more}
-        read = sweeps.read_scene(
-            engine="marine_80x345", shaft=shaft, silenced_warnings=["all"], output=output
-        )
-        assert read.engine.period == pytest.approx(2 * math.pi)
-        assert read.highest_order == highest
-
-
-def test_info_shows_the_shaft(tmp_path: Path) -> None:
-    scene = {"engine": ENGINE, "shaft": GEARED, "set": {"disc_inertia_7": 2.5, "speed": 1500},
-             "output": {"quantities": ["delta"]}}  # fmt: skip
-    lines = scene_text(sweeps.read_scene(scene), "scene").splitlines()
-    begin = next(i for i, line in enumerate(lines) if line.startswith("shaft, 11 discs"))
-    assert "are without the reciprocating masses" in lines[begin]
-    shaft = lines[begin + 1 : lines.index("", begin)]
-    assert shaft[0] == "  1 throw 1: throw 1, inertia = 0.03 [kg m2], damping = 1.5 [N m s rad-1]"
-    assert shaft[6] == "  7 flywheel: flywheel on it, inertia = 2.5 [kg m2]"
-    assert shaft[9].startswith("  10 propeller: load on it, inertia = 5 [kg m2], ground_stiffness")
-    assert shaft[10] == "  11 ring of damper 1: inertia = 0.1 [kg m2]"
-    assert shaft[17].startswith("  7 coupling: flywheel - pinion, stiffness = 20000 [N m rad-1], ")
-    assert shaft[19] == (
-        "  9 throw 1 - ring of damper 1: stiffness = 10000 [N m rad-1], damping = 20 [N m s rad-1]"
-    )
-    assert shaft[20] == "  1 gear pinion - wheel: ratio = -0.4"
-    assert len(shaft) == 21
-    text = engine_text(sweeps.read_scene(scene).engine)
-    assert shaft[0] in text.splitlines() and "disc_inertia_1 =" not in text
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.rows import Rows, rows
+from sweeps.decide.explore.rows import rows
 from sweeps.running.reduce import ranges as reading
 from sweeps.view.texts.readable_units import factor
-from sweeps.view.texts.tables import nearest_notes, number_cells, number_text, rows_text
+from sweeps.view.texts.tables import number_text, rows_text
 from tests.support.archives import run
 from tests.support.commands import invoke, ok, refused
 
@@ -78,18 +78,6 @@ def test_the_first_of_an_order_whatever_is_read_at_once(
     assert_array_equal(found["delta"], wanted.delta.to_numpy()[:5])
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0050000001, "0.005000"), (1500.0, "1500"), (21777.3, "21777"), (0.0, "0"),
-        (float("nan"), "-"), (1.23456e-7, "1.235e-07"), (2.5, "2.500"), (3.0, "3"),
-        (-12.3456, "-12.35"), (1e12, "1e+12"),
-    ],
-)  # fmt: skip
-def test_numbers_have_sensible_digits(value: float, text: str) -> None:
-    assert number_text(value) == text
-
-
 def test_units_for_people_and_their_factors(archive: xr.Dataset) -> None:
     text = rows_text(rows(archive, select={"load": 50, "inertia": 2.0}))
     speed, power = (float(archive[n].sel(load=50, **{"inertia": 2.0} if n != "brake_power" else {}))
@@ -122,50 +110,6 @@ def test_the_command(path: Path) -> None:
     one = ok("show", path, "--select", "load=50,inertia=2")
     assert "coefficient of speed fluctuation" in one and "at load = 50, inertia = 2" in one
     assert "+" in ok("show", path, "--relative-to", "first", "--quantities", "delta,omega_max")
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (("--sort", "foo"), "'foo': not a column of the table"),
-        (("--limit", "0"), "limit = 0: must be a whole number, 1 or more"),
-        (("--quantities", "omega"), "omega: has no single number"),
-        (("--quantities", "imep"), "'imep': not a quantity in the archive"),
-        (("--select", "load"), "--select load: must be AXIS=VALUE"),
-        (("--relative-to", "load"), "--relative-to load: must be AXIS=VALUE"),
-        (("--relative-to", "load=50"), "not a single design"),
-        (("--units", "delta=kW"), "cannot be used for a quantity in"),
-        (("--units", "foo=kW"), "--units foo: no column"),
-        (("--units", "kW"), "must be NAME=UNIT"),
-        (("--select", "load=20", "--select", "load=50"), "--select load: given twice"),
-    ],
-)
-def test_bad_options(path: Path, options: tuple[str, ...], told: str) -> None:
-    assert told in refused("show", path, *options)
-
-
-def test_run_shows_few_numbers_and_says_where_many_are(tmp_path: Path) -> None:
-    scene = 'engine = "ntua"\n[axes]\nload = {}\n[output]\nquantities = ["delta", "imep"]\n'
-    (tmp_path / "few.toml").write_text(scene.format([50]))
-    told = ok("run", tmp_path / "few.toml", "-o", tmp_path / "few.nc")
-    with sweeps.open(tmp_path / "few.nc") as data:
-        assert f"{float(data.delta.values.ravel()[0]):.4g}"[:5] in told
-    (tmp_path / "many.toml").write_text(scene.format(list(range(10, 90, 5))))
-    told = ok("run", tmp_path / "many.toml", "-o", tmp_path / "many.nc")
-    assert f"values: engine-dyn show {tmp_path / 'many.nc'}" in told
-
-
-def test_names_stand_for_designs_that_do_not_fit() -> None:
-    """Tables below the first repeat what tells the rows apart, not all that was given."""
-    columns = {f"parameter_{number}": np.arange(4.0) + number for number in range(8)}
-    results = {"delta": np.array([0.1, 0.2, 0.3, 0.4]), "imep": np.arange(4.0)}
-    table = {**columns, "case": np.array(["a", "b", "c", "d"]), **results}
-    given = (*columns, "case")
-    made = Rows(table, {n: "1" for n in table if n != "case"}, {}, given, {}, 4, ())
-    first, second = rows_text(made, width=100).split("\n\n")
-    assert "parameter_7" in first and "case" in first and "delta" not in first
-    assert second.split()[0] == "case" and "parameter_7" not in second
-    assert rows_text(made, width=400).count("case") == 1
 
 
 @pytest.mark.parametrize(
@@ -203,26 +147,6 @@ def test_a_value_between_those_of_an_axis_is_said_to_be_replaced(
     outside = refused(name, path, *options, *slices, "load=5000,inertia=2")
     assert "load = 5000: outside the axis, 20 to 80" in outside
     assert invoke(name, path, *options, *slices, "load=50,inertia=2").stderr == ""
-
-
-def test_a_number_as_tables_print_it_is_that_of_the_axis() -> None:
-    archive = xr.Dataset(coords={"inertia": [1.5, 9.25297, 12.0]})
-    assert nearest_notes(archive, {"inertia": 9.253}) == []
-    assert nearest_notes(archive, {"inertia": "9.3"}) == [
-        "inertia = 9.3 is not in the archive; the nearest value, 9.253, was taken"
-    ]
-    assert nearest_notes(archive, {"inertia": "soft", "load": 50.0}) == []  # told by the cut itself
-
-
-def test_best_tells_its_conditions_with_their_units(path: Path) -> None:
-    def told(*within: str) -> str:
-        options = [part for text in within for part in ("--within", text)]
-        options += ["--select", "load=80"]
-        return ok("best", path, "--least", "inertia", *options).splitlines()[0]
-
-    assert told("brake_power >= 15 kW") == "conditions: brake_power >= 15 kW"
-    both = told("brake_power >= 15", "delta <= 1/20", "load >= 50")
-    assert both == "conditions: brake_power >= 15 W, delta <= 1/20, load >= 50 %"
 
 
 @pytest.fixture(scope="module")
@@ -306,18 +230,6 @@ def test_nominal_is_the_engines_own_design(grid: Path) -> None:
             rows(without, relative_to="nominal")
 
 
-def test_nominal_is_the_design_of_this_name() -> None:
-    found = sweeps.run(
-        engine="ntua",
-        designs={"case": ["light", "nominal"], "inertia": [1.0, 3.0]},
-        output={"quantities": ["delta"]},
-    )
-    changes = rows(found, relative_to="nominal").table["delta"]
-    assert changes[1] == 0.0 and changes[0] > 100.0
-    with pytest.raises(SceneError, match="no design is named 'nominal'"):
-        rows(found.isel(design=[0, 0]), relative_to="nominal")
-
-
 def test_units_of_tables_and_descriptions(grid: Path, tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     ok("export", grid, "-o", table, "--units", "power=kW", "--head-units")
@@ -334,19 +246,3 @@ def test_units_of_tables_and_descriptions(grid: Path, tmp_path: Path) -> None:
     wrong = ("export", grid, "-o", tmp_path / "x.csv", "--units", "power=kg")
     assert "unit 'kg': cannot be used for a quantity in W" in refused(*wrong)
     assert not (tmp_path / "x.csv").exists()
-
-
-def test_rounding_beside_larger_numbers_is_shown_as_zero() -> None:
-    archive = xr.Dataset(
-        {
-            "torque_order": ("speed", [312.0, 1.7e-14, 0.0], {"units": "N m"}),
-            "shaking_force_max": ("speed", [1.7e-14, 0.0, -3e-15], {"units": "N"}),
-            "delta_error": ("speed", [1e-13, 2e-14, 0.0], {"units": "1"}),
-        },
-        {"speed": ("speed", [1.0, 2.0, 3e-14], {"units": "rpm"})},
-    )
-    found = rows(archive)
-    assert number_cells(found, "torque_order", None)[0] == ("312", "0", "0")
-    assert number_cells(found, "shaking_force_max", None)[0] == ("0", "0", "0")
-    assert number_cells(found, "delta_error", None)[0] == ("1e-13", "2e-14", "0")
-    assert number_cells(found, "speed", None)[0][2] == "3e-14"  # as it was given

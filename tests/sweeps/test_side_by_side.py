@@ -14,13 +14,12 @@ from sweeps.base.errors import SceneError
 from sweeps.catalogue import ENGINES
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
-from sweeps.scene import engine_choices
 from sweeps.scene.plan.forecast import text
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same, assert_same_in_parts, interrupted
 from tests.support.commands import ok, refused
-from tests.support.scenes import asking, refusal, write_scene
+from tests.support.scenes import refusal, write_scene
 
 pytestmark = pytest.mark.compiled
 
@@ -102,17 +101,6 @@ def test_one_engine_in_a_list_is_that_engine_and_a_list_at_the_top_varies_slowes
     assert not read_scene(raw).beside
 
 
-def test_columns_of_a_file(tmp_path):
-    (tmp_path / "designs.csv").write_text("engine,inertia\nntua,5\nv6_96x81,0.3\nntua,10\n")
-    scene = tmp_path / "scene.toml"
-    scene.write_text('[designs]\nfile = "designs.csv"\n[output]\nquantities = ["delta"]\n')
-    found = sweeps.run(scene)
-    assert found["delta"].dims == ("design",)
-    for row, (engine, inertia) in enumerate((("ntua", 5), ("v6_96x81", 0.3), ("ntua", 10))):
-        own = sweeps.run(engine=engine, set={"inertia": inertia}, output=DELTA)
-        assert float(found["delta"][row]) == float(own["delta"])
-
-
 @pytest.mark.parametrize("named", [True, False])
 def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path) -> None:
     for name, own in (("one", "ntua"), ("six", "v6_96x81")):
@@ -185,23 +173,6 @@ def test_missing_quantities(with_spacing):
     )
 
 
-def test_outcome_where_the_speed_cannot_be_asked_for(with_spacing):
-    whole = (with_spacing / "spaced.toml").read_text()
-    without = "\n".join(line for line in whole.splitlines() if not line.startswith("inertia ="))
-    (with_spacing / "light.toml").write_text(without.replace('"spaced"', '"light"'))
-    scene = write_scene(with_spacing, ["imep", "delta"], engine=["spaced.toml", "light.toml"])
-    found = sweeps.run(scene)
-    assert found["status"].values.tolist() == [0, 4]
-    assert np.isfinite(found["imep"].values).all()
-    assert np.isnan(found["delta"].values).tolist() == [False, True]
-
-
-def test_a_quantity_that_none_has_is_refused():
-    raw = asking(["delta", "shaking_moment_max"], ["ntua", "v6_96x81"])
-    with pytest.raises(SceneError, match="needs cylinder_spacing"):
-        read_scene(raw)
-
-
 @pytest.mark.parametrize("raw", [ENGINES_BESIDE, TABLE], ids=["axis", "table"])
 def test_parts_and_resumed_runs_are_the_whole(raw, tmp_path, monkeypatch):
     assert_same_in_parts(raw, tmp_path, monkeypatch)
@@ -222,26 +193,6 @@ def test_extend_adds_points_but_no_engine(tmp_path):
         assert_array_equal(found["delta"].isel(speed=1, engine=0), own["delta"])
     told = refused("extend", output, "--axis", "engine=b112")
     assert "engine cannot be added to an archive" in told
-
-
-def test_commands(tmp_path):
-    output = tmp_path / "out.nc"
-    assert "In-line four, V6 and in-line six" in ok("info", "i4_v6_i6")
-    assert "arrangement V6 60 split-pin" in ok("plan", "i4_v6_i6")
-    ok("run", "i4_v6_i6", "-o", output)
-    shown = ok("show", output, "--select", f"arrangement={V6},load=50", "--quantities", "delta")
-    assert "delta" in shown
-    assert "arrangement (3): in-line 4" in ok("info", output)
-    best = ok("best", output, "--least", "shaking_moment_max", "--at-every", "load")
-    assert "arrangement = in-line 4" in best
-    ok("export", output, "-o", tmp_path / "out.csv", "--quantities", "delta")
-    assert (tmp_path / "out.csv").read_text().count(V6) == 2
-
-
-def test_best_chooses_among_engines(engines):
-    found = sweeps.best(engines, least="inertia", within="delta <= 1/60", at_every="speed")
-    assert found["engine_name"].item() == "v6_96x81"
-    assert float(found["inertia"]) == 0.5
 
 
 DELTA = {"quantities": ["delta"]}
@@ -286,12 +237,3 @@ DELTA = {"quantities": ["delta"]}
 )  # fmt: skip
 def test_refused(raw, words):
     assert words in refusal({"output": DELTA, **raw})
-
-
-def test_too_many_combinations():
-    rows = {"arrangement": [f"in-line {1 + i % 8}" for i in range(8)], "inertia": [1.0] * 8}
-    engines = ["ntua", "b112", "si_four_87x101"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine_choices, "MOST", 20)
-        with pytest.raises(SceneError, match="24 combinations of engines and arrangements"):
-            read_scene({"engine": engines, "designs": rows, "output": DELTA})

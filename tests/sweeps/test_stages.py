@@ -9,7 +9,7 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
-from sweeps.scene.plan.forecast import DIRECT, text
+from sweeps.scene.plan.forecast import DIRECT
 from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.scenes import asking
@@ -52,17 +52,6 @@ def test_axes_of_quantities(name: str, axes: set[str]) -> None:
     assert set(stages[name].axes) == axes
     ordered = [axis for axis in EVERYTHING if axis in axes]
     assert list(stages[name].axes) == ordered
-
-
-def test_nothing_else_is_planned() -> None:
-    plan = plan_of("velocity")
-    assert [stage.node.name for stage in plan.stages] == ["velocity"]
-    assert set(plan.unused) == set(EVERYTHING) - {"crank_ratio"}
-    assert "not requested: " in text(plan)
-    assert "speed_solution" not in text(plan_of("torque_max", "energy_swing", "bmep"))
-    # The status comes with what can fail, and only then.
-    assert plan_of("delta").outputs == ("delta", "status")
-    assert plan_of("torque_max", "imep").outputs == ("torque_max", "imep")
 
 
 def test_scene_larger_than_memory_is_refused_before_computing() -> None:
@@ -224,17 +213,6 @@ def called(*quantities: str, engine: str = "ntua", **tables: Any) -> Called:
 def test_what_is_counted_is_there(place: str) -> None:
     file, _, name = place.partition(":")
     assert f"def {name}(" in (ROOT / "engine_dyn" / file).read_text(encoding="utf-8")
-
-
-KINEMATICS = ("position", "velocity", "acceleration", "mean_piston_speed", "displacement")
-
-
-def test_kinematics_never_touch_the_pressure() -> None:
-    run = called(*KINEMATICS, axes={"crank_ratio": [0.2, 0.3], "speed": [1000, 1200]})
-    assert run.within("geometry/slider_crank.py")
-    assert run.within("pressure/") == {}
-    assert run.within("forces/torque.py:pressure") == {}
-    assert run.within("speed/") == {}
 
 
 def test_the_gas_work_is_made_once_for_designs_that_share_it() -> None:

@@ -68,15 +68,6 @@ def test_other_ways_of_the_template_are_engines(way: int, tmp_path: Path) -> Non
     assert read_scene({"engine": str(path), "output": {"quantities": ["delta"]}}).engine.values
 
 
-def test_every_option_of_the_data_sheet_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text(uncommented(ok("new", "--engine"), 1), encoding="utf-8")
-    made = sweeps.calibrate(path)
-    assert made.published.peak == 75 and made.published.fuel_consumption == 250
-    assert set(made.sheet.known) == {"compression_ratio", "intake_closing", "exhaust_opening"}
-    assert not set(made.assumed) & set(made.sheet.values)
-
-
 @pytest.mark.parametrize("name", catalogue())
 def test_a_scene_about_an_engine_reads(name: str, tmp_path: Path) -> None:
     path = tmp_path / "study.toml"
@@ -87,16 +78,6 @@ def test_a_scene_about_an_engine_reads(name: str, tmp_path: Path) -> None:
     assert key == ("inertia" if name != "compressor_79x83" else "flywheel_inertia")
     assert scene.axes[key][8] == pytest.approx(scene.engine.values[key], rel=5e-3)
     assert scene.settings["speed"] == scene.engine.values["speed"]
-
-
-def test_a_scene_names_an_engine_file_from_its_own_folder(tmp_path: Path) -> None:
-    engine = tmp_path / 'an "engine".toml'
-    engine.write_text(catalogue()["ntua"].read_text("utf-8"), encoding="utf-8")
-    ok("new", tmp_path / "study.toml", "--for", engine)
-    assert read_scene(tmp_path / "study.toml").source["engine"] == engine.name
-    (tmp_path / "deep").mkdir()
-    ok("new", tmp_path / "deep" / "study.toml", "--for", engine)
-    assert read_scene(tmp_path / "deep" / "study.toml").source["engine"] == str(engine)
 
 
 @pytest.mark.parametrize(
@@ -132,14 +113,6 @@ def test_an_inertia_that_the_file_lacks_is_usual_for_its_size(size: float, tmp_p
     told = invoke("plan", tmp_path / "study.toml")
     assert told.exit_code == 0
     assert "moment of inertia over" not in told.output
-
-
-def test_what_new_refuses(tmp_path: Path) -> None:
-    assert "unknown engine" in refused("new", "--for", "nothing")
-    assert "--for: not allowed together with --engine" in refused(
-        "new", "--engine", "--for", "ntua"
-    )
-    assert "nowhere.toml" in refused("new", "--for", tmp_path / "nowhere.toml")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -204,16 +177,3 @@ def test_info_tells_what_a_built_in_scene_is_about(name: str) -> None:
     for key in (*scene.axes, *scene.designs):
         assert f" {key} = " in text
     assert scene.engine.title in text
-
-
-def test_info_of_a_scene_file(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    ok("new", path, "--for", "si_four_87x101")
-    text = ok("info", path)
-    assert "load = 30, 100 [percent]" in text
-    assert "25 values from 0.075 to 0.6 [kg m2]" in text
-    assert "varies, 50 designs" in text
-    path.write_text('engine = "ntua"\n', encoding="utf-8")
-    assert "output" in refused("info", path)
-    path.write_text("engine = ", encoding="utf-8")
-    assert "not TOML" in refused("info", path)

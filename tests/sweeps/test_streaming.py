@@ -1,11 +1,9 @@
 """Archives that are written block by block: the same bytes, in bounded memory, whatever happens."""
 
-import errno
 import json
 import os
 import random
 import re
-import shlex
 import signal
 import subprocess
 import sys
@@ -22,7 +20,7 @@ from numpy.testing import assert_array_equal
 
 import sweeps
 from engine_dyn.compilation import COMPILING
-from sweeps.running.archive import netcdf, partial
+from sweeps.running.archive import netcdf
 from sweeps.running.archive.partial import Partial
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
@@ -136,17 +134,6 @@ def test_blocks_are_whole_chunks_and_little_room_is_lost(
     assert np.prod(shape) > 0.98 * room
 
 
-@pytest.mark.parametrize(
-    "size", ["1", "99MB", "1e3MB", "-1GB", "infGB", "500 MiB", "GB", "", "nan"]
-)
-def test_sizes_of_memory_that_are_none(size: str, tmp_path: Path) -> None:
-    result = refused("run", "first", "-o", tmp_path / "out.nc", "--memory", size)
-    assert "100MB or more" in result
-    assert list(tmp_path.iterdir()) == []
-    for good in ("100MB", "0.1GB", "1 gb", "2.5GB") if size == "1" else ():
-        ok("run", "first", "-o", tmp_path / "out.nc", "--memory", good, "--overwrite")
-
-
 def test_columns_that_do_not_fit_the_memory_are_refused() -> None:
     columns = {key: np.linspace(0.1, 0.2, 4_000_000) for key in ("stroke", "bore", "crank_ratio")}
     scene = {"engine": "ntua", "designs": columns, "output": {"quantities": ["delta"]}}
@@ -193,25 +180,6 @@ def test_a_disk_with_room_for_one_archive_is_enough(
     assert_same(tmp_path / "out.nc", sweeps.run(tmp_path / "scene.toml"))
 
 
-def test_what_is_not_ours_is_left_alone(tmp_path: Path, small: None) -> None:
-    plan = plan_of(tmp_path)
-    folder = tmp_path / "out.nc.partial"
-    folder.write_text("mine")
-    with pytest.raises(sweeps.SceneError, match="exists, but is not a folder of its own"):
-        into_archive.run(plan, tmp_path / "out.nc", Options(overwrite=True))
-    folder.unlink()
-    (tmp_path / "elsewhere").mkdir()
-    folder.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(sweeps.SceneError, match="exists, but is not a folder of its own"):
-        into_archive.run(plan, tmp_path / "out.nc", Options(overwrite=True))
-    folder.unlink()
-    folder.mkdir()
-    (folder / "notes.txt").write_text("mine")
-    into_archive.run(plan, tmp_path / "out.nc", Options())
-    assert (folder / "notes.txt").read_text() == "mine"
-    assert invoke("info", folder).exit_code == 2
-
-
 def test_resume_computes_nothing_but_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
@@ -248,30 +216,6 @@ def test_resume_computes_nothing_but_what_is_missing(
     assert not seen and output.stat().st_mtime_ns == before.st_mtime_ns
 
 
-@pytest.mark.parametrize(
-    "given", ["--float32", "--compression 1", "--memory 200MB", "--shard 1/2", "--threads 1"]
-)
-def test_info_prints_the_options_that_a_resumed_run_needs(
-    given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
-) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(MAP)
-    output = tmp_path / "out.nc"
-    with monkeypatch.context() as patch:
-        stop_after(patch, 2, KeyboardInterrupt())
-        invoke("run", scene, "-o", output, *given.split())
-    told = ok("info", tmp_path / "out.nc.partial")
-    command = told.rpartition("  to go on: engine-dyn ")[2]
-    assert (given in command) == (given != "--threads 1")
-    assert "2 of" in ok(*shlex.split(command))
-
-
-def test_resume_without_anything_to_resume_starts(tmp_path: Path) -> None:
-    output = tmp_path / "out.nc"
-    ok("run", "first", "-o", output, "--resume")
-    assert_same(output, sweeps.run("first"))
-
-
 DAMAGE: dict[str, Callable[[bytes, bytes], bytes]] = {
     "flip": lambda own, _: own[:99] + bytes([own[99] ^ 4]) + own[100:],
     "cut": lambda own, _: own[:-8],
@@ -295,28 +239,6 @@ def test_a_damaged_block_is_computed_again(
     assert "(5 of " in told and " had been computed before" in told
     assert ("; 1 block was damaged and computed again)" in told) == (damage != "remove")
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
-
-
-def test_blocks_of_other_runs_and_flipped_bits_are_found(tmp_path: Path) -> None:
-    ours, others = (Partial(tmp_path / name) for name in ("ours", "others"))
-    for folder, speed in ((ours, 1.0), (others, 2.0)):
-        folder.path.mkdir()
-        folder.begin({"identity": {"speed": speed}, "lengths": {}})
-        folder.write(0, {"delta": np.full(3, speed), "status": np.zeros(3, "i1")})
-    (mine,), (foreign,) = (folder.path.glob("block-*") for folder in (ours, others))
-    mine.write_bytes(foreign.read_bytes())
-    with pytest.raises(partial.Damaged, match="belongs to another run"):
-        ours.read(0)
-    folder = Partial(tmp_path)
-    folder.begin({"identity": {}, "lengths": {}})
-    folder.write(0, {"delta": np.arange(3.0), "status": np.zeros(3, "i1")})
-    (path,) = tmp_path.glob("block-*")
-    whole = path.read_bytes()
-    assert folder.read(0)["delta"].tolist() == [0.0, 1.0, 2.0]
-    for place in range(len(whole)):
-        path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1 :])
-        with pytest.raises(partial.Damaged):
-            folder.read(0)
 
 
 @pytest.mark.parametrize(
@@ -369,16 +291,6 @@ def test_resume_refuses_what_does_not_match_and_says_what(
         into_archive.run(other, output, Options(resume=True, single=single))
 
 
-def test_a_second_run_on_one_output_is_refused(tmp_path: Path) -> None:
-    plan, output = plan_of(tmp_path), tmp_path / "out.nc"
-    with Partial.of(output).locked(output):
-        for options in (Options(), Options(resume=True), Options(overwrite=True)):
-            with pytest.raises(sweeps.SceneError, match=rf"another run .*process {os.getpid()} on"):
-                into_archive.run(plan, output, options)
-    into_archive.run(plan, output, Options())
-    assert output.exists()
-
-
 def test_the_old_archive_stays_until_the_new_one_is_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
 ) -> None:
@@ -397,34 +309,6 @@ def test_the_old_archive_stays_until_the_new_one_is_whole(
     assert len(Partial.of(output).finished()) == 4
     again = ok("run", path, "-o", output, "--resume", "--overwrite")
     assert "(4 of " in again
-    assert_same(output, sweeps.run(path))
-
-
-def test_a_full_disk_loses_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: None
-) -> None:
-    path, output = tmp_path / "scene.toml", tmp_path / "out.nc"
-    plan = plan_of(tmp_path)
-    with monkeypatch.context() as patch:
-        stop_after(patch, 4, OSError(errno.ENOSPC, "No space left on device"))
-        result = invoke("run", path, "-o", output)
-    assert result.exit_code == 1
-    assert "No space left on device" in result.stderr
-    assert f"to continue: engine-dyn run {path} -o {output} --resume" in result.stderr
-    assert not output.exists() and len(Partial.of(output).finished()) == 4
-    # Full again while the blocks are put together.
-    with monkeypatch.context() as patch:
-        patch.setattr(netcdf.Writer, "put", lambda *_: (_ for _ in ()).throw(
-            RuntimeError("NetCDF: HDF error")
-        ))  # fmt: skip
-        result = invoke("run", path, "-o", output, "--resume")
-    assert result.exit_code == 1 and "--resume" in result.stderr
-    finished = Partial.of(output).finished()
-    assert sorted(p.name[:5] for p in (tmp_path / "out.nc.partial").iterdir()) == sorted(
-        ["lock", "run.j", *["block"] * len(finished)]
-    )
-    done = into_archive.run(plan, output, Options(resume=True))
-    assert done.before == done.blocks == len(finished)
     assert_same(output, sweeps.run(path))
 
 
@@ -468,17 +352,6 @@ def test_names_of_every_kind(name: str, tmp_path: Path, monkeypatch: Any, small:
     into_archive.run(plan, output, Options(resume=True))
     assert [p.name for p in output.parent.iterdir()] == [name]
     assert_same(output, sweeps.run(tmp_path / "scene.toml"))
-
-
-def test_deep_folders_and_names_that_are_too_long(tmp_path: Path) -> None:
-    deep = tmp_path.joinpath(*["d" * 200] * 8) / "out.nc"
-    result = invoke("run", "first", "-o", deep)
-    assert result.exit_code == 0, result.output
-    assert deep.exists()
-    for bad in (tmp_path / ("n" * 300), tmp_path.joinpath(*["d" * 250] * 20) / "out.nc"):
-        result = invoke("run", "first", "-o", bad)
-        assert result.exit_code == 2, result.output
-        assert result.stderr.count("\n") == 1
 
 
 SLOW = """

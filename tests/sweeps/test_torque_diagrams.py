@@ -14,7 +14,6 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
 from engine_dyn.quantities.features.auxiliaries import Auxiliary, over_crank
-from sweeps.scene.engine.engine_files import load_engine
 from tests.support.commands import ok, refused
 from tests.support.scenes import asking, computed, refusal
 
@@ -90,16 +89,6 @@ def test_load_over_three_revolutions(tmp_path: Path) -> None:
     assert_allclose(each / found.omega.mean("crank_angle"), found.delta, rtol=1e-3)
 
 
-def test_four_revolutions_and_a_stated_cycle(tmp_path: Path) -> None:
-    half = "mean = 100.0\nharmonics = [{order = 0.25, cosine = 50.0}]"
-    found = posed(tmp_path, half, ["energy_swing", "energy_fluctuation"])
-    assert found.energy_swing == pytest.approx(2 * 50.0 / 0.25, rel=1e-6)
-    assert found.energy_fluctuation == pytest.approx(400.0 / (8 * np.pi * 100.0), rel=1e-6)
-    stated = tmp_path / "stated.toml"
-    stated.write_text('cycle = "four-stroke"\n' + ENGINE + CLOSED)
-    assert load_engine(stated, tmp_path).period == pytest.approx(4.0 * np.pi)
-
-
 @pytest.mark.parametrize("crossings", ["", "crossings = [0, 70, 190, 250, 360]"])
 def test_areas_give_the_swing_of_their_levels(tmp_path: Path, crossings: str) -> None:
     areas = "mean = 400\nareas = [300, -500, 420, -220]\n"
@@ -123,15 +112,6 @@ def test_areas_rounded_in_print_are_evened_out_and_it_is_said(tmp_path: Path) ->
     auxiliary = {"mean": 1.0, "areas": [7.0, -6.0, 6.05, -6.9], "rounded": True}
     driving = posed(tmp_path, CLOSED, ["delta"], auxiliaries=[auxiliary])
     assert "[[auxiliaries]] areas: add up to 0.15 J" in driving.attrs["warnings"]
-
-
-def test_orders_are_those_of_the_closed_form(tmp_path: Path) -> None:
-    closed = "mean = 9.0\nharmonics = [{order = 0.5, cosine = 4}, {order = 3, sine = -8}]"
-    found = posed(tmp_path, closed, ["torque_order", "torque_phase"])
-    amplitude, phase = (found[name].sel(order=[0.5, 1.0, 3.0]) for name in found.data_vars
-                        if name != "status")  # fmt: skip
-    assert_allclose(amplitude, [4.0, 0.0, 8.0], atol=1e-9)
-    assert_allclose(phase[[0, 2]], [0.0, 90.0], atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -282,14 +262,6 @@ def test_scene_that_does_not_fit(tmp_path: Path, scene: dict[str, Any], message:
         posed(tmp_path, CLOSED, asked, **scene)
 
 
-def test_cycle_that_does_not_fit(tmp_path: Path) -> None:
-    file = tmp_path / "engine.toml"
-    two = CLOSED.replace("order = 3", "order = 0.5")
-    file.write_text('cycle = "two-stroke"\n' + ENGINE + two)
-    with pytest.raises(sweeps.SceneError, match="the torque repeats after 720 degrees; must be"):
-        load_engine(file, tmp_path)
-
-
 def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("engine.toml").write_text(ENGINE + CLOSED)
@@ -356,35 +328,6 @@ def test_it_is_over_the_mean_indicated_torque() -> None:
     ratio = abs(found["torque_irregularity_brake"] / found["torque_irregularity"])
     assert (ratio > 1.1).all()
     assert float(ratio.sel(load=2, speed=1500, cylinders=1)) > 2.0
-
-
-def test_it_is_a_number_where_the_engine_idles() -> None:
-    """Without a brake torque there is still an indicated one, which the friction takes."""
-    found = run(
-        ["torque_irregularity", "torque_irregularity_brake", "torque_range", "friction_torque",
-         "torque_mean", "torque_ratio", "bmep", "load_coefficient"],
-        set={"load": 0, "speed": 1200},
-    )  # fmt: skip
-    mu = float(found["torque_irregularity"])
-    whole = float(found["torque_mean"] + found["friction_torque"])
-    assert mu == pytest.approx(float(found["torque_range"]) / whole, rel=1e-12)
-    assert 0.0 < mu < 200.0
-    assert found["torque_mean"] == found["bmep"] == found["load_coefficient"] == 0.0
-    assert np.isnan(found["torque_irregularity_brake"]) and np.isnan(found["torque_ratio"])
-
-
-def test_friction_over_the_stroke_leaves_it_alone() -> None:
-    names = ["torque_irregularity", "torque_irregularity_brake", "torque_range"]
-    scene = {"axes": {"load": [20, 50], "speed": [800, 1500]}}
-    shape = {
-        "friction_boundary": 0.2, "friction_mixed": 0.3, "friction_hydrodynamic": 0.3,
-        "friction_skirt": 0.1, "ring_pressure": 2.0,
-    }  # fmt: skip
-    even, over_stroke = run(names, **scene), run(names, set=shape, **scene)
-    assert_allclose(over_stroke["torque_irregularity"], even["torque_irregularity"], rtol=1e-6)
-    # The range of the torque with friction differs, and with it what is over the brake torque.
-    assert (abs(over_stroke["torque_range"] / even["torque_range"] - 1.0) > 1e-4).all()
-    assert (over_stroke["torque_irregularity_brake"] != even["torque_irregularity_brake"]).all()
 
 
 FOUR = "si_four_87x101"
@@ -509,20 +452,6 @@ def test_auxiliaries_are_part_of_the_torque(more: dict[str, Any], tables: dict[s
                                atol=0.02)  # fmt: skip
 
 
-def test_beside_a_geared_load_over_angle() -> None:
-    given: dict[str, Any] = {"set": {"speed": 2000.0, "gear_ratio": 1.5}}
-    load = {"mean": 20.0, "angle": "load", "harmonics": [{"order": 1, "sine": 15.0}]}
-    given["set"]["load_table"] = load
-    both = computed(["delta", "energy_swing"], engine=FOUR, auxiliaries=[PUMP], **given)
-    # Both have the order 3/2: 22.5 sin + 7.5 cos.
-    load = {"mean": 22.0, "angle": "load",
-            "harmonics": [{"order": 1, "sine": 15.0, "cosine": 5.0}]}  # fmt: skip
-    given["set"]["load_table"] = load
-    one = computed(["delta", "energy_swing"], engine=FOUR, **given)
-    for name in ("delta", "energy_swing"):
-        assert float(both[name]) == pytest.approx(float(one[name]), rel=1e-7)
-
-
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
@@ -539,8 +468,3 @@ def test_beside_a_geared_load_over_angle() -> None:
 )  # fmt: skip
 def test_bad_input(tables: Any, message: str) -> None:
     assert message in refusal(asking(["delta"], engine=FOUR, auxiliaries=tables))
-
-
-def test_a_method_that_cannot() -> None:
-    scene = asking(["delta"], auxiliaries=[CAM], solver={"method": "thesis"})
-    assert "with another law, load_table, a driver, [[auxiliaries]] or a torque" in refusal(scene)

@@ -14,7 +14,6 @@ import sweeps
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.system import shaft_system
 from engine_dyn.units import RPM
-from sweeps.base.errors import SceneError
 from sweeps.decide.explore.torsion import QUANTITIES, excitation
 from tests.support.shafts import DIESEL
 from tests.sweeps.processes import ROOT
@@ -48,24 +47,6 @@ def test_orders_on_each_node_are_the_torque_of_its_throw(found: Any) -> None:
     # the measured points scatter: orders above 200 are left out
     assert np.abs(summed - throw).max() < 3e-3 * np.abs(throw).max()
     assert float(found["order_frequency"].sel(order=3.0)) == pytest.approx(3.0 * 2200 / 60)
-
-
-def test_designs_are_chosen(found: Any) -> None:
-    many = archive(axes={"speed": [1500, 2200], "reciprocating_mass": [2.0, 2.521]})
-    one = excitation(many, NODES, speed=2200, reciprocating_mass=2.5)
-    assert one.complexes == pytest.approx(excitation(found, NODES).complexes, rel=1e-12)
-    old = excitation(found.rename(throw="cylinder"), NODES)  # as archives of 0.2 have them
-    np.testing.assert_array_equal(old.amplitude, excitation(found, NODES).amplitude)
-    for arguments, message in (
-        ({"speed": 2200}, "more than one design along reciprocating_mass"),
-        ({"load": 100}, "load: not an axis of the archive. Allowed: speed, reciprocating_mass"),
-    ):
-        with pytest.raises(SceneError, match=message):
-            excitation(many, NODES, **arguments)
-    with pytest.raises(SceneError, match="nodes: 2 given for 6 throws"):
-        excitation(found, [1, 2])
-    with pytest.raises(SceneError, match="has no throw_torque_phase, order_frequency"):
-        excitation(found.drop_vars(["throw_torque_phase", "order_frequency"]), NODES)
 
 
 def test_openTorsion_is_called_as_it_wants(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:

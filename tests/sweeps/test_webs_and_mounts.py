@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from tests.support.scenes import asking, computed, refusal, refusal_of
+from tests.support.scenes import asking, computed, refusal
 
 pytestmark = pytest.mark.compiled
 
@@ -221,16 +221,6 @@ def test_four_mounts_bear_roll_pitch_and_side_forces() -> None:
     assert_array_equal(found["roll_moment_order"], found["torque_order"])
 
 
-def test_orders_with_an_offset() -> None:
-    found = computed(
-        ["roll_moment", "roll_moment_order"], output={"angle_step": 1.0, "highest_order": 8},
-        set={"pin_offset": 0.01, "cylinders": 3, "mass_factor": [1.0, 1.2, 0.9]},
-    )  # fmt: skip
-    curve = np.fft.rfft(found["roll_moment"].values) * 2.0 / found.sizes["crank_angle"]
-    expected = np.abs(curve[1:17])
-    assert_allclose(found["roll_moment_order"], expected, atol=1e-4 * expected.max())
-
-
 WEB = {"mass": 1.0, "radius": 0.05, "angle": 180.0, "position": 0.0}
 
 
@@ -297,15 +287,6 @@ def test_an_engine_file_has_these_tables(tmp_path: Path) -> None:
         assert "not allowed together with [[counterweights]]" in message
 
 
-def test_firing_orders_of_other_crankshafts() -> None:
-    """Counterweights stand where they stand: they do not move with the throws."""
-    scene = asking(["shaking_force_max"], engine=FOUR, counterweights=[WEB])
-    message = refusal_of(lambda: sweeps.firing_orders(scene))
-    assert "[[counterweights]] belong to one crankshaft" in message
-    own = sweeps.firing_orders(scene, crank="own", by="shaking_force_max")
-    assert own.sizes["arrangement"] == 2
-
-
 def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:
     """Single cylinder: its journals bear all; beam cut at the webs and at the pin."""
     webs = [{"mass": 3.0, "radius": 0.06, "angle": 180.0, "position": place}
@@ -329,14 +310,3 @@ def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:
         largest = max(float(np.abs(moment).max()) for moment in moments)
         here = float(found["bay_bending_moment_cycle_max"].sel(speed=speed, bay=1))
         assert largest * (1.0 - 2e-6) <= here < largest * (1.0 + 1e-5)
-
-
-def test_bending_of_a_cycle_without_gas_is_that_of_what_turns() -> None:
-    given: dict[str, Any] = {
-        "engine": "v8_cross_plane_93x86", "counterweights": [{**WEB, "position": 0.03}],
-        "set": {"speed": 20000.0, "reciprocating_mass": 1e-9, "bore": 1e-4, "crank_mass": 2.0},
-    }  # fmt: skip
-    found = computed(["bay_bending_moment_cycle_max", "bay_bending_moment"], **given)
-    whole, turning = found["bay_bending_moment_cycle_max"], found["bay_bending_moment"]
-    assert np.isfinite(whole).sum() == 4
-    assert_allclose(whole, turning, rtol=1e-4)
