@@ -179,14 +179,20 @@ def mean_diameter(outer_diameter: Any, inner_diameter: Any) -> Any:
 
 
 class MethodOne(NamedTuple):
-    """Results of Asgari's method 1."""
+    """Results of Asgari's method 1.
 
-    # [m/s], [m], [1], [1].
+    Attributes
+    ----------
+    rim_speed, mean_diameter, diameter_over_stroke, share_of_inertia : float
+        [m/s], [m], [1], [1].
+    speed_is_usual, diameter_is_usual, inertia_is_usual : bool
+        Whether they lie in the ranges of eqs. 14, 16 and 18.
+    """
+
     rim_speed: float
     mean_diameter: float
     diameter_over_stroke: float
     share_of_inertia: float
-    # Whether they lie in the ranges of eqs. 14, 16 and 18.
     speed_is_usual: bool
     diameter_is_usual: bool
     inertia_is_usual: bool
@@ -224,18 +230,37 @@ def method_one(
 
 
 class Triangle(NamedTuple):
-    """The triangular torque: a triangle over the expansion, and 0 over the other strokes."""
+    """The triangular torque: a triangle over the expansion, and 0 over the other strokes.
 
-    work: Any  # Work of a cycle [J]. Eqs. 20, 21.
-    # Work of the expansion [J], three halves of that of the cycle, because the compression takes a
-    # third of it. Eq. 24.
+    Attributes
+    ----------
+    work : ndarray
+        Work of a cycle [J]. Eqs. 20, 21.
+    expansion_work : ndarray
+        Work of the expansion [J], three halves of that of the cycle, because the compression takes
+        a third of it. Eq. 24.
+    torque_max : ndarray
+        Height of the triangle over half a turn [N m]. Eq. 25.
+    torque_mean : ndarray
+        Mean torque over the cycle [N m]. Eq. 26.
+    torque_excess : ndarray
+        Largest torque less the mean [N m]. Eq. 27.
+    base : ndarray
+        Angle over which the torque is above the mean [rad]. Eq. 28.
+    energy_swing : ndarray
+        Area of the triangle above the mean [J]. Eq. 29.
+    inertia : ndarray
+        Inertia for the wanted fluctuation [kg m2]. Eq. 30.
+    """
+
+    work: Any
     expansion_work: Any
-    torque_max: Any  # Height of the triangle over half a turn [N m]. Eq. 25.
-    torque_mean: Any  # Mean torque over the cycle [N m]. Eq. 26.
-    torque_excess: Any  # Largest torque less the mean [N m]. Eq. 27.
-    base: Any  # Angle over which the torque is above the mean [rad]. Eq. 28.
-    energy_swing: Any  # Area of the triangle above the mean [J]. Eq. 29.
-    inertia: Any  # Inertia for the wanted fluctuation [kg m2]. Eq. 30.
+    torque_max: Any
+    torque_mean: Any
+    torque_excess: Any
+    base: Any
+    energy_swing: Any
+    inertia: Any
 
 
 def triangular_torque(
@@ -386,16 +411,28 @@ def _check_positive(**values: Any) -> None:
 
 @dataclass(frozen=True)
 class RequiredInertia:
-    """The inertia that gives a wanted delta, and estimates of it."""
+    """The inertia that gives a wanted delta, and estimates of it.
 
-    inertia: float  # Inertia of the whole engine with its load [kg m2]
-    delta: float  # Coefficient of speed fluctuation with that inertia
-    energy_swing: float  # Range of the work of the torque, less a load over angle and the mean [J]
-    # Estimates [kg m2]; that by the triangle is NaN without brake power.
+    Attributes
+    ----------
+    inertia : float
+        Inertia of the whole engine with its load [kg m2].
+    delta : float
+        Coefficient of speed fluctuation with that inertia.
+    energy_swing : float
+        Range of the work of the torque, less a load over angle and the mean [J].
+    by_energy_swing, by_triangle : float
+        Estimates [kg m2]; that by the triangle is NaN without brake power.
+    status : int
+        Code of `engine_dyn.status`: 0, or 5 where delta misses the wanted one by more than the
+        tolerance, as it does by rounding for the smallest delta.
+    """
+
+    inertia: float
+    delta: float
+    energy_swing: float
     by_energy_swing: float
     by_triangle: float
-    # Code of `engine_dyn.status`: 0, or 5 where delta misses the wanted one by more than the
-    # tolerance, as it does by rounding for the smallest delta.
     status: int
 
     @property

@@ -54,10 +54,10 @@ class Sampled(NamedTuple):
     """The cylinders of an engine at equally spaced crank angles."""
 
     cylinders: Floats  # `SHARE` and so on of each cylinder; shape (6, Z)
-    # Which of the curves below is a cylinder's: those of one phase and one pressure share it; shape
-    # (Z,)
+    # Curve: which of the curves below is a cylinder's: those of one phase and one pressure share
+    # it; shape (Z,)
     curve: Integers
-    # Where the cylinders of each throw along the shaft begin in `on_throws`; shape (T + 1,)
+    # Throws: where the cylinders of each throw along the shaft begin in `on_throws`; shape (T + 1,)
     throws: Integers
     on_throws: Integers  # Cylinders of the throws
     turn: Floats  # Sine and cosine of a cylinder's own angle; shape (C, 2, A)

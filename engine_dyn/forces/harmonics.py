@@ -150,7 +150,7 @@ Single = Callable[[Floats, Any, Any, PressureFactor], Any]
 class Part(NamedTuple):
     """A part of the torque of one cylinder."""
 
-    single: Single  # Its harmonics, over the lever of the cylinder: see `Single`
+    single: Single  # Single: its harmonics, over the lever of the cylinder: see `Single`
     # Factor of a cylinder on them. On a throw of rho engine's radii the force has rho times the
     # lever, and the acceleration is rho times as large besides.
     lever: Callable[[Member], float]

@@ -163,28 +163,61 @@ def phase_sums(
 
 @dataclass(frozen=True)
 class Throw:
-    """One crank pin."""
+    """One crank pin.
 
-    angle: float  # Direction of the pin [rad], in the sense of rotation
-    # Place along the shaft from the free end, in distances of neighbouring throws [1].
+    Attributes
+    ----------
+    angle : float
+        Direction of the pin [rad], in the sense of rotation.
+    position : float
+        Place along the shaft from the free end, in distances of neighbouring throws [1].
+    radius_factor : float
+        Crank radius over the engine's [1].
+    """
+
+    angle: float
     position: float = 0.0
-    radius_factor: float = 1.0  # Crank radius over the engine's [1]
+    radius_factor: float = 1.0
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """One cylinder."""
+    """One cylinder.
 
-    # Its place in the arrangement's `throws` and `banks`, from 0.
+    Attributes
+    ----------
+    throw, bank : int
+        Its place in the arrangement's `throws` and `banks`, from 0.
+    firing_angle : float
+        The engine's crank angle at its firing top dead centre [rad], 0 <= angle < period.
+    """
+
     throw: int
     bank: int
-    # The engine's crank angle at its firing top dead centre [rad], 0 <= angle < period.
     firing_angle: float
 
 
 @dataclass(frozen=True)
 class Arrangement:
     """Any crankshaft with its cylinders.
+
+    Attributes
+    ----------
+    period : float
+        Angle of the cycle [rad]: 4 pi (four-stroke) or 2 pi.
+    throws : tuple of Throw
+        Crank pins.
+    banks : tuple of float
+        Direction of each bank [rad], in the sense of rotation.
+    cylinders : tuple of Cylinder
+        In the order of their numbers, from 1.
+    uneven : bool
+        Says that uneven firing is meant.
+    name : str
+        Name for people.
+    sides : tuple of float
+        Factor on the engine's offset for each bank: 1, as of the bank of cylinder 1, or -1, to the
+        other side of the crank's axis, as of the second bank of VR engines; empty: 1 for all.
 
     Raises
     ------
@@ -198,14 +231,12 @@ class Arrangement:
     Numbers of cylinders, throws and banks count from 1 in messages.
     """
 
-    period: float  # Angle of the cycle [rad]: 4 pi (four-stroke) or 2 pi
-    throws: tuple[Throw, ...]  # Crank pins
-    banks: tuple[float, ...]  # Direction of each bank [rad], in the sense of rotation
-    cylinders: tuple[Cylinder, ...]  # In the order of their numbers, from 1
-    uneven: bool = False  # Says that uneven firing is meant
-    name: str = ""  # Name for people
-    # Factor on the engine's offset for each bank: 1, as of the bank of cylinder 1, or -1, to the
-    # other side of the crank's axis, as of the second bank of VR engines; empty: 1 for all.
+    period: float
+    throws: tuple[Throw, ...]
+    banks: tuple[float, ...]
+    cylinders: tuple[Cylinder, ...]
+    uneven: bool = False
+    name: str = ""
     sides: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

@@ -22,13 +22,20 @@ __all__ = ["CHARACTERISTICS", "PROPELLER", "Characteristic", "load_for_torque"]
 
 @dataclass(frozen=True)
 class Characteristic:
-    """A curve of power over speed, as a polynomial of x = n/n_max."""
+    """A curve of power over speed, as a polynomial of x = n/n_max.
 
-    # Coefficients of N_e/(N_max x) = constant + linear x + square x^2.
+    Attributes
+    ----------
+    constant, linear, square : float
+        Coefficients of N_e/(N_max x) = constant + linear x + square x^2.
+    source : str
+        Author and equation.
+    """
+
     constant: float
     linear: float
     square: float
-    source: str  # Author and equation
+    source: str
 
     def power(self, speed: Any, rated_power: Any, rated_speed: Any) -> Any:
         """Power [W] at crank speeds [rad/s]; arguments broadcast.

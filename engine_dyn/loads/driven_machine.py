@@ -82,14 +82,23 @@ class TorqueOverAngle:
     """A torque over an angle: a periodic cubic spline.
 
     That of a load is positive against the rotation, that of an engine with it.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (K,)
+        Ascending knots within one period [rad].
+    torque, slope : ndarray, shape (K,)
+        Torque [N m] and its derivative at the knots [N m/rad].
+    period : float
+        A whole number of revolutions [rad].
+    own_angle : bool
+        Whether the angle is that of the load's shaft, and so its torque; else the crank's.
     """
 
-    angle: Floats  # Ascending knots within one period [rad]; shape (K,)
-    # Torque [N m] and its derivative at the knots [N m/rad]; shape (K,)
+    angle: Floats
     torque: Floats
     slope: Floats
-    period: float  # A whole number of revolutions [rad]
-    # Whether the angle is that of the load's shaft, and so its torque; else the crank's.
+    period: float
     own_angle: bool = False
 
     def __str__(self) -> str:
@@ -173,13 +182,21 @@ class TorqueOverAngle:
 
 @dataclass(frozen=True, eq=False)
 class TorqueOverSpeed:
-    """Torque over a speed, between the knots a cubic that is monotone where these are."""
+    """Torque over a speed, between the knots a cubic that is monotone where these are.
 
-    speed: Floats  # Ascending [rad/s]; shape (K,)
-    # Torque [N m] and its derivative there [N m s/rad]; shape (K,)
+    Attributes
+    ----------
+    speed : ndarray, shape (K,)
+        Ascending [rad/s].
+    torque, slope : ndarray, shape (K,)
+        Torque [N m] and its derivative there [N m s/rad].
+    own_speed : bool
+        Whether the speed is that of the load's shaft, and so its torque; else the crank's.
+    """
+
+    speed: Floats
     torque: Floats
     slope: Floats
-    # Whether the speed is that of the load's shaft, and so its torque; else the crank's.
     own_speed: bool = False
 
     def __str__(self) -> str:
@@ -214,22 +231,35 @@ class TorqueOverSpeed:
 
 @dataclass(frozen=True, eq=False)
 class DrivenMachine:
-    """Loads and drivers of the crankshaft besides a + k omega^alpha; none unless given."""
+    """Loads and drivers of the crankshaft besides a + k omega^alpha; none unless given.
 
-    over_angle: TorqueOverAngle | None = None  # Load that depends on an angle
-    # Shape of the load over speed, in place of omega^alpha.
+    Attributes
+    ----------
+    over_angle : TorqueOverAngle, optional
+        Load that depends on an angle.
+    load_over_speed : TorqueOverSpeed, optional
+        Shape of the load over speed, in place of omega^alpha.
+    driver_over_speed : TorqueOverSpeed, optional
+        Shape of the driver's torque.
+    motor : bool
+        Whether the driver is an induction motor, see `motor_torque`. The motor's numbers are inputs
+        of each design.
+    load_law : str
+        Law of the load over speed where there is neither table nor driver, one of
+        `engine_dyn.loads.laws.LOAD_LAWS`; its numbers belong to designs.
+    engine_torque : TorqueOverAngle, optional
+        Torque of an engine that is given in place of its pressure, over the crank angle.
+    auxiliaries : TorqueOverAngle, optional
+        Torque of the engine's auxiliaries over the crank angle, whose period is the cycle; its mean
+        is part of the friction.
+    """
+
+    over_angle: TorqueOverAngle | None = None
     load_over_speed: TorqueOverSpeed | None = None
-    driver_over_speed: TorqueOverSpeed | None = None  # Shape of the driver's torque
-    # Whether the driver is an induction motor, see `motor_torque`. The motor's numbers are inputs
-    # of each design.
+    driver_over_speed: TorqueOverSpeed | None = None
     motor: bool = False
-    # Law of the load over speed where there is neither table nor driver, one of
-    # `engine_dyn.loads.laws.LOAD_LAWS`; its numbers belong to designs.
     load_law: str = "power_law"
-    # Torque of an engine that is given in place of its pressure, over the crank angle.
     engine_torque: TorqueOverAngle | None = None
-    # Torque of the engine's auxiliaries over the crank angle, whose period is the cycle; its mean
-    # is part of the friction.
     auxiliaries: TorqueOverAngle | None = None
 
     @property

@@ -170,14 +170,20 @@ class FrictionShape:
     docs/method.md (31) and (32), after Rezeka and Henein (1984), as usually quoted. The remainder
     of the friction is constant: bearings, valve gear, auxiliaries. The shape times the mean
     friction torque is the torque M_fr(phi); its mean does not depend on the fractions.
+
+    Attributes
+    ----------
+    boundary, mixed, hydrodynamic, skirt : float
+        Fractions of the mean friction [1], 0 or more, together at most 1.
+    ring_pressure : float
+        Pressure of the rings on the liner by their own tension [Pa].
     """
 
-    # Fractions of the mean friction [1], 0 or more, together at most 1.
     boundary: float
     mixed: float
     hydrodynamic: float
     skirt: float
-    ring_pressure: float  # Pressure of the rings on the liner by their own tension [Pa]
+    ring_pressure: float
 
     def __post_init__(self) -> None:
         """Refuse wrong fractions; ValueError names field, value and what is allowed."""

@@ -59,7 +59,7 @@ class Check:
     # Ends of the usual range.
     low: float
     high: float
-    source: str  # Where the range comes from
+    source: str  # Source: where the range comes from
     needs: tuple[str, ...]  # Parameters and quantities that the formula takes, in its order
     measure: Callable[..., Any]  # The measure in SI units
     blames: tuple[str, ...]  # Parameters that may be wrong, the most usual first

@@ -82,35 +82,22 @@ class CompressorCycle:
     n is `compression_exponent` from the closing of the suction valve on and `expansion_exponent`
     from that of the delivery valve on; p_m is suction_pressure - suction_loss v^2 or
     delivery_pressure + delivery_loss v^2, v being the piston's velocity over the crank pin's.
-
-    Attributes
-    ----------
-    clearance_ratio : float
-        Clearance volume over swept volume [1].
-    crank_ratio : float
-        Crank radius over rod length [1].
-    suction_pressure, delivery_pressure : float
-        Pressure of the lines at the valves, absolute [Pa].
-    suction_loss, delivery_loss : float
-        Difference of pressure across the open valve while the piston is as fast as the crank
-        pin [Pa].
-    compression_exponent, expansion_exponent : float
-        Polytropic exponents [1].
-    valve_ramp : float
-        Angle over which a valve opens or closes [rad].
-    valve_lag : float
-        Angle in which the difference to the line's pressure falls to 1/e with an open valve [rad].
     """
 
-    clearance_ratio: float
-    crank_ratio: float
+    clearance_ratio: float  # Clearance volume over swept volume [1]
+    crank_ratio: float  # Crank radius over rod length [1]
+    # Pressure of the lines at the valves, absolute [Pa].
     suction_pressure: float
     delivery_pressure: float
+    # Difference of pressure across the open valve while the piston is as fast as the crank pin
+    # [Pa].
     suction_loss: float
     delivery_loss: float
+    # Polytropic exponents [1].
     compression_exponent: float
     expansion_exponent: float
-    valve_ramp: float
+    valve_ramp: float  # Angle over which a valve opens or closes [rad]
+    # Angle in which the difference to the line's pressure falls to 1/e with an open valve [rad].
     valve_lag: float
 
     def __post_init__(self) -> None:
@@ -159,22 +146,14 @@ class CompressorCycle:
 
 
 class CompressorDiagrams(NamedTuple):
-    """Tables of a batch of compressors, their shape that of the parameters.
+    """Tables of a batch of compressors, their shape that of the parameters."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (K,)
-        Crank angle [rad] from -pi, end excluded.
-    pressure, slope : ndarray, shape (..., K)
-        Absolute pressure [Pa] and its exact derivative over angle [Pa/rad].
-    status : ndarray of int64
-        Outcome (`engine_dyn.status`): converged; invalid_input for values that are no cycle, whose
-        numbers are NaN.
-    """
-
-    angle: Floats
+    angle: Floats  # Crank angle [rad] from -pi, end excluded; shape (K,)
+    # Absolute pressure [Pa] and its exact derivative over angle [Pa/rad]; shape (..., K)
     pressure: Floats
     slope: Floats
+    # Outcome (`engine_dyn.status`): converged; invalid_input for values that are no cycle, whose
+    # numbers are NaN.
     status: Integers
 
 

@@ -29,22 +29,13 @@ FLAT = 1e5
 
 
 class Curves(NamedTuple):
-    """Diagrams with the same knots, whose rows are wanted in some order.
+    """Diagrams with the same knots, whose rows are wanted in some order."""
 
-    Attributes
-    ----------
-    pressure, slope : ndarray, shape (R, K)
-        At the knots: absolute pressure [Pa] and its derivative over angle [Pa/rad].
-    known : ndarray of bool, shape (R,)
-        Whether a row is a diagram.
-    rows : ndarray of int64
-        Row of each diagram wanted.
-    """
-
+    # At the knots: absolute pressure [Pa] and its derivative over angle [Pa/rad]; shape (R, K)
     pressure: Floats
     slope: Floats
-    known: Booleans
-    rows: Integers
+    known: Booleans  # Whether a row is a diagram; shape (R,)
+    rows: Integers  # Row of each diagram wanted
 
 
 def on_threads(

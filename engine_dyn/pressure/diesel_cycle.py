@@ -84,63 +84,42 @@ class DieselCycle:
     stroke and exhaust_pressure + exhaust_loss v^2 in the exhaust stroke, v being the piston's
     velocity over the crank pin's. Volumes are taken over the swept volume, so nothing depends on
     the bore.
-
-    Attributes
-    ----------
-    compression_ratio : float
-        Largest over smallest cylinder volume [1].
-    crank_ratio : float
-        Crank radius over rod length [1].
-    intake_pressure, exhaust_pressure : float
-        Pressure of the manifolds at the valves, absolute [Pa].
-    intake_loss, exhaust_loss : float
-        Difference of pressure across the open valve while the piston is as fast as the crank
-        pin [Pa].
-    compression_exponent, expansion_exponent : float
-        Effective polytropic exponents [1].
-    heat : float
-        Heat released per cycle over the swept volume [Pa = J/m3]; 0 is a motored engine.
-    premixed_share : float
-        Part of the heat that the premixed combustion releases, 0..1.
-    premixed_start, premixed_duration, premixed_form : float
-        Wiebe function of the premixed part: start [rad], duration to 99.9 % [rad] and form
-        exponent m [1]; the rate grows like (phi - start)^m.
-    diffusion_start, diffusion_duration, diffusion_form : float
-        The same of the diffusion part.
-    intake_closing, exhaust_opening : float
-        Intake fully closed [rad, in the compression stroke], exhaust begins to open [rad, in the
-        expansion stroke].
-    valve_ramp : float
-        Angle over which a valve closes or opens, and half of that of the change from exhaust to
-        intake manifold around gas exchange dead centre [rad].
-    valve_lag : float
-        Angle in which the difference to the manifold pressure falls to 1/e with an open
-        valve [rad].
-    offset_ratio : float
-        Offset of the piston pin's line over the crank radius [1]; 0 by default. With it, half the
-        stroke is the radius that the speeds above are taken over.
     """
 
-    compression_ratio: float
-    crank_ratio: float
+    compression_ratio: float  # Largest over smallest cylinder volume [1]
+    crank_ratio: float  # Crank radius over rod length [1]
+    # Pressure of the manifolds at the valves, absolute [Pa].
     intake_pressure: float
     exhaust_pressure: float
+    # Difference of pressure across the open valve while the piston is as fast as the crank pin
+    # [Pa].
     intake_loss: float
     exhaust_loss: float
+    # Effective polytropic exponents [1].
     compression_exponent: float
     expansion_exponent: float
-    heat: float
-    premixed_share: float
+    heat: float  # Heat released per cycle over the swept volume [Pa = J/m3]; 0 is a motored engine
+    premixed_share: float  # Part of the heat that the premixed combustion releases, 0..1
+    # Wiebe function of the premixed part: start [rad], duration to 99.9 % [rad] and form exponent m
+    # [1]; the rate grows like (phi - start)^m.
     premixed_start: float
     premixed_duration: float
     premixed_form: float
+    # The same of the diffusion part.
     diffusion_start: float
     diffusion_duration: float
     diffusion_form: float
+    # Intake fully closed [rad, in the compression stroke], exhaust begins to open [rad, in the
+    # expansion stroke].
     intake_closing: float
     exhaust_opening: float
+    # Angle over which a valve closes or opens, and half of that of the change from exhaust to
+    # intake manifold around gas exchange dead centre [rad].
     valve_ramp: float
+    # Angle in which the difference to the manifold pressure falls to 1/e with an open valve [rad].
     valve_lag: float
+    # Offset of the piston pin's line over the crank radius [1]; 0 by default. With it, half the
+    # stroke is the radius that the speeds above are taken over.
     offset_ratio: float = 0.0
 
     def __post_init__(self) -> None:

@@ -57,19 +57,12 @@ FILE_UNITS = file_units(FILE_FIELDS)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DoubleActingDiagram(Diagram):
-    """Effective pressure of a double-acting cylinder, with the pressures that it is made of.
+    """Effective pressure of a double-acting cylinder, with the pressures that it is made of."""
 
-    Attributes
-    ----------
-    head_end, crank_end : Diagram
-        Absolute pressure on either side of the piston; angle 0 is top dead centre for both.
-    rod_share : float
-        Area of the piston rod over that of the piston [1].
-    """
-
+    # Absolute pressure on either side of the piston; angle 0 is top dead centre for both.
     head_end: Diagram
     crank_end: Diagram
-    rod_share: float
+    rod_share: float  # Area of the piston rod over that of the piston [1]
 
     @property
     def peak_of_ends(self) -> float:
@@ -96,15 +89,6 @@ class DoubleActingCycle(CompressorCycle):
 
     `points` and `volume` are those of the head end, away from the crank.
 
-    Attributes
-    ----------
-    crank_end_clearance_ratio : float
-        Clearance volume of the crank end over the volume that the piston sweeps there [1].
-    piston_rod_diameter, bore : float
-        Diameters of the rod and of the piston [m].
-    crankcase_pressure : float
-        Absolute pressure outside, on the area of the rod [Pa].
-
     Examples
     --------
     >>> from engine_dyn.pressure.double_acting import DoubleActingCycle
@@ -118,10 +102,12 @@ class DoubleActingCycle(CompressorCycle):
     0.04
     """
 
+    # Clearance volume of the crank end over the volume that the piston sweeps there [1].
     crank_end_clearance_ratio: float
+    # Diameters of the rod and of the piston [m].
     piston_rod_diameter: float
     bore: float
-    crankcase_pressure: float
+    crankcase_pressure: float  # Absolute pressure outside, on the area of the rod [Pa]
 
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""

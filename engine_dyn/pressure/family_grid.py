@@ -60,17 +60,11 @@ class FamilyGrid(RowsOfDiagrams):
     """Indicator diagrams over load and speed, and every point between the outermost.
 
     Make it with `grid_from_diagrams`, which checks that no diagram is missing.
-
-    Attributes
-    ----------
-    columns : tuple of Family
-        The diagrams over load at each given speed: the same loads and knots in all.
-    speeds : ndarray, shape (S,)
-        Given speeds [rad/s], strictly ascending.
     """
 
+    # The diagrams over load at each given speed: the same loads and knots in all.
     columns: tuple[Family, ...]
-    speeds: Floats
+    speeds: Floats  # Given speeds [rad/s], strictly ascending; shape (S,)
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
 
     @property

@@ -278,17 +278,12 @@ class TwoStrokeCycle(_ClosedCycle):
     scavenge air (`intake_pressure`). Ports open and close symmetrically about bottom dead centre;
     an exhaust valve (uniflow scavenging) may close at another angle. Where the exhaust closes
     last, the pressure goes back to the exhaust's before.
-
-    Attributes
-    ----------
-    exhaust_opening, scavenge_opening : float
-        Exhaust and scavenge begin to open [rad, in the expansion stroke].
-    exhaust_closing : float
-        Exhaust fully closed [rad, in the compression stroke]; NaN, the default: -exhaust_opening.
     """
 
+    # Exhaust and scavenge begin to open [rad, in the expansion stroke].
     exhaust_opening: float
     scavenge_opening: float
+    # Exhaust fully closed [rad, in the compression stroke]; NaN, the default: -exhaust_opening.
     exhaust_closing: float = math.nan
 
     period: ClassVar[float] = TWO_STROKE
@@ -296,34 +291,21 @@ class TwoStrokeCycle(_ClosedCycle):
 
 
 class Diagrams(NamedTuple):
-    """Tables of a batch of cycles, their shape that of the parameters.
+    """Tables of a batch of cycles, their shape that of the parameters."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (K,)
-        Crank angle [rad] from -period/2, end excluded.
-    pressure, slope : ndarray, shape (..., K)
-        Absolute pressure [Pa] and its exact derivative over angle [Pa/rad]: with both, a Diagram
-        needs no spline.
-    status : ndarray of int64
-        Outcome (`engine_dyn.status`): converged; invalid_input, for values that are no cycle or
-        gas hotter than 4000 K; not_converged, where the pressure does not repeat. All numbers of
-        the last two are NaN.
-    trapped_pressure : ndarray
-        Pressure when the cylinder has closed [Pa].
-    hottest : ndarray
-        Highest temperature of the gas in the closed cylinder [K].
-    heat, work, wall_loss : ndarray
-        Heat released, work of the gas and heat lost while the cylinder is closed, over the swept
-        volume [Pa].
-    """
-
-    angle: Floats
+    angle: Floats  # Crank angle [rad] from -period/2, end excluded; shape (K,)
+    # Absolute pressure [Pa] and its exact derivative over angle [Pa/rad]: with both, a Diagram
+    # needs no spline; shape (..., K)
     pressure: Floats
     slope: Floats
+    # Outcome (`engine_dyn.status`): converged; invalid_input, for values that are no cycle or gas
+    # hotter than 4000 K; not_converged, where the pressure does not repeat. All numbers of the last
+    # two are NaN.
     status: Integers
-    trapped_pressure: Floats
-    hottest: Floats
+    trapped_pressure: Floats  # Pressure when the cylinder has closed [Pa]
+    hottest: Floats  # Highest temperature of the gas in the closed cylinder [K]
+    # Heat released, work of the gas and heat lost while the cylinder is closed, over the swept
+    # volume [Pa].
     heat: Floats
     work: Floats
     wall_loss: Floats

@@ -56,28 +56,18 @@ class PumpCycle:
         p = w (p_d + c_d v^2) + (1 - w) (p_s - c_s v^2),
 
     v being the piston's velocity over the crank pin's.
-
-    Attributes
-    ----------
-    crank_ratio : float
-        Crank radius over rod length [1].
-    suction_pressure, delivery_pressure : float
-        Pressure of the lines at the valves, absolute [Pa].
-    valve_ramp : float
-        Angle over which the pressure changes after a dead centre [rad].
-    suction_loss, delivery_loss : float
-        Difference of pressure across the open valve while the piston is as fast as the crank
-        pin [Pa]; none by default.
-    offset_ratio : float
-        Offset of the piston pin's line over the crank radius [1]; 0 by default.
     """
 
-    crank_ratio: float
+    crank_ratio: float  # Crank radius over rod length [1]
+    # Pressure of the lines at the valves, absolute [Pa].
     suction_pressure: float
     delivery_pressure: float
-    valve_ramp: float
+    valve_ramp: float  # Angle over which the pressure changes after a dead centre [rad]
+    # Difference of pressure across the open valve while the piston is as fast as the crank pin
+    # [Pa]; none by default.
     suction_loss: float = 0.0
     delivery_loss: float = 0.0
+    # Offset of the piston pin's line over the crank radius [1]; 0 by default.
     offset_ratio: float = 0.0
 
     def __post_init__(self) -> None:

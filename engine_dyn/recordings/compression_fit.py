@@ -60,33 +60,22 @@ GAS_START, WALL = 380.0, 430.0
 
 @dataclass(frozen=True)
 class Priors:
-    """What is known of the unknowns of the fit before: mean and standard deviation of each.
+    """What is known of the unknowns of the fit before: mean and standard deviation of each."""
 
-    Attributes
-    ----------
-    exponent : tuple of float
-        Ratio of specific heats of the charge at some 600 K [1].
-    exponent_slope : tuple of float
-        Its rise over ln V [1]: the gas cools as it expands.
-    loss_angle : tuple of float
-        Angle before dead centre at which heat loss makes the motored pressure largest [rad].
-    expansion_exponent : tuple of float
-        Of the expansion [1]; late combustion lowers it, heat loss raises it.
-    pegging : tuple of float
-        Standard deviation of the absolute pressure: a part of the pressure at the beginning of the
-        compression [1], and a constant [Pa].
-    clearance : tuple of float
-        ln of the true over the given clearance volume [1].
-    shift : tuple of float
-        Of the dead centre [rad]; hardly known.
-    """
-
+    # Ratio of specific heats of the charge at some 600 K [1].
     exponent: tuple[float, float] = (1.355, 0.015)
+    # Exponent slope: its rise over ln V [1]: the gas cools as it expands.
     exponent_slope: tuple[float, float] = (0.016, 0.012)
+    # Angle before dead centre at which heat loss makes the motored pressure largest [rad].
     loss_angle: tuple[float, float] = (0.6 * DEGREE, 0.4 * DEGREE)
+    # Exponent of the expansion [1]; late combustion lowers it, heat loss raises it.
     expansion_exponent: tuple[float, float] = (1.28, 0.05)
+    # Standard deviation of the absolute pressure: a part of the pressure at the beginning of the
+    # compression [1], and a constant [Pa].
     pegging: tuple[float, float] = (0.03, 0.02 * BAR)
+    # ln of the true over the given clearance volume [1].
     clearance: tuple[float, float] = (0.0, 0.02)
+    # Shift of the dead centre [rad]; hardly known.
     shift: tuple[float, float] = (0.0, 10.0 * DEGREE)
 
 
@@ -99,20 +88,13 @@ UNKNOWN_RATIO = (11.0, 0.35)
 
 
 class Lines(NamedTuple):
-    """Averages of ln p on compression and expansion.
+    """Averages of ln p on compression and expansion."""
 
-    Attributes
-    ----------
-    angle, log_pressure, deviation : ndarray, shape (n,)
-        Mean angle [rad], mean ln of p [Pa], and standard deviation of that mean.
-    compression : ndarray of bool, shape (n,)
-        Which belong to the compression.
-    """
-
+    # Mean angle [rad], mean ln of p [Pa], and standard deviation of that mean; shape (n,)
     angle: Floats
     log_pressure: Floats
     deviation: Floats
-    compression: Booleans
+    compression: Booleans  # Compression: which belong to the compression; shape (n,)
 
     def until(self, end: float) -> Lines:
         """Those of the compression up to an angle, and the expansion."""
@@ -126,37 +108,22 @@ class Lines(NamedTuple):
 
 
 class CompressionFit(NamedTuple):
-    """Result of the fit; the uncertainties are standard ones.
+    """Result of the fit; the uncertainties are standard ones."""
 
-    Attributes
-    ----------
-    shift, shift_uncertainty : float
-        By which the recorded pressure comes late [rad].
-    pegging, pegging_uncertainty : float
-        Pressure that is missing [Pa].
-    clearance : float
-        ln of the true over the given clearance volume.
-    loss_angle, exponent, expansion_exponent : float
-        The other unknowns.
-    misfit : float
-        Sum of the squares, of residuals and priors.
-    excess : float
-        Factor by which residuals are larger than expected, at least 1.
-    end : float
-        Last angle of the compression that was used [rad].
-    """
-
+    # By which the recorded pressure comes late [rad].
     shift: float
     shift_uncertainty: float
+    # Pressure that is missing [Pa].
     pegging: float
     pegging_uncertainty: float
-    clearance: float
+    clearance: float  # ln of the true over the given clearance volume
+    # The other unknowns.
     loss_angle: float
     exponent: float
     expansion_exponent: float
-    misfit: float
-    excess: float
-    end: float
+    misfit: float  # Sum of the squares, of residuals and priors
+    excess: float  # Factor by which residuals are larger than expected, at least 1
+    end: float  # Last angle of the compression that was used [rad]
 
 
 def lines_of(cycles: RecordedCycles) -> Lines:

@@ -40,37 +40,23 @@ LEAST_PASSAGE = 1e-5
 class MeanCycle:
     """Mean cycle of an engine whose cylinders all do the same work.
 
-    Attributes
-    ----------
-    angle : ndarray, shape (samples,)
-        Crank angles [rad], uniform over one cycle from -period/2, its end left out.
-    speed : ndarray, shape (samples,)
-        [rad/s], more than 0.
-    inertia : ndarray, shape (samples,)
-        Theta(phi) [kg m2].
-    combustion : ndarray, shape (samples,)
-        Torque that one cylinder adds for each unit of its imep [m3/rad], with `angle` counted from
-        its own firing dead centre: see `combustion_torque`.
-    firing : sequence of float
-        Crank angle at which each cylinder fires [rad].
-    period : float
-        Angle of the cycle [rad].
-    damping : ndarray, shape (samples,), or float
-        c [1/rad] of docs/method.md (141): how much of a deviation of the energy the torque of the
-        load takes back; 0 where that torque does not change within a cycle.
-
     Raises
     ------
     ValueError
         For arrays that do not fit together.
     """
 
+    # Crank angles [rad], uniform over one cycle from -period/2, its end left out; shape (samples,)
     angle: Floats
-    speed: Floats
-    inertia: Floats
+    speed: Floats  # [rad/s], more than 0; shape (samples,)
+    inertia: Floats  # Theta(phi) [kg m2]; shape (samples,)
+    # Torque that one cylinder adds for each unit of its imep [m3/rad], with `angle` counted from
+    # its own firing dead centre: see `combustion_torque`; shape (samples,)
     combustion: Floats
-    firing: Sequence[float]
-    period: float
+    firing: Sequence[float]  # Crank angle at which each cylinder fires [rad]
+    period: float  # Angle of the cycle [rad]
+    # c [1/rad] of docs/method.md (141): how much of a deviation of the energy the torque of the
+    # load takes back; 0 where that torque does not change within a cycle; shape (samples,)
     damping: Floats | float = 0.0
 
     def __post_init__(self) -> None:
@@ -96,26 +82,19 @@ class MeanCycle:
 class WheelNoise:
     """What is wrong with the places of teeth, as fractions of the wheel's smallest interval.
 
-    Attributes
-    ----------
-    interval : float
-        Standard deviation of the errors of single intervals, which repeat every turn and are not
-        known; 0 where they were taken out.
-    place : float
-        Standard deviation of the errors of single teeth, which repeat every turn.
-    passage : float
-        Standard deviation of the place at which a passing tooth is seen, new at each passage: edge
-        detection, counter, vibration of the sensor. At least 1e-5: it also stands for what a model
-        of the crank does not know.
-
     Raises
     ------
     ValueError
         For errors that are negative, or a smaller passage.
     """
 
+    # Standard deviation of the errors of single intervals, which repeat every turn and are not
+    # known; 0 where they were taken out.
     interval: float = 0.001
-    place: float = 0.0
+    place: float = 0.0  # Standard deviation of the errors of single teeth, which repeat every turn
+    # Standard deviation of the place at which a passing tooth is seen, new at each passage: edge
+    # detection, counter, vibration of the sensor. At least 1e-5: it also stands for what a model of
+    # the crank does not know.
     passage: float = 0.0002
 
     def __post_init__(self) -> None:
@@ -147,30 +126,23 @@ class WheelNoise:
 
 @dataclass(frozen=True, eq=False)
 class WorkEstimator:
-    """Weights that turn speeds of a cycle into deviations of imep, one row a cylinder.
+    """Weights that turn speeds of a cycle into deviations of imep, one row a cylinder."""
 
-    Attributes
-    ----------
-    weights : ndarray, shape (cylinders, intervals)
-        Deviation of imep [Pa] for each energy deviation of a window of one cycle.
-    first : ndarray, shape (cylinders,)
-        First interval of each window, counted from the first tooth of the cycle; windows are
-        centred at half of the work of their cylinder and reach into the neighbouring cycles.
-    noise : ndarray, shape (cylinders,)
-        Standard deviation of what errors of teeth do to each [Pa], over wheels and cycles.
-    others : ndarray, shape (cylinders,)
-        Standard deviation of what the dispersion of all other cycles does to each [Pa].
-    dispersion : float
-        Standard deviation of the imep of normal cycles [Pa].
-    reference_cycles : float
-        Number of cycles in the mean that is the reference; infinite for a computed speed.
-    """
-
+    # Deviation of imep [Pa] for each energy deviation of a window of one cycle; shape (cylinders,
+    # intervals)
     weights: Floats
+    # First interval of each window, counted from the first tooth of the cycle; windows are centred
+    # at half of the work of their cylinder and reach into the neighbouring cycles; shape
+    # (cylinders,)
     first: Integers
+    # Standard deviation of what errors of teeth do to each [Pa], over wheels and cycles; shape
+    # (cylinders,)
     noise: Floats
+    # Standard deviation of what the dispersion of all other cycles does to each [Pa]; shape
+    # (cylinders,)
     others: Floats
-    dispersion: float
+    dispersion: float  # Standard deviation of the imep of normal cycles [Pa]
+    # Number of cycles in the mean that is the reference; infinite for a computed speed.
     reference_cycles: float
 
     @property
@@ -226,24 +198,15 @@ class WorkEstimator:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """How a missing imep is told from normal cycles.
+    """How a missing imep is told from normal cycles."""
 
-    Attributes
-    ----------
-    threshold : ndarray, shape (cylinders,)
-        Deviation of imep [Pa], negative, below which a cycle is said to be missed.
-    margin : ndarray, shape (cylinders,)
-        Distance of the mean missed cycle of each cylinder from it, over its standard deviation.
-    probability : ndarray, shape (cylinders,)
-        That a missed cycle of each cylinder falls below it.
-    false_alarms : float
-        Probability of a false alarm in one cycle of the engine.
-    """
-
+    # Deviation of imep [Pa], negative, below which a cycle is said to be missed; shape (cylinders,)
     threshold: Floats
+    # Distance of the mean missed cycle of each cylinder from it, over its standard deviation; shape
+    # (cylinders,)
     margin: Floats
-    probability: Floats
-    false_alarms: float
+    probability: Floats  # That a missed cycle of each cylinder falls below it; shape (cylinders,)
+    false_alarms: float  # Probability of a false alarm in one cycle of the engine
 
 
 def combustion_torque(

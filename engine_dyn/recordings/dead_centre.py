@@ -79,57 +79,32 @@ docs/method.md (131)."""
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """What fired cycles tell of their dead centre.
+    """What fired cycles tell of their dead centre."""
 
-    Attributes
-    ----------
-    shift : float
-        By which the recorded pressure comes late [rad]; negative: early. Moving the pressure by
-        -shift puts it right.
-    uncertainty : float
-        Standard uncertainty of the shift [rad].
-    suspected : bool
-        Whether the shift is large and sure enough to be told.
-    imep_of_tenth : float
-        Change of imep if the pressure is moved 0.1 degree later [Pa].
-    end : float
-        Last angle of the compression that was judged [rad].
-    """
-
+    # By which the recorded pressure comes late [rad]; negative: early. Moving the pressure by
+    # -shift puts it right.
     shift: float
-    uncertainty: float
-    suspected: bool
-    imep_of_tenth: float
-    end: float
+    uncertainty: float  # Standard uncertainty of the shift [rad]
+    suspected: bool  # Whether the shift is large and sure enough to be told
+    imep_of_tenth: float  # Change of imep if the pressure is moved 0.1 degree later [Pa]
+    end: float  # Last angle of the compression that was judged [rad]
 
 
 @dataclass(frozen=True)
 class MotoredDeadCentre:
-    """What motored cycles tell of their dead centre.
+    """What motored cycles tell of their dead centre."""
 
-    Attributes
-    ----------
-    peak : float
-        Angle of the largest pressure [rad].
-    shift, uncertainty : float
-        By which the recorded pressure comes late [rad]: from its symmetry, or from the peak and
-        the usual loss angle where `symmetry` is NaN.
-    symmetry, symmetry_uncertainty : float
-        From the symmetry of the pressure about dead centre [rad]; NaN where pressures are not
-        positive.
-    suspected : bool
-        Whether the shift is more than 0.3 degree and two standard uncertainties.
-    imep_of_tenth : float
-        Change of imep if the pressure is moved 0.1 degree later [Pa].
-    """
-
-    peak: float
+    peak: float  # Angle of the largest pressure [rad]
+    # By which the recorded pressure comes late [rad]: from its symmetry, or from the peak and the
+    # usual loss angle where `symmetry` is NaN.
     shift: float
     uncertainty: float
+    # From the symmetry of the pressure about dead centre [rad]; NaN where pressures are not
+    # positive.
     symmetry: float
     symmetry_uncertainty: float
-    suspected: bool
-    imep_of_tenth: float
+    suspected: bool  # Whether the shift is more than 0.3 degree and two standard uncertainties
+    imep_of_tenth: float  # Change of imep if the pressure is moved 0.1 degree later [Pa]
 
 
 def imep_of_tenth(cycles: RecordedCycles, geometry: CylinderGeometry) -> float:

@@ -29,19 +29,12 @@ FEWEST = 8
 
 
 class Drift(NamedTuple):
-    """Change of a speed over a recording.
+    """Change of a speed over a recording."""
 
-    Attributes
-    ----------
-    first, last : float
-        Speeds at its ends without what repeats [rad/s].
-    cycles : float
-        Between them.
-    """
-
+    # Speeds at its ends without what repeats [rad/s].
     first: float
     last: float
-    cycles: float
+    cycles: float  # Between them
 
     @property
     def in_a_cycle(self) -> float:
@@ -50,21 +43,11 @@ class Drift(NamedTuple):
 
 
 class SteadySpeeds(NamedTuple):
-    """Speeds of cycles, and the drift that was taken out of them; None where there is none.
+    """Speeds of cycles, and the drift that was taken out of them; None where there is none."""
 
-    Attributes
-    ----------
-    cycles : ndarray, shape (cycles, intervals)
-        [rad/s]; each cycle keeps its own mean.
-    drift : Drift, optional
-        The largest one, of runs that faults part.
-    left_out : float
-        Share of the intervals that belong to no whole cycle.
-    """
-
-    cycles: Floats
-    drift: Drift | None
-    left_out: float
+    cycles: Floats  # [rad/s]; each cycle keeps its own mean; shape (cycles, intervals)
+    drift: Drift | None  # The largest one, of runs that faults part
+    left_out: float  # Share of the intervals that belong to no whole cycle
 
 
 def steady_cycles(cycles: Floats, width: Floats) -> SteadySpeeds:

@@ -55,29 +55,18 @@ STEPS, ENOUGH = 20, 10.0
 
 @dataclass(frozen=True)
 class Level:
-    """Level and dead centre as a recording tells them; uncertainties are standard ones.
+    """Level and dead centre as a recording tells them; uncertainties are standard ones."""
 
-    Attributes
-    ----------
-    offset, uncertainty : float
-        By which the recorded pressure is too high [Pa]; negative: too low.
-    shift, shift_uncertainty : float
-        By which it comes late [rad]; negative: early.
-    motored : bool
-        Whether the shift follows from the symmetry of cycles in which nothing burns.
-    start : float
-        Recorded pressure at the beginning of the compression, bottom dead centre [Pa].
-    change, shift_change : float
-        Root mean square of the change of p dV/dphi over the cycle when level and dead centre are
-        put right [W s/rad]: which of both is larger.
-    """
-
+    # By which the recorded pressure is too high [Pa]; negative: too low.
     offset: float
     uncertainty: float
+    # By which it comes late [rad]; negative: early.
     shift: float
     shift_uncertainty: float
-    motored: bool
-    start: float
+    motored: bool  # Whether the shift follows from the symmetry of cycles in which nothing burns
+    start: float  # Recorded pressure at the beginning of the compression, bottom dead centre [Pa]
+    # Root mean square of the change of p dV/dphi over the cycle when level and dead centre are put
+    # right [W s/rad]: which of both is larger.
     change: float
     shift_change: float
 

@@ -34,52 +34,32 @@ teeth [rad]."""
 
 @dataclass(frozen=True)
 class Fluctuation:
-    """Coefficient of speed fluctuation of a measured speed.
+    """Coefficient of speed fluctuation of a measured speed."""
 
-    Attributes
-    ----------
-    delta : float
-        (max - min)/mean of the mean over cycles.
-    uncertainty : float
-        Its standard error: of the two extreme values over cycles, and of the errors of their teeth
-        where these are taken out.
-    of_cycles : float
-        Mean of delta over single cycles; noise makes it larger than `delta`.
-    scatter : float
-        Standard deviation of delta over single cycles.
-    """
-
-    delta: float
+    delta: float  # (max - min)/mean of the mean over cycles
+    # Uncertainty: its standard error: of the two extreme values over cycles, and of the errors of
+    # their teeth where these are taken out.
     uncertainty: float
-    of_cycles: float
-    scatter: float
+    of_cycles: float  # Mean of delta over single cycles; noise makes it larger than `delta`
+    scatter: float  # Standard deviation of delta over single cycles
 
 
 @dataclass(frozen=True, eq=False)
 class GapAngle:
-    """Where a wheel is on its crankshaft, by the likeness of speeds.
+    """Where a wheel is on its crankshaft, by the likeness of speeds."""
 
-    Attributes
-    ----------
-    angle : float
-        Crank angle at which the first tooth after the longest gap passes [rad], -pi to pi.
-    turn : ndarray, shape (recordings,)
-        With which turn of the cycle each recording begins: its first tooth is at `angle` + 2 pi
-        `turn`.
-    correlation : ndarray, shape (recordings, turns * groups)
-        Of measured and computed speed, for each tooth that it could begin with; one column where
-        the turn is known.
-    late : ndarray, shape (recordings,)
-        How many intervals after the first tooth each recording begins, on a wheel that repeats.
-    start : ndarray, shape (recordings,)
-        Crank angle at which each recording begins [rad].
-    """
-
+    # Crank angle at which the first tooth after the longest gap passes [rad], -pi to pi.
     angle: float
+    # With which turn of the cycle each recording begins: its first tooth is at `angle` + 2 pi
+    # `turn`; shape (recordings,)
     turn: Integers
+    # Correlation of measured and computed speed, for each tooth that it could begin with; one
+    # column where the turn is known; shape (recordings, turns * groups)
     correlation: Floats
+    # How many intervals after the first tooth each recording begins, on a wheel that repeats; shape
+    # (recordings,)
     late: Integers
-    start: Floats
+    start: Floats  # Crank angle at which each recording begins [rad]; shape (recordings,)
 
     def from_first_tooth(self, rows: Iterable[Floats]) -> list[Floats]:
         """Intervals of a cycle, along the last axis of each recording, from the first tooth on."""

@@ -31,23 +31,12 @@ ITERATIONS = 30
 
 
 class Pegged(NamedTuple):
-    """Cycles with absolute pressure.
+    """Cycles with absolute pressure."""
 
-    Attributes
-    ----------
-    cycles : RecordedCycles
-        The same with `offset` added.
-    offset : ndarray, shape (cycles,)
-        What was added to each cycle [Pa].
-    uncertainty : ndarray, shape (cycles,)
-        Standard uncertainty of each offset [Pa].
-    exponent : ndarray, shape (cycles,)
-        Polytropic exponent [1], fitted or as given; NaN where none is used.
-    """
-
-    cycles: RecordedCycles
-    offset: Floats
-    uncertainty: Floats
+    cycles: RecordedCycles  # The same with `offset` added
+    offset: Floats  # Offset: what was added to each cycle [Pa]; shape (cycles,)
+    uncertainty: Floats  # Standard uncertainty of each offset [Pa]; shape (cycles,)
+    # Polytropic exponent [1], fitted or as given; NaN where none is used; shape (cycles,)
     exponent: Floats
 
 

@@ -41,36 +41,22 @@ NEIGHBOURS = 11
 
 @dataclass(frozen=True, eq=False)
 class PassedTeeth:
-    """Whole turns of a wheel in a row of time stamps.
+    """Whole turns of a wheel in a row of time stamps."""
 
-    Attributes
-    ----------
-    wheel : Wheel
-        Its pattern.
-    time : ndarray, shape (turns, teeth + 1)
-        Times at which the teeth of each turn passed [s]; the last is the first of the next turn.
-    turn : ndarray, shape (turns,)
-        Number of each turn, counted from the first; numbers are missing where turns were lost.
-    lost : float
-        Share of the time between the first and the last turn that faults took.
-    scatter : float
-        How well intervals repeat from turn to turn: standard deviation of the second differences
-        over turns of the interval's share of its turn, relative; the median over the teeth.
-    faults : tuple of str
-        Pulses too many and teeth that were missed, a line each.
-    first : int
-        Place [from 0] of the pulse with which the first turn begins.
-    before, after : ndarray
-        Times of the pulses before the first and after the last turn [s].
-    """
-
-    wheel: Wheel
+    wheel: Wheel  # Wheel: its pattern
+    # Times at which the teeth of each turn passed [s]; the last is the first of the next turn;
+    # shape (turns, teeth + 1)
     time: Floats
+    # Number of each turn, counted from the first; numbers are missing where turns were lost; shape
+    # (turns,)
     turn: Integers
-    lost: float
+    lost: float  # Share of the time between the first and the last turn that faults took
+    # How well intervals repeat from turn to turn: standard deviation of the second differences over
+    # turns of the interval's share of its turn, relative; the median over the teeth.
     scatter: float
-    faults: tuple[str, ...]
-    first: int
+    faults: tuple[str, ...]  # Pulses too many and teeth that were missed, a line each
+    first: int  # Place [from 0] of the pulse with which the first turn begins
+    # Times of the pulses before the first and after the last turn [s].
     before: Floats
     after: Floats
 

@@ -36,19 +36,13 @@ interval is left out."""
 
 @dataclass(frozen=True, eq=False)
 class ToothErrors:
-    """Relative errors of the wheel's intervals.
+    """Relative errors of the wheel's intervals."""
 
-    Attributes
-    ----------
-    error : ndarray, shape (teeth,)
-        eps: the interval from tooth j to the next one is (1 + eps_j) times as wide as it should
-        be; the widths still make a turn.
-    uncertainty : ndarray, shape (teeth,)
-        Standard error of each: of the mean over recordings where there are several, otherwise of
-        the mean over turns.
-    """
-
+    # eps: the interval from tooth j to the next one is (1 + eps_j) times as wide as it should be;
+    # the widths still make a turn; shape (teeth,)
     error: Floats
+    # Standard error of each: of the mean over recordings where there are several, otherwise of the
+    # mean over turns; shape (teeth,)
     uncertainty: Floats
 
 

@@ -32,23 +32,13 @@ CLOSE_ENOUGH = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class TorqueTrain:
-    """Torque and inertia over the angle of a train of cycles, and the law of its load.
+    """Torque and inertia over the angle of a train of cycles, and the law of its load."""
 
-    Attributes
-    ----------
-    torque : ndarray, shape (2 n + 1,)
-        Gas torque less friction [N m] at the ends and in the middle of n steps.
-    inertia : ndarray, shape (2 n + 1,)
-        Theta(phi) [kg m2] at the same angles.
-    step : float
-        Angle of one of the n steps [rad].
-    exponent, constant : float
-        alpha and a [N m] of the load torque a + k omega^alpha.
-    """
-
+    # Gas torque less friction [N m] at the ends and in the middle of n steps; shape (2 n + 1,)
     torque: Floats
-    inertia: Floats
-    step: float
+    inertia: Floats  # Theta(phi) [kg m2] at the same angles; shape (2 n + 1,)
+    step: float  # Angle of one of the n steps [rad]
+    # alpha and a [N m] of the load torque a + k omega^alpha.
     exponent: float = 2.0
     constant: float = 0.0
 
@@ -71,28 +61,20 @@ class TorqueTrain:
 
 @dataclass(frozen=True, eq=False)
 class SpeedOfTrain:
-    """Speed over a train of cycles.
+    """Speed over a train of cycles."""
 
-    Attributes
-    ----------
-    status : int
-        `engine_dyn.status`: converged; stalled, where the speed falls to nothing; not converged.
-    angle, speed : ndarray, shape (n + 1,)
-        Angle from the beginning [rad] and speed [rad/s]; NaN from where it stalls.
-    start_speed, load_coefficient : float
-        First speed [rad/s], and k [N m s^alpha].
-    memory : float
-        What is left at the end of a small change of the first energy: docs/method.md (118) [1].
-    by_start, by_coefficient : ndarray, shape (n + 1,)
-        Derivatives of the speed with respect to the first speed [1], and to k.
-    """
-
+    # `engine_dyn.status`: converged; stalled, where the speed falls to nothing; not converged.
     status: int
+    # Angle from the beginning [rad] and speed [rad/s]; NaN from where it stalls; shape (n + 1,)
     angle: Floats
     speed: Floats
+    # First speed [rad/s], and k [N m s^alpha].
     start_speed: float
     load_coefficient: float
+    # Memory: what is left at the end of a small change of the first energy: docs/method.md (118)
+    # [1].
     memory: float
+    # Derivatives of the speed with respect to the first speed [1], and to k; shape (n + 1,)
     by_start: Floats
     by_coefficient: Floats
 

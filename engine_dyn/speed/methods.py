@@ -11,33 +11,21 @@ __all__ = [
 
 
 class Method(NamedTuple):
-    """One method.
+    """One method."""
 
-    Attributes
-    ----------
-    name, meaning : str
-        Name in scenes and in `periodic_speed`; one line.
-    steps : bool
-        Whether it repeats cycles from a start. Such a method cannot solve for the load coefficient,
-        and its error does not fall with more nodes.
-    laws : tuple of str
-        Laws of load and driver over speed that it can solve (see `engine_dyn.loads.laws`); empty:
-        all of them.
-    over_angle : bool
-        Whether it can solve a load over an angle.
-    exponents : tuple of float
-        Exponents of the load that it can solve; empty: all of them. Others get status 4.
-    in_batch : bool
-        Whether the batch solver is tried first.
-    """
-
+    # Name in scenes and in `periodic_speed`; one line.
     name: str
     meaning: str
+    # Whether it repeats cycles from a start. Such a method cannot solve for the load coefficient,
+    # and its error does not fall with more nodes.
     steps: bool = False
+    # Laws of load and driver over speed that it can solve (see `engine_dyn.loads.laws`); empty: all
+    # of them.
     laws: tuple[str, ...] = ()
-    over_angle: bool = True
+    over_angle: bool = True  # Whether it can solve a load over an angle
+    # Exponents of the load that it can solve; empty: all of them. Others get status 4.
     exponents: tuple[float, ...] = ()
-    in_batch: bool = False
+    in_batch: bool = False  # Whether the batch solver is tried first
 
     def can_solve(self, law: str, over_angle: bool) -> bool:
         """Whether it can solve this law over speed, with a load over an angle beside it or not."""

@@ -51,26 +51,16 @@ _WHOLE = (
 
 
 class Required(NamedTuple):
-    """What `solve_for_inertia` finds, in the shape that its arguments broadcast to.
+    """What `solve_for_inertia` finds, in the shape that its arguments broadcast to."""
 
-    Attributes
-    ----------
-    inertia : ndarray
-        Moment of inertia [kg m2]; NaN where `status` is 1 to 4.
-    status : ndarray
-        Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is above that of the lightest
-        engine that runs, 5 where delta misses it by more than the tolerance.
-    largest : ndarray
-        Largest delta that was found below the wanted one; of a design that fails, this is what is
-        possible.
-    lightest : ndarray
-        Inertia with that delta [kg m2].
-    """
-
-    inertia: Floats
+    inertia: Floats  # Moment of inertia [kg m2]; NaN where `status` is 1 to 4
+    # Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is above that of the lightest
+    # engine that runs, 5 where delta misses it by more than the tolerance.
     status: Codes
+    # Largest delta that was found below the wanted one; of a design that fails, this is what is
+    # possible.
     largest: Floats
-    lightest: Floats
+    lightest: Floats  # Inertia with that delta [kg m2]
 
 
 def solve_for_inertia(

@@ -103,25 +103,15 @@ times as much in q."""
 
 
 class Results(NamedTuple):
-    """Arrays of results, one entry a design.
+    """Arrays of results, one entry a design."""
 
-    Attributes
-    ----------
-    wanted : ndarray
-        For each row of `RESULTS`, its row in `scalars`, or -1 where it is not wanted.
-    scalars : ndarray, shape (results, designs)
-    status : ndarray, shape (designs,)
-        Codes of `engine_dyn.status`.
-    omega, acceleration : ndarray, shape (designs, angles)
-        The second axis is empty where they are not wanted.
-    deferred : ndarray
-        Marks the designs that the batch solver left to the general solver: the solution with more
-        nodes, for the error, then comes from the same solver. Empty where no error is wanted.
-    """
-
+    # For each row of `RESULTS`, its row in `scalars`, or -1 where it is not wanted.
     wanted: Integers
-    scalars: Floats
-    status: npt.NDArray[np.int8]
+    scalars: Floats  # ; shape (results, designs)
+    status: npt.NDArray[np.int8]  # Codes of `engine_dyn.status`; shape (designs,)
+    # The second axis is empty where they are not wanted; shape (designs, angles)
     omega: Floats
     acceleration: Floats
+    # Marks the designs that the batch solver left to the general solver: the solution with more
+    # nodes, for the error, then comes from the same solver. Empty where no error is wanted.
     deferred: Booleans

@@ -65,14 +65,14 @@ class Shaft:
     discs: tuple[str, ...]
     # Discs that each shaft joins; what holds rings and pendulums follows.
     shafts: tuple[tuple[int, int], ...]
-    shaft_names: tuple[str, ...]  # Their names
+    shaft_names: tuple[str, ...]  # Names of the shafts
     gears: tuple[tuple[int, int], ...]  # Discs in mesh
     throws: tuple[int, ...]  # Disc of each throw of the engine, in the order along the shaft
     # Discs on which they are.
     flywheel: int
     load: int
     auxiliaries: int
-    # Their numbers.
+    # Dampers: their numbers.
     dampers: int
     pendulums: int
     # Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
@@ -318,7 +318,7 @@ class Pendulum(NamedTuple):
     inertia: Any  # Inertia of the disc [kg m2]
     speed_stiffness: Any  # Stiffness of the shaft over the square of the crank's speed [kg m2]
     order: Any  # To which it is tuned, of the turns of its carrier [1]
-    swing: Any  # Its swing on the carrier over the twist of the shaft [1]
+    swing: Any  # Swing: its swing on the carrier over the twist of the shaft [1]
 
 
 def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulum:

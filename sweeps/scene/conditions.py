@@ -58,24 +58,12 @@ _COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
 
 @dataclass(frozen=True)
 class Constraint:
-    """One condition on designs.
+    """One condition on designs."""
 
-    Attributes
-    ----------
-    name : str
-        A quantity or an axis.
-    sign : str
-        One of <=, >=, <, >.
-    limit : float
-        In the units of the archive.
-    written : str
-        The limit with the unit that it was given in, if it was.
-    """
-
-    name: str
-    sign: str
-    limit: float
-    written: str = ""
+    name: str  # A quantity or an axis
+    sign: str  # One of <=, >=, <, >
+    limit: float  # In the units of the archive
+    written: str = ""  # The limit with the unit that it was given in, if it was
 
     def __str__(self) -> str:
         return f"{self.name} {self.sign} {self.written or ratio_text(self.limit)}"
@@ -189,24 +177,13 @@ Part = Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]
 
 @dataclass(frozen=True)
 class Asked:
-    """Variables of an archive that a search is about, by keys of its own.
+    """Variables of an archive that a search is about, by keys of its own."""
 
-    Attributes
-    ----------
-    variables : dict of Variable
-        By key; the outcome as "status" where every value has one.
-    parts : dict of callable
-        Of variables with a value for each bearing, by key: which of these values counts.
-    wanted : list of str
-        Keys of the quantities of which less or more is wanted.
-    limited : list of str
-        Keys of those that the conditions are about.
-    """
-
-    variables: dict[str, xr.Variable]
+    variables: dict[str, xr.Variable]  # By key; the outcome as "status" where every value has one
+    # Parts of variables with a value for each bearing, by key: which of these values counts.
     parts: dict[str, Part]
-    wanted: list[str]
-    limited: list[str]
+    wanted: list[str]  # Keys of the quantities of which less or more is wanted
+    limited: list[str]  # Keys of those that the conditions are about
 
     @property
     def dims(self) -> set[str]:

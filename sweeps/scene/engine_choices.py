@@ -40,39 +40,22 @@ MOST = 200
 
 @dataclass(frozen=True)
 class EngineChoice:
-    """One engine and one arrangement out of several.
+    """One engine and one arrangement out of several."""
 
-    Attributes
-    ----------
-    raw : dict
-        Tables of the ordinary scene.
-    name : str
-        What messages call it.
-    at : mapping of int
-        Its place along the axes `engine` and `arrangement`, those of them that there are.
-    rows : ndarray of int, optional
-        Its rows of [designs]; None where they are not told apart by engine or arrangement.
-    """
-
-    raw: dict[str, Any]
-    name: str
+    raw: dict[str, Any]  # Tables of the ordinary scene
+    name: str  # Name: what messages call it
+    # At: its place along the axes `engine` and `arrangement`, those of them that there are.
     at: Mapping[str, int]
+    # Rows: its rows of [designs]; None where they are not told apart by engine or arrangement.
     rows: Integers | None
 
 
 @dataclass(frozen=True)
 class EngineChoices:
-    """All of them, and the axes of words that they make, in the order of the scene's axes.
+    """All of them, and the axes of words that they make, in the order of the scene's axes."""
 
-    Attributes
-    ----------
-    each : tuple of EngineChoice
-        At least one.
-    axes : dict
-        Axes of the scene in order: texts of `engine` and `arrangement`, None for all others.
-    """
-
-    each: tuple[EngineChoice, ...]
+    each: tuple[EngineChoice, ...]  # At least one
+    # Axes of the scene in order: texts of `engine` and `arrangement`, None for all others.
     axes: Mapping[str, tuple[str, ...] | None]
 
 

@@ -54,27 +54,14 @@ LONG = 60
 
 @dataclass(frozen=True)
 class FiringPattern:
-    """One pattern.
+    """One pattern."""
 
-    Attributes
-    ----------
-    name : str
-        Its text; of a long one the beginning.
-    firings : tuple of float
-        Factor on the pressure of each firing; of a random one empty.
-    deviation : float
-        Standard deviation of a random factor, around 1; independent from firing to firing.
-    cycles : int
-        Of a random one, after which it repeats.
-    seed : int
-        Of its random numbers.
-    """
-
-    name: str
-    firings: tuple[float, ...] = ()
+    name: str  # Name: its text; of a long one the beginning
+    firings: tuple[float, ...] = ()  # Factor on the pressure of each firing; of a random one empty
+    # Standard deviation of a random factor, around 1; independent from firing to firing.
     deviation: float = 0.0
-    cycles: int = 1
-    seed: int = 0
+    cycles: int = 1  # Cycles of a random one, after which it repeats
+    seed: int = 0  # Seed of its random numbers
 
     def of(self, cylinders: int) -> tuple[float, ...]:
         """Factors for an engine with so many cylinders."""
@@ -92,21 +79,11 @@ class FiringPattern:
 
 @dataclass(frozen=True)
 class FiringPatterns:
-    """Patterns of a scene, and which of them each design has.
+    """Patterns of a scene, and which of them each design has."""
 
-    Attributes
-    ----------
-    each : tuple of FiringPattern
-        Different ones.
-    dims : tuple of str
-        What they vary over: nothing, their axis or the designs.
-    which : ndarray of int
-        Place of the pattern among `each`, over `dims`.
-    """
-
-    each: tuple[FiringPattern, ...]
-    dims: tuple[str, ...]
-    which: npt.NDArray[np.int64]
+    each: tuple[FiringPattern, ...]  # Different ones
+    dims: tuple[str, ...]  # Dims: what they vary over: nothing, their axis or the designs
+    which: npt.NDArray[np.int64]  # Place of the pattern among `each`, over `dims`
 
     def cycles_of_each(self, counts: Sequence[int]) -> npt.NDArray[np.int64]:
         """Cycles after which that of each design repeats, for all these numbers of cylinders."""

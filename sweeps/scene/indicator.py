@@ -51,27 +51,15 @@ _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), 
 
 
 class Indicated(NamedTuple):
-    """The diagram of [indicator].
+    """The diagram of [indicator]."""
 
-    Attributes
-    ----------
-    diagram : Diagram, optional
-        None without the table. Of recorded cycles their mean.
-    cycles : tuple of Diagram
-        Recorded cycles, where they are asked for.
-    notes : tuple of str
-        What was done to the recording, by the header of the imported file; of a confidential one
-        without imep and pressures.
-    confidential : tuple of str
-        Name of its file where archives must not hold it.
-    speeds : tuple of float, optional
-        Lowest and highest speed [rpm] for which it holds, where that is known.
-    """
-
-    diagram: Diagram | None
-    cycles: tuple[Diagram, ...] = ()
+    diagram: Diagram | None  # None without the table. Of recorded cycles their mean.
+    cycles: tuple[Diagram, ...] = ()  # Recorded cycles, where they are asked for
+    # Notes: what was done to the recording, by the header of the imported file; of a confidential
+    # one without imep and pressures.
     notes: tuple[str, ...] = ()
-    confidential: tuple[str, ...] = ()
+    confidential: tuple[str, ...] = ()  # Name of its file where archives must not hold it
+    # Lowest and highest speed [rpm] for which it holds, where that is known.
     speeds: tuple[float, float] | None = None
 
 

@@ -93,20 +93,12 @@ class ReduceTable(Strict):
 
 @dataclass(frozen=True)
 class Kept:
-    """Designs that a search keeps.
+    """Designs that a search keeps."""
 
-    Attributes
-    ----------
-    wanted : tuple
-        Pairs of a name and 1 where less is better, -1 where more is.
-    number : int
-        How many; 0 for all of a Pareto front.
-    within, not_counted : tuple of str
-        Conditions, and outcomes that are left out.
-    """
-
+    # Pairs of a name and 1 where less is better, -1 where more is.
     wanted: tuple[tuple[str, float], ...]
-    number: int
+    number: int  # How many; 0 for all of a Pareto front
+    # Conditions, and outcomes that are left out.
     within: tuple[str, ...]
     not_counted: tuple[str, ...]
 
@@ -119,27 +111,11 @@ class Kept:
 
 @dataclass(frozen=True)
 class Reduce:
-    """What [reduce] asks for.
+    """What [reduce] asks for."""
 
-    Attributes
-    ----------
-    statistics : tuple of str
-        Quantities.
-    over : tuple of str
-        Axes over which statistics and counts go.
-    quantiles : tuple of float
-        Rising.
-    within : tuple of str
-        Conditions that are counted.
-    at_every : tuple of str
-        Axes at all values of which the kept designs are judged.
-    kept : tuple of Kept
-        Searches.
-    """
-
-    statistics: tuple[str, ...]
-    over: tuple[str, ...]
-    quantiles: tuple[float, ...]
-    within: tuple[str, ...]
-    at_every: tuple[str, ...]
-    kept: tuple[Kept, ...]
+    statistics: tuple[str, ...]  # Quantities
+    over: tuple[str, ...]  # Axes over which statistics and counts go
+    quantiles: tuple[float, ...]  # Rising
+    within: tuple[str, ...]  # Conditions that are counted
+    at_every: tuple[str, ...]  # Axes at all values of which the kept designs are judged
+    kept: tuple[Kept, ...]  # Searches

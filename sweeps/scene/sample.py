@@ -65,25 +65,14 @@ _OWN = ("method", "number", "seed")
 
 @dataclass(frozen=True)
 class Sample:
-    """What [sample] asks for.
+    """What [sample] asks for."""
 
-    Attributes
-    ----------
-    method : str
-        One of `METHODS`; `SEARCH` for designs that a search has chosen.
-    number : int
-        Designs that are drawn; of `saltelli` the base points, each of which has as many designs as
-        there are parameters and two more.
-    seed : int
-        Of the random numbers.
-    parameters : dict of Distribution
-        What each parameter follows.
-    """
-
-    method: str
+    method: str  # One of `METHODS`; `SEARCH` for designs that a search has chosen
+    # Designs that are drawn; of `saltelli` the base points, each of which has as many designs as
+    # there are parameters and two more.
     number: int
-    seed: int
-    parameters: Mapping[str, Distribution]
+    seed: int  # Seed of the random numbers
+    parameters: Mapping[str, Distribution]  # Parameters: what each parameter follows
 
     @property
     def group(self) -> int:

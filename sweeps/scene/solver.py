@@ -24,21 +24,13 @@ __all__ = ["SolverSettings", "read_solver"]
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """[solver], checked by itself.
+    """[solver], checked by itself."""
 
-    Attributes
-    ----------
-    methods, inertia_models : tuple of str
-        As asked for.
-    axes : dict of tuple of str
-        Those of them that are lists, and so dimensions.
-    start : dict of float
-        `passes`, `start_speed` and `start_angle`, where given, in the units of files.
-    """
-
+    # As asked for.
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
-    axes: dict[str, tuple[str, ...]]
+    axes: dict[str, tuple[str, ...]]  # Axes: those of them that are lists, and so dimensions
+    # `passes`, `start_speed` and `start_angle`, where given, in the units of files.
     start: dict[str, float]
 
 

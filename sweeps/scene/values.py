@@ -23,43 +23,23 @@ __all__ = ["Given", "GivenValues"]
 
 
 class Given(NamedTuple):
-    """Where a scene gives a parameter, and what.
+    """Where a scene gives a parameter, and what."""
 
-    Attributes
-    ----------
-    table : str
-        `set`, `axes` or `designs`; empty for a value of the engine, and for a default.
-    values : ndarray
-        Its values there, in the units of files; one of them where it does not vary.
-    dims : tuple of str
-        The dimension along which it varies.
-    """
-
-    table: str
+    table: str  # `set`, `axes` or `designs`; empty for a value of the engine, and for a default
+    # Values: its values there, in the units of files; one of them where it does not vary.
     values: npt.NDArray[Any]
-    dims: tuple[str, ...]
+    dims: tuple[str, ...]  # The dimension along which it varies
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GivenValues:
-    """Values of [set], [axes] and [designs], in the units of files, and the engine behind them.
+    """Values of [set], [axes] and [designs], in the units of files, and the engine behind them."""
 
-    Attributes
-    ----------
-    engine : Engine
-        The engine whose values hold where the scene gives none.
-    settings : dict of float
-        Parameters of [set].
-    axes : dict
-        Values of every axis but `design`: numbers, or words.
-    designs : dict of ndarray
-        Columns of [designs], equally long; empty without [designs].
-    """
-
-    engine: Engine
-    settings: dict[str, float]
+    engine: Engine  # The engine whose values hold where the scene gives none
+    settings: dict[str, float]  # Parameters of [set]
+    # Values of every axis but `design`: numbers, or words.
     axes: dict[str, Floats | tuple[str, ...]]
-    designs: dict[str, Floats]
+    designs: dict[str, Floats]  # Columns of [designs], equally long; empty without [designs]
 
     @cached_property
     def given(self) -> dict[str, Given]:

@@ -65,41 +65,63 @@ CANCELLED = 1e-13
 class RunningGear:
     """Masses in motion of engines at constant speed; arrays broadcast against each other.
 
+    Attributes
+    ----------
+    crank_ratio, crank_radius : array_like
+        lambda [1], r [m].
+    reciprocating_mass : array_like
+        Reciprocating mass of one cylinder [kg].
+    speed : array_like
+        Speed of the crank [rad/s].
+    by_count : mapping of int to Cylinders
+        Cylinders of each set: of each number of them where no more differs between designs.
+    cylinders : array_like of int, optional
+        Which set; the only one unless given.
+    offset : array_like
+        Offset of the pin's line over the crank radius [1].
+    turning_mass : array_like
+        Rotating mass of one cylinder that the counterweights leave, at the crank radius
+        [kg]; negative where they also balance reciprocating mass.
+    throw_turning_mass : array_like
+        Mass of one throw that they leave, on which rods may share the pin [kg].
+    shaft : array_like
+        Unbalance (mass times radius) of a shaft that turns backwards with the crank's speed, in
+        the middle of the engine, against the backward first order [kg m].
+    pair : array_like
+        Unbalance of each of two shafts at twice the speed, one turning forwards and one backwards,
+        against the second order [kg m].
+    couple : array_like
+        Unbalance times distance of two opposed weights on a shaft that turns backwards with the
+        crank's speed, against the backward moment of first order [kg m2].
+    spacing : array_like
+        Distance of neighbouring throws [m]; for moments.
+    bank_offset : array_like, optional
+        How far each bank stands behind the one before, along the shaft [m]: for rods side by side
+        on a pin, and for the two throws of a boxer's pair. See `lines.default_bank_offset`.
+    webs, web_couple : array_like
+        Unbalance of the counterweights on the webs [kg m], and that times the distance from the
+        middle of the crank [kg m2], both complex: see `engine_dyn.quantities.features.web_weights`.
+
     Notes
     -----
     Balance shafts stand as they should: opposite to the order that they are against. Where that
     vanishes, their weights point away from cylinder 1 at phi = 0.
     """
 
-    # lambda [1], r [m].
     crank_ratio: Any
     crank_radius: Any
-    reciprocating_mass: Any  # Reciprocating mass of one cylinder [kg]
-    speed: Any  # Speed of the crank [rad/s]
-    # Cylinders of each set: of each number of them where no more differs between designs.
+    reciprocating_mass: Any
+    speed: Any
     by_count: CylindersByCount
-    cylinders: Any = None  # Which set; the only one unless given
-    offset: Any = 0.0  # Offset of the pin's line over the crank radius [1]
-    # Rotating mass of one cylinder that the counterweights leave, at the crank radius [kg];
-    # negative where they also balance reciprocating mass.
+    cylinders: Any = None
+    offset: Any = 0.0
     turning_mass: Any = 0.0
-    # Mass of one throw that they leave, on which rods may share the pin [kg].
     throw_turning_mass: Any = 0.0
-    # Unbalance (mass times radius) of a shaft that turns backwards with the crank's speed, in the
-    # middle of the engine, against the backward first order [kg m].
     shaft: Any = 0.0
-    # Unbalance of each of two shafts at twice the speed, one turning forwards and one backwards,
-    # against the second order [kg m].
     pair: Any = 0.0
-    # Unbalance times distance of two opposed weights on a shaft that turns backwards with the
-    # crank's speed, against the backward moment of first order [kg m2].
     couple: Any = 0.0
-    spacing: Any = np.nan  # Distance of neighbouring throws [m]; for moments
-    # How far each bank stands behind the one before, along the shaft [m]: for rods side by side on
-    # a pin, and for the two throws of a boxer's pair. See `lines.default_bank_offset`.
+    spacing: Any = np.nan
     bank_offset: Any = None
-    # Unbalance of the counterweights on the webs [kg m], and that times the distance from the
-    # middle of the crank [kg m2], both complex: see `engine_dyn.quantities.features.web_weights`.
     webs: Any = 0.0
     web_couple: Any = 0.0
 

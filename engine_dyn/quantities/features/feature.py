@@ -17,8 +17,8 @@ Part = TypeVar("Part")
 class Addition(NamedTuple):
     """An amount that a part adds to a parameter, wherever the graph takes the parameter."""
 
-    # What is added to. Its own value stays as it is given: archives list that, and elasticities
-    # vary it.
+    # Parameter: what is added to. Its own value stays as it is given: archives list that, and
+    # elasticities vary it.
     parameter: str
     node: str  # The node that holds the amount, in the same SI unit
     when: str = ""  # Words of scenes in which it is added, all of which must hold, as of a node
@@ -31,7 +31,7 @@ class Feature(Generic[Part]):
     name: str  # Key of the part in `Engine.parts`
     long_name: str  # Meaning of the part in one line
     subject: str = ""  # Group of `engine-dyn list quantities` that its quantities stand in
-    # Its quantities, and its keys of scenes.
+    # Nodes: its quantities, and its keys of scenes.
     nodes: tuple[Node, ...] = ()
     parameters: tuple[Node, ...] = ()
     dimensions: tuple[Dimension, ...] = ()  # Dimensions counted from 1 over members of the part

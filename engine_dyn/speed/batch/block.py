@@ -38,97 +38,53 @@ SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
 
 
 class ColumnRows(NamedTuple):
-    """Columns as the kernels of the batch solver take them, see `Columns`.
+    """Columns as the kernels of the batch solver take them, see `Columns`."""
 
-    Attributes
-    ----------
-    fine : ndarray ((part, fine node, kind), term)
-        The work at the fine nodes, and what goes with it: `KINDS` of them.
-    coarse : ndarray ((part, coarse node, 2), term)
-        The work at the coarse nodes, and what six of them miss of its mean.
-    jagged : ndarray (1, part)
-        By how much the work rises above what coarse nodes tell.
-    """
-
-    fine: Floats
-    coarse: Floats
-    jagged: Floats
+    fine: Floats  # The work at the fine nodes, and what goes with it: `KINDS` of them
+    coarse: Floats  # The work at the coarse nodes, and what six of them miss of its mean
+    jagged: Floats  # By how much the work rises above what coarse nodes tell
 
 
 class WorkTable(NamedTuple):
-    """Work tables of the designs of a block, which the next block may have too.
+    """Work tables of the designs of a block, which the next block may have too."""
 
-    Attributes
-    ----------
-    gas, square : Rows (coarse node, lane)
-        P and V at the coarse nodes.
-    gas_missed, square_missed : Rows (coarse node, lane)
-        What six nodes miss of their mean over the interval behind each.
-    factor : Rows (term, lane)
-        Factors of the columns.
-    share, shared : Rows (1, lane), (term, lane)
-        Scratch: shares of a part, and these times the factors.
-    fine : ndarray (fine node, 2 * 4)
-        What `Columns.fine` has, of P and then of V of one design, where it was asked for.
-    known : ndarray (1, fine node) of int
-        Number of the table that it is of, -1 for none.
-    mixed : ndarray (4, term)
-        Scratch: columns of P.
-    weights : ndarray (stride, STENCIL)
-        Weights of coarse nodes at the fine nodes of a coarse interval.
-    """
-
+    # P and V at the coarse nodes.
     gas: Rows
     square: Rows
+    # Gas missed: what six nodes miss of their mean over the interval behind each.
     gas_missed: Rows
     square_missed: Rows
-    factor: Rows
+    factor: Rows  # Factors of the columns
+    # Scratch: shares of a part, and these times the factors.
     share: Rows
     shared: Rows
+    # Fine: what `Columns.fine` has, of P and then of V of one design, where it was asked for.
     fine: Floats
-    known: Integers
-    mixed: Floats
-    weights: Floats
+    known: Integers  # Number of the table that it is of, -1 for none
+    mixed: Floats  # Scratch: columns of P
+    weights: Floats  # Weights of coarse nodes at the fine nodes of a coarse interval
 
 
 class Lanes(NamedTuple):
-    """Numbers of each design of a block, shape (1, lane).
+    """Numbers of each design of a block, shape (1, lane)."""
 
-    Attributes
-    ----------
-    state
-        `SOLVING`, `SETTLED` or `LEFT`.
-    slope, free
-        Slope of the law at the nominal speed; 1 where it does not depend on the speed, and then
-        `free` is 0, else 1.
-    mu
-        Mean of F.
-    high, low
-        Range of u at the nodes.
-    centre, half
-        Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
-    terms
-        How many the polynomial has; 0 for none.
-    passes
-        How many there were.
-    mean
-        Mean of omega/omega_n.
-    tops, bottoms
-        Local extrema that may be the largest or the smallest u: `MANY` times their number, plus
-        the sum of their nodes.
-    """
-
-    state: Rows
+    state: Rows  # `SOLVING`, `SETTLED` or `LEFT`
+    # Slope of the law at the nominal speed; 1 where it does not depend on the speed, and then
+    # `free` is 0, else 1.
     slope: Rows
     free: Rows
-    mu: Rows
+    mu: Rows  # Mean of F
+    # Range of u at the nodes.
     high: Rows
     low: Rows
+    # Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
     centre: Rows
     half: Rows
-    terms: Rows
-    passes: Rows
-    mean: Rows
+    terms: Rows  # How many the polynomial has; 0 for none
+    passes: Rows  # How many there were
+    mean: Rows  # Mean of omega/omega_n
+    # Local extrema that may be the largest or the smallest u: `MANY` times their number, plus the
+    # sum of their nodes.
     tops: Rows
     bottoms: Rows
 
@@ -151,30 +107,19 @@ class Curves(NamedTuple):
 
 
 class Peaks(NamedTuple):
-    """Largest u, and largest -u, of every lane, and how they are searched.
+    """Largest u, and largest -u, of every lane, and how they are searched."""
 
-    Attributes
-    ----------
-    node, start, end : Rows (1, lane) of int
-        Fine nodes that are looked at; those between which the search goes on.
-    value, missed : Rows (2, lane)
-        Values, and how much they may miss.
-    hidden : Rows (1, lane)
-        How far u may rise between coarse nodes above what their values tell.
-    step : Rows (1, lane)
-        To the next node; before that, 1 where there is a node to begin at, else 0.
-    seen : Rows (2 * 4 + 4, lane)
-        What is seen at `node`: `WorkTable.fine`, then the load, what polynomials through coarse
-        nodes say of X and r, and the steepness.
-    """
-
+    # Fine nodes that are looked at; those between which the search goes on.
     node: Rows
     start: Rows
     end: Rows
+    # Values, and how much they may miss.
     value: Rows
     missed: Rows
-    hidden: Rows
-    step: Rows
+    hidden: Rows  # How far u may rise between coarse nodes above what their values tell
+    step: Rows  # To the next node; before that, 1 where there is a node to begin at, else 0
+    # Seen: what is seen at `node`: `WorkTable.fine`, then the load, what polynomials through coarse
+    # nodes say of X and r, and the steepness.
     seen: Rows
 
 

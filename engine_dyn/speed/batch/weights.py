@@ -24,29 +24,16 @@ LARGEST_STEP = 0.05
 
 
 class Weights(NamedTuple):
-    """Numbers of each design, docs/solver.md (71) and (74), shape (designs,).
+    """Numbers of each design, docs/solver.md (71) and (74), shape (designs,)."""
 
-    Attributes
-    ----------
-    slope : ndarray
-        s, the slope of the law at the nominal speed.
-    beta : ndarray
-        kappa s [1/rad].
-    state : ndarray
-        `SOLVING`, or `LEFT` where the load is too strong, or a drive.
-    decay, of_mass, of_tilt : ndarray
-        exp(-beta h), and the weights of mean and first moment of an interval.
-    end : ndarray
-        1 - exp(-beta Phi_s).
-    """
-
-    slope: Floats
-    beta: Floats
-    state: Floats
+    slope: Floats  # s, the slope of the law at the nominal speed
+    beta: Floats  # kappa s [1/rad]
+    state: Floats  # `SOLVING`, or `LEFT` where the load is too strong, or a drive
+    # exp(-beta h), and the weights of mean and first moment of an interval.
     decay: Floats
     of_mass: Floats
     of_tilt: Floats
-    end: Floats
+    end: Floats  # 1 - exp(-beta Phi_s)
 
 
 def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weights:

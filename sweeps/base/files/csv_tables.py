@@ -25,24 +25,13 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A CSV file as texts.
+    """A CSV file as texts."""
 
-    Attributes
-    ----------
-    name : str
-        The file as messages call it.
-    header : tuple of str
-        Unique column names.
-    rows : tuple of tuple of str
-        Fields without surrounding blanks, each row as long as the header.
-    lines : tuple of int
-        Line number of each row in the file, from 1.
-    """
-
-    name: str
-    header: tuple[str, ...]
+    name: str  # The file as messages call it
+    header: tuple[str, ...]  # Unique column names
+    # Fields without surrounding blanks, each row as long as the header.
     rows: tuple[tuple[str, ...], ...]
-    lines: tuple[int, ...]
+    lines: tuple[int, ...]  # Line number of each row in the file, from 1
 
     def texts(self, column: str) -> tuple[str, ...]:
         """Fields of one column."""

@@ -31,71 +31,43 @@ NAMES = ("the first", "the second")
 
 @dataclass(frozen=True)
 class Difference:
-    """How two archives differ in one quantity.
+    """How two archives differ in one quantity."""
 
-    Attributes
-    ----------
-    name, units : str
-        The quantity.
-    count : int
-        Values that were compared.
-    differing : int
-        Values that are not the same; two that are not numbers (NaN) are the same.
-    only_one : int
-        Those of them that are a number in one archive only.
-    largest, relative : float
-        Largest difference, and the largest relative one, over the greater of the two magnitudes; 0
-        where there is none.
-    largest_at, relative_at : dict
-        The values of the axes where they are.
-    pair, relative_pair : tuple of float
-        The two values at these places.
-    only_at : dict
-        Where the first of `only_one` is.
-    """
-
+    # The quantity.
     name: str
     units: str
-    count: int = 0
-    differing: int = 0
-    only_one: int = 0
+    count: int = 0  # Values that were compared
+    differing: int = 0  # Values that are not the same; two that are not numbers (NaN) are the same
+    only_one: int = 0  # Only one: those of them that are a number in one archive only
+    # Largest difference, and the largest relative one, over the greater of the two magnitudes; 0
+    # where there is none.
     largest: float = 0.0
     relative: float = 0.0
+    # The values of the axes where they are.
     largest_at: dict[str, Any] = field(default_factory=dict)
     relative_at: dict[str, Any] = field(default_factory=dict)
+    # The two values at these places.
     pair: tuple[float, float] = (math.nan, math.nan)
     relative_pair: tuple[float, float] = (math.nan, math.nan)
+    # Only at: where the first of `only_one` is.
     only_at: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The common quantities of two archives, and their differences.
+    """The common quantities of two archives, and their differences."""
 
-    Attributes
-    ----------
-    axes : list of str
-        In words, how axes differ; empty where they are the same. Values that only one archive has
-        are not compared.
-    made : list of str
-        In words, what else differs in how they were made, such as versions.
-    only_first, only_second : list of str
-        Quantities that one archive alone has.
-    not_compared : list of str
-        Quantities that both have, over other axes or with another unit, and why.
-    quantities : list of Difference
-        Those that both have.
-    names : tuple of str
-        What the archives are called in words.
-    """
-
+    # In words, how axes differ; empty where they are the same. Values that only one archive has are
+    # not compared.
     axes: list[str]
-    made: list[str]
+    made: list[str]  # In words, what else differs in how they were made, such as versions
+    # Quantities that one archive alone has.
     only_first: list[str]
     only_second: list[str]
+    # Quantities that both have, over other axes or with another unit, and why.
     not_compared: list[str]
-    quantities: list[Difference]
-    names: tuple[str, str] = NAMES
+    quantities: list[Difference]  # Quantities: those that both have
+    names: tuple[str, str] = NAMES  # Names: what the archives are called in words
 
     @property
     def same(self) -> bool:

@@ -53,53 +53,30 @@ MOSTLY = 2.0 / 3.0
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Some designs of an archive.
+    """Some designs of an archive."""
 
-    Attributes
-    ----------
-    table : dict of ndarray
-        Columns with a value for each design: axes, columns of designs, quantities, in the units of
-        the archive.
-    units : dict of str
-        Of the columns that are numbers.
-    texts : dict of str
-        What the quantities and axes are.
-    given : tuple of str
-        Columns that say which design it is: axes and columns of designs.
-    fixed : dict
-        What is the same for all rows: the slice that was taken.
-    designs : int
-        How many there are in the slice, shown or not.
-    curves : tuple of str
-        Quantities that are left out because they are curves over the crank angle, where none were
-        asked for.
-    changes : frozenset of str
-        Columns that are changes in percent.
-    elasticities : tuple of str
-        Elasticities that were not asked for: a row for each parameter.
-    bands : dict of (ndarray, ndarray)
-        Ends of the uncertainty of quantities in each row, where the archive has it.
-    mainly : dict of str
-        What that uncertainty is mostly due to, in all of the slice.
-    several : dict of tuple of str
-        Quantities that are left out because they have several numbers for each design, where none
-        were asked for, by one value of what they are over: "main_bearing=2".
-    listed : tuple of str
-        What the quantities that were asked for are over: each design has several rows.
-    """
-
+    # Columns with a value for each design: axes, columns of designs, quantities, in the units of
+    # the archive.
     table: dict[str, npt.NDArray[Any]]
-    units: dict[str, str]
-    texts: dict[str, str]
-    given: tuple[str, ...]
-    fixed: dict[str, Any]
-    designs: int
+    units: dict[str, str]  # Units of the columns that are numbers
+    texts: dict[str, str]  # Texts: what the quantities and axes are
+    given: tuple[str, ...]  # Columns that say which design it is: axes and columns of designs
+    fixed: dict[str, Any]  # Fixed: what is the same for all rows: the slice that was taken
+    designs: int  # How many there are in the slice, shown or not
+    # Quantities that are left out because they are curves over the crank angle, where none were
+    # asked for.
     curves: tuple[str, ...]
-    changes: frozenset[str] = frozenset()
+    changes: frozenset[str] = frozenset()  # Columns that are changes in percent
+    # Elasticities that were not asked for: a row for each parameter.
     elasticities: tuple[str, ...] = ()
+    # Ends of the uncertainty of quantities in each row, where the archive has it.
     bands: dict[str, tuple[npt.NDArray[Any], npt.NDArray[Any]]] = field(default_factory=dict)
+    # Mainly: what that uncertainty is mostly due to, in all of the slice.
     mainly: dict[str, str] = field(default_factory=dict)
+    # Quantities that are left out because they have several numbers for each design, where none
+    # were asked for, by one value of what they are over: "main_bearing=2".
     several: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    # Listed: what the quantities that were asked for are over: each design has several rows.
     listed: tuple[str, ...] = ()
 
     @property

@@ -75,21 +75,12 @@ Indices = dict[str, Floats]
 
 @dataclass(frozen=True)
 class _Study:
-    """How the designs of an archive were chosen.
+    """How the designs of an archive were chosen."""
 
-    Attributes
-    ----------
-    parameters : dict of ndarray
-        Values of what varies: of each design, or along each axis of a grid.
-    dims : tuple of str
-        Dimensions over which the variance is taken.
-    group : int
-        Designs of a group of Saltelli's design; 0 for all others.
-    """
-
+    # Values of what varies: of each design, or along each axis of a grid.
     parameters: Mapping[str, npt.NDArray[Any]]
-    dims: tuple[str, ...]
-    group: int = 0
+    dims: tuple[str, ...]  # Dimensions over which the variance is taken
+    group: int = 0  # Designs of a group of Saltelli's design; 0 for all others
 
 
 class _TooFew(SceneError):

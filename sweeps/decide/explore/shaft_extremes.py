@@ -35,24 +35,14 @@ NOT_WORST = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "m
 
 @dataclass(frozen=True)
 class Worst:
-    """The worst value of a quantity on one disc or shaft, and where it is.
+    """The worst value of a quantity on one disc or shaft, and where it is."""
 
-    Attributes
-    ----------
-    quantity, unit : str
-        What, in the units of the archive.
-    place : str
-        Name of the disc or shaft.
-    value : float
-        The largest value; of `shaft_torque_min` the lowest.
-    at : mapping
-        Point of each other axis, such as speed, misfire and, of amplitudes, order.
-    """
-
+    # What, in the units of the archive.
     quantity: str
     unit: str
-    place: str
-    value: float
+    place: str  # Name of the disc or shaft
+    value: float  # The largest value; of `shaft_torque_min` the lowest
+    # Point of each other axis, such as speed, misfire and, of amplitudes, order.
     at: Mapping[str, Any]
 
     def worse_than(self, other: Worst) -> bool:
@@ -62,23 +52,15 @@ class Worst:
 
 @dataclass(frozen=True)
 class BarredSpeeds:
-    """Speeds between which a quantity is over its limit on one shaft.
+    """Speeds between which a quantity is over its limit on one shaft."""
 
-    Attributes
-    ----------
-    quantity, place : str
-        The quantity over its limit, and the name of the shaft.
-    low, high : float
-        Ends of the range [rpm], between points by straight lines.
-    largest : float
-        Largest value over the limit within.
-    """
-
+    # The quantity over its limit, and the name of the shaft.
     quantity: str
     place: str
+    # Ends of the range [rpm], between points by straight lines.
     low: float
     high: float
-    largest: float
+    largest: float  # Largest value over the limit within
 
 
 def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:

@@ -32,23 +32,12 @@ QUANTITIES = ("throw_torque_order", "throw_torque_phase", "order_frequency")
 
 @dataclass(frozen=True)
 class Excitation:
-    """Torques on the nodes of a shaft.
+    """Torques on the nodes of a shaft."""
 
-    Attributes
-    ----------
-    nodes : tuple of int
-        Number of the node on which each throw acts, along the shaft.
-    order : ndarray, shape (n,)
-        Periods per revolution of the crank.
-    omega : ndarray, shape (n,)
-        Angular frequency [rad/s], rising.
-    amplitude, phase : ndarray, shape (nodes, n)
-        Of amplitude cos(omega t + phase) [N m, rad].
-    """
-
-    nodes: tuple[int, ...]
-    order: Floats
-    omega: Floats
+    nodes: tuple[int, ...]  # Number of the node on which each throw acts, along the shaft
+    order: Floats  # Periods per revolution of the crank; shape (n,)
+    omega: Floats  # Angular frequency [rad/s], rising; shape (n,)
+    # Amplitude of amplitude cos(omega t + phase) [N m, rad]; shape (nodes, n)
     amplitude: Floats
     phase: Floats
 

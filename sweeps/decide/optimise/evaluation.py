@@ -35,22 +35,15 @@ Columns = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Judgement:
-    """Judgement of some designs.
+    """Judgement of some designs."""
 
-    Attributes
-    ----------
-    wanted : ndarray, shape (designs, names)
-        The worst value of what is wanted, times -1 where more is wanted; 0 where it has none.
-    violation : ndarray, shape (designs, conditions + 1)
-        By how much each condition fails, in multiples of its limit, 0 or less where it holds; last,
-        what is lacking.
-    fulfilling : ndarray of bool
-        Whether all conditions hold at every point that counts.
-    """
-
+    # The worst value of what is wanted, times -1 where more is wanted; 0 where it has none; shape
+    # (designs, names)
     wanted: Floats
+    # By how much each condition fails, in multiples of its limit, 0 or less where it holds; last,
+    # what is lacking; shape (designs, conditions + 1)
     violation: Floats
-    fulfilling: Booleans
+    fulfilling: Booleans  # Whether all conditions hold at every point that counts
 
     def __getitem__(self, places: npt.NDArray[Any]) -> Judgement:
         return Judgement(self.wanted[places], self.violation[places], self.fulfilling[places])

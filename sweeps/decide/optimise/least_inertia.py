@@ -29,21 +29,11 @@ KEY, LIMITED, WANTED, FOUND = "inertia", "delta", "wanted_delta", "inertia_requi
 
 @dataclass(frozen=True, eq=False)
 class LeastInertia:
-    """Designs of all other parameters, each with the least inertia that the limit of delta allows.
+    """Designs of all other parameters, each with the least inertia that meets the limit of delta."""
 
-    Attributes
-    ----------
-    task : Task
-        What is searched.
-    limit : float
-        The largest delta that is allowed.
-    threads : int, optional
-        For the kernels.
-    """
-
-    task: Task
-    limit: float
-    threads: int | None
+    task: Task  # Search that asks for the designs
+    limit: float  # The largest delta that is allowed
+    threads: int | None  # For the kernels
 
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
         """Columns of all parameters: those given, and the inertia."""

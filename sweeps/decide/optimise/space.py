@@ -29,18 +29,10 @@ FORMS = (
 
 @dataclass(frozen=True)
 class Space:
-    """Parameters that a search varies, each a function of a number between 0 and 1.
+    """Parameters that a search varies, each a function of a number between 0 and 1."""
 
-    Attributes
-    ----------
-    parameters : dict of Distribution
-        What each key may be.
-    tables : dict
-        The same as [sample] writes it.
-    """
-
-    parameters: Mapping[str, Distribution]
-    tables: Mapping[str, Any]
+    parameters: Mapping[str, Distribution]  # Parameters: what each key may be
+    tables: Mapping[str, Any]  # The same as [sample] writes it
 
     def __len__(self) -> int:
         return len(self.parameters)

@@ -25,42 +25,21 @@ __all__ = ["Task", "plan_of_designs", "read_task"]
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A search as it was asked for.
+    """A search as it was asked for."""
 
-    Attributes
-    ----------
-    given : GivenScene
-        The scene without [sample], and without values of what is searched.
-    space : Space
-        What may vary.
-    wanted : tuple of (str, float)
-        Quantities and parameters, with 1 where less is wanted and -1 where more is.
-    conditions : tuple of Constraint
-        What must hold at every point.
-    not_counted : tuple of str
-        Outcomes whose points are left out.
-    quantities : tuple of str
-        What is computed: what the scene asks for and what the search is about, without curves.
-    left_out : tuple of str
-        Curves that the scene asks for.
-    files : dict of bytes
-        The files that the scene names: they are read once.
-    points : tuple of str
-        The scene's axes.
-    seed : int
-        Of the random numbers.
-    """
-
-    given: GivenScene
-    space: Space
+    given: GivenScene  # The scene without [sample], and without values of what is searched
+    space: Space  # Space: what may vary
+    # Quantities and parameters, with 1 where less is wanted and -1 where more is.
     wanted: tuple[tuple[str, float], ...]
-    conditions: tuple[Constraint, ...]
-    not_counted: tuple[str, ...]
+    conditions: tuple[Constraint, ...]  # Conditions: what must hold at every point
+    not_counted: tuple[str, ...]  # Outcomes whose points are left out
+    # Quantities: what is computed: what the scene asks for and what the search is about, without
+    # curves.
     quantities: tuple[str, ...]
-    left_out: tuple[str, ...]
-    files: Mapping[str, bytes]
-    points: tuple[str, ...]
-    seed: int
+    left_out: tuple[str, ...]  # Curves that the scene asks for
+    files: Mapping[str, bytes]  # The files that the scene names: they are read once
+    points: tuple[str, ...]  # The scene's axes
+    seed: int  # Seed of the random numbers
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -13,20 +13,12 @@ __all__ = ["EngineMeasures", "known_ratio", "measures_of"]
 
 @dataclass(frozen=True)
 class EngineMeasures:
-    """What a recorded pressure takes from an engine.
+    """What a recorded pressure takes from an engine."""
 
-    Attributes
-    ----------
-    period : float
-        Angle of one cycle [rad].
-    values : mapping
-        Values of parameters in their file units, and `compression_ratio` [1] where it is known.
-    own_cylinders : Cylinders, optional
-        Where the cylinders fire, if the engine says it.
-    """
-
-    period: float
+    period: float  # Angle of one cycle [rad]
+    # Values of parameters in their file units, and `compression_ratio` [1] where it is known.
     values: Mapping[str, float]
+    # Own cylinders: where the cylinders fire, if the engine says it.
     own_cylinders: Cylinders | None
 
 

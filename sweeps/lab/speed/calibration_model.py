@@ -24,68 +24,37 @@ PUBLISHED: Mapping[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Published:
-    """What is known of the rated point.
+    """What is known of the rated point."""
 
-    Attributes
-    ----------
-    kind : str
-        Of `KINDS`.
-    power, speed : float
-        Brake power [kW] and speed [rpm].
-    peak : float, optional
-        Largest pressure, absolute [bar].
-    fuel_consumption : float, optional
-        [g/kWh].
-    loads : tuple of float
-        Percentages of the rated mean effective pressure that get a diagram, ascending, 100 among
-        them.
-    places : dict
-        Where each number stands, as messages call it.
-    """
-
-    kind: str
+    kind: str  # Kind of `KINDS`
+    # Brake power [kW] and speed [rpm].
     power: float
     speed: float
-    peak: float | None
-    fuel_consumption: float | None
+    peak: float | None  # Largest pressure, absolute [bar]
+    fuel_consumption: float | None  # [g/kWh]
+    # Percentages of the rated mean effective pressure that get a diagram, ascending, 100 among
+    # them.
     loads: tuple[float, ...]
-    places: Mapping[str, str]
+    places: Mapping[str, str]  # Places: where each number stands, as messages call it
 
 
 class Point(NamedTuple):
-    """A fitted diagram, and what the numbers as they are written make.
+    """A fitted diagram, and what the numbers as they are written make."""
 
-    Attributes
-    ----------
-    load : float
-        Percent.
-    table : dict
-        The [[diagram]] in the units of files.
-    power, goal : float
-        Brake power and the one that was aimed at [kW].
-    imep, bmep : float
-        Mean effective pressures [bar].
-    peak, peak_angle : float
-        Largest pressure [bar] and where [degree].
-    compression : float
-        Largest pressure without combustion [bar].
-    air_fuel_ratio : float
-        [1].
-    fuel_consumption : float
-        [g/kWh].
-    """
-
-    load: float
-    table: dict[str, Any]
+    load: float  # Percent
+    table: dict[str, Any]  # The [[diagram]] in the units of files
+    # Brake power and the one that was aimed at [kW].
     power: float
     goal: float
+    # Mean effective pressures [bar].
     imep: float
     bmep: float
+    # Largest pressure [bar] and where [degree].
     peak: float
     peak_angle: float
-    compression: float
-    air_fuel_ratio: float
-    fuel_consumption: float
+    compression: float  # Largest pressure without combustion [bar]
+    air_fuel_ratio: float  # [1]
+    fuel_consumption: float  # [g/kWh]
 
 
 @dataclass(frozen=True, repr=False)

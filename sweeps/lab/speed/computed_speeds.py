@@ -45,21 +45,11 @@ NOT_OF_SCENES = OF_DIAGRAM | OF_WHEEL | OF_RECORDING
 
 @dataclass(frozen=True, eq=False)
 class SpeedsOfRecordings:
-    """Speeds that a scene computes for the designs of its recordings.
+    """Speeds that a scene computes for the designs of its recordings."""
 
-    Attributes
-    ----------
-    scene : Scene
-        Without axes: one design for each recording.
-    keys : tuple of str
-        What varies; of a parameter of one recording ``key@number``.
-    count : int
-        Number of recordings.
-    """
-
-    scene: Scene
-    keys: tuple[str, ...]
-    count: int
+    scene: Scene  # Without axes: one design for each recording
+    keys: tuple[str, ...]  # Keys: what varies; of a parameter of one recording ``key@number``
+    count: int  # Number of recordings
 
     @classmethod
     def of(

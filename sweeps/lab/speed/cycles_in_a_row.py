@@ -23,30 +23,16 @@ __all__ = ["CyclesInARow", "cycles_in_a_row"]
 
 @dataclass(frozen=True, eq=False)
 class CyclesInARow:
-    """Raw speeds of a recording.
+    """Raw speeds of a recording."""
 
-    Attributes
-    ----------
-    speed : ndarray, shape (cycles, intervals)
-        Given errors of teeth taken out [rad/s]; NaN where turns were lost.
-    width : ndarray, shape (intervals,)
-        Of the intervals between teeth [rad].
-    start : float
-        Crank angle at which the first interval of each cycle begins [rad].
-    used : ndarray of bool, shape (intervals,)
-        False for intervals beside a gap that are far off.
-    turn_known : bool
-        Whether it is known with which turn of the engine's cycle the recording begins.
-    start_from : str
-        Where `start` comes from.
-    """
-
+    # Given errors of teeth taken out [rad/s]; NaN where turns were lost; shape (cycles, intervals)
     speed: Floats
-    width: Floats
-    start: float
-    used: Booleans
+    width: Floats  # Width of the intervals between teeth [rad]; shape (intervals,)
+    start: float  # Crank angle at which the first interval of each cycle begins [rad]
+    used: Booleans  # False for intervals beside a gap that are far off; shape (intervals,)
+    # Whether it is known with which turn of the engine's cycle the recording begins.
     turn_known: bool
-    start_from: str
+    start_from: str  # Start from: where `start` comes from
 
     @property
     def mean(self) -> Floats:

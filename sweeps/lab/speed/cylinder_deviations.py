@@ -87,41 +87,22 @@ DEAD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What one recording tells; pressures in Pa.
+    """What one recording tells; pressures in Pa."""
 
-    Attributes
-    ----------
-    row : CyclesInARow
-        Its speeds.
-    single : ndarray, shape (cycles, cylinders)
-        Deviations of single cycles from what is usual for their cylinder.
-    single_std : ndarray, shape (cylinders,)
-        Standard deviation of its errors.
-    lasting, lasting_std : ndarray, shape (cylinders,)
-        Deviation of the mean cycle from those of the others.
-    of_cycle, of_mean : Detection
-        Of a missed cycle, and of a dead cylinder.
-    missing : float
-        What a missed cycle lacks.
-    dispersion : float
-        Standard deviation of the imep of normal cycles.
-    passage : float
-        Of the places of passing teeth, in shares of the smallest interval.
-    reference_cycles : int
-        In the mean that single cycles are compared with.
-    """
-
-    row: CyclesInARow
+    row: CyclesInARow  # Row: its speeds
+    # Deviations of single cycles from what is usual for their cylinder; shape (cycles, cylinders)
     single: Floats
-    single_std: Floats
+    single_std: Floats  # Standard deviation of its errors; shape (cylinders,)
+    # Deviation of the mean cycle from those of the others; shape (cylinders,)
     lasting: Floats
     lasting_std: Floats
+    # Of cycle of a missed cycle, and of a dead cylinder.
     of_cycle: Detection
     of_mean: Detection
-    missing: float
-    dispersion: float
-    passage: float
-    reference_cycles: int
+    missing: float  # Missing: what a missed cycle lacks
+    dispersion: float  # Standard deviation of the imep of normal cycles
+    passage: float  # Passage of the places of passing teeth, in shares of the smallest interval
+    reference_cycles: int  # In the mean that single cycles are compared with
 
     @property
     def missed(self) -> Booleans:

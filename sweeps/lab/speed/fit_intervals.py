@@ -28,18 +28,12 @@ def _inverse_of_curvature(slopes: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Unbound:
-    """The solution that the last linear model has where it is not bound, and its uncertainty.
+    """The solution that the last linear model has where it is not bound, and its uncertainty."""
 
-    Attributes
-    ----------
-    inverse, covariance : ndarray, shape (n, n)
-        Inverse of the curvature, and covariance; 0 for unknowns that are held.
-    step, reach : ndarray, shape (n,)
-        From the unknowns as they are, and half the width of the 95 % intervals.
-    """
-
+    # Inverse of the curvature, and covariance; 0 for unknowns that are held; shape (n, n)
     inverse: Floats
     covariance: Floats
+    # From the unknowns as they are, and half the width of the 95 % intervals; shape (n,)
     step: Floats
     reach: Floats
 

@@ -25,21 +25,12 @@ __all__ = ["Prediction", "SpeedFit", "fit_dataset"]
 
 @dataclass(frozen=True, eq=False)
 class SpeedFit:
-    """A fit to some recordings.
+    """A fit to some recordings."""
 
-    Attributes
-    ----------
-    fit : FittedSpeeds
-        Values and their uncertainty; the angle of the gap is counted from that of `seen`.
-    seen : Seen
-        How the recordings show computed speeds.
-    with_teeth : bool
-        Whether errors of the teeth were fitted.
-    """
-
+    # Values and their uncertainty; the angle of the gap is counted from that of `seen`.
     fit: FittedSpeeds
-    seen: Seen
-    with_teeth: bool
+    seen: Seen  # How the recordings show computed speeds
+    with_teeth: bool  # Whether errors of the teeth were fitted
 
     @property
     def tooth_errors(self) -> Floats:
@@ -60,18 +51,13 @@ class SpeedFit:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a fit to the other recordings says of one.
+    """What a fit to the other recordings says of one."""
 
-    Attributes
-    ----------
-    delta, deviation : float
-        Raw delta as the wheel shows it, and its standard deviation.
-    logs : ndarray, shape (intervals,)
-        Logarithms of the raw speed between the teeth; NaN where the fit takes no interval.
-    """
-
+    # Raw delta as the wheel shows it, and its standard deviation.
     delta: float
     deviation: float
+    # Logarithms of the raw speed between the teeth; NaN where the fit takes no interval; shape
+    # (intervals,)
     logs: Floats
 
 

@@ -28,14 +28,9 @@ MOST_SAMPLES = 720
 
 @dataclass(frozen=True, eq=False)
 class FittedRecordings(RecordedSpeeds):
-    """Recordings that a fit is made to.
+    """Recordings that a fit is made to."""
 
-    Attributes
-    ----------
-    places : list of dict
-        For each recording the values of all that varies in the scene, and the measured speed.
-    """
-
+    # For each recording the values of all that varies in the scene, and the measured speed.
     places: list[dict[str, float]]
 
     @classmethod
@@ -94,24 +89,13 @@ class FittedRecordings(RecordedSpeeds):
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Logarithms of computed speeds as perfect teeth or samples show them.
+    """Logarithms of computed speeds as perfect teeth or samples show them."""
 
-    Attributes
-    ----------
-    recordings : FittedRecordings
-        Their intervals.
-    computed : SpeedsOfRecordings
-        Of those that are fitted, in their order.
-    gap_angle : float, optional
-        Crank angle of the first tooth after the longest gap [rad]; None without a wheel.
-    starts : ndarray, shape (recordings,)
-        Crank angle at which each recording begins [rad].
-    """
-
-    recordings: FittedRecordings
-    computed: SpeedsOfRecordings
+    recordings: FittedRecordings  # Recordings: their intervals
+    computed: SpeedsOfRecordings  # Computed of those that are fitted, in their order
+    # Crank angle of the first tooth after the longest gap [rad]; None without a wheel.
     gap_angle: float | None
-    starts: Floats
+    starts: Floats  # Crank angle at which each recording begins [rad]; shape (recordings,)
 
     def __call__(self, values: Floats) -> list[Floats]:
         """Shape (n, intervals) for each recording, of parameters of shape (n, P)."""

@@ -45,26 +45,16 @@ LARGE_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Varied:
-    """How a parameter is fitted, in the units of scenes.
+    """How a parameter is fitted, in the units of scenes."""
 
-    Attributes
-    ----------
-    low, high : float, optional
-        Bounds; those of the parameter itself unless given.
-    start : float, optional
-        First value; that of the scene unless given.
-    prior, deviation : float, optional
-        What is known of it without the speed: a value and its standard deviation.
-    own : bool
-        Whether each recording has a value of its own.
-    """
-
+    # Bounds; those of the parameter itself unless given.
     low: float | None = None
     high: float | None = None
-    start: float | None = None
+    start: float | None = None  # First value; that of the scene unless given
+    # Prior: what is known of it without the speed: a value and its standard deviation.
     prior: float | None = None
     deviation: float | None = None
-    own: bool = False
+    own: bool = False  # Whether each recording has a value of its own
 
 
 @tables_in_signature

@@ -70,50 +70,30 @@ class _Curves:
     """Measured and computed speeds of all recordings over the same intervals.
 
     Each recording has its own order, from the first interval of its cycle; `order` sorts by angle.
-
-    Attributes
-    ----------
-    middle, width : ndarray, shape (intervals,)
-        Of the intervals in the order of the angle [rad].
-    order : list of ndarray
-        For each recording, its intervals in the order of the angle.
-    cycles : list of ndarray, shape (cycles, intervals)
-        Raw speed of each cycle [rad/s].
-    between : ndarray, shape (recordings, intervals)
-        Computed speed between the true teeth [rad/s].
-    errors, unsure : ndarray, shape (recordings, intervals)
-        Errors of the intervals and their standard errors; 0 where none are known.
-    edges : list of ndarray, shape (intervals + 1,)
-        True angles of the teeth [rad].
-    sound : ndarray of bool, shape (recordings, intervals)
-        False for intervals beside a gap that are far off, see `sound_intervals`.
-    of_wheel : ToothErrors, optional
-        Estimated from all recordings.
-    gap_angle : float, optional
-        [rad].
-    heavier : ndarray, shape (recordings, intervals), optional
-        Errors as they would be with an inertia that is larger by INERTIA_STEP, where they are
-        estimated.
-    as_passed : list of float
-        Correlation of each recording with the computed speed, errors of teeth in neither.
-    doubts : tuple of str
-        About the gap, a line each.
     """
 
+    # Middle of the intervals in the order of the angle [rad]; shape (intervals,)
     middle: Floats
     width: Floats
-    order: list[Integers]
-    cycles: list[Floats]
-    between: Floats
+    order: list[Integers]  # For each recording, its intervals in the order of the angle
+    cycles: list[Floats]  # Raw speed of each cycle [rad/s]; shape (cycles, intervals)
+    between: Floats  # Computed speed between the true teeth [rad/s]; shape (recordings, intervals)
+    # Errors of the intervals and their standard errors; 0 where none are known; shape (recordings,
+    # intervals)
     errors: Floats
     unsure: Floats
-    edges: list[Floats]
+    edges: list[Floats]  # True angles of the teeth [rad]; shape (intervals + 1,)
+    # False for intervals beside a gap that are far off, see `sound_intervals`; shape (recordings,
+    # intervals)
     sound: Booleans
-    of_wheel: ToothErrors | None = None
-    gap_angle: float | None = None
+    of_wheel: ToothErrors | None = None  # Estimated from all recordings
+    gap_angle: float | None = None  # [rad]
+    # Errors as they would be with an inertia that is larger by INERTIA_STEP, where they are
+    # estimated; shape (recordings, intervals)
     heavier: Floats | None = None
+    # Correlation of each recording with the computed speed, errors of teeth in neither.
     as_passed: list[float] = field(default_factory=list)
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()  # About the gap, a line each
 
     def in_order(self, rows: Sequence[Any] | npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values of all recordings in the order of the angle."""

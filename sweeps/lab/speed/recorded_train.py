@@ -77,30 +77,18 @@ PRESSURES = (
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """The followed train, and the measured speed beside it.
+    """The followed train, and the measured speed beside it."""
 
-    Attributes
-    ----------
-    speed : SpeedOfTrain
-        Followed.
-    how : str
-        Where first speed and load coefficient come from.
-    middle : ndarray, shape (intervals,)
-        Crank angles in the middle of the intervals between teeth [rad], from the first of a cycle.
-    raw : ndarray, shape (cycles, intervals)
-        Measured between them [rad/s]; NaN where nothing was.
-    means : ndarray, shape (cycles,)
-        Measured mean over the angle of each cycle [rad/s].
-    said : dict
-        What was found about it.
-    """
-
-    speed: SpeedOfTrain
-    how: str
+    speed: SpeedOfTrain  # Followed
+    how: str  # How: where first speed and load coefficient come from
+    # Crank angles in the middle of the intervals between teeth [rad], from the first of a cycle;
+    # shape (intervals,)
     middle: Floats | None = None
+    # Measured between them [rad/s]; NaN where nothing was; shape (cycles, intervals)
     raw: Floats | None = None
+    # Measured mean over the angle of each cycle [rad/s]; shape (cycles,)
     means: Floats | None = None
-    said: Mapping[str, Any] | None = None
+    said: Mapping[str, Any] | None = None  # Said: what was found about it
 
 
 @tables_in_signature

@@ -57,28 +57,16 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class Parameter:
-    """Something that is fitted.
+    """Something that is fitted."""
 
-    Attributes
-    ----------
-    name : str
-        What it is called in messages and results.
-    start, low, high : float
-        First value, and bounds, which may be infinite.
-    prior : float, optional
-        What is known of it without the data: its value.
-    prior_deviation : float, optional
-        The standard deviation of that.
-    scale : float
-        How large a change is a large one; steps of differences are a thousandth of it.
-    """
-
-    name: str
+    name: str  # Name: what it is called in messages and results
+    # First value, and bounds, which may be infinite.
     start: float
     low: float = -np.inf
     high: float = np.inf
-    prior: float | None = None
-    prior_deviation: float | None = None
+    prior: float | None = None  # Prior: what is known of it without the data: its value
+    prior_deviation: float | None = None  # The standard deviation of that
+    # How large a change is a large one; steps of differences are a thousandth of it.
     scale: float = 1.0
 
     def __post_init__(self) -> None:
@@ -104,24 +92,14 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCycles:
-    """Speeds of the cycles of one recording, as the wheel shows them.
+    """Speeds of the cycles of one recording, as the wheel shows them."""
 
-    Attributes
-    ----------
-    name : str
-        Of the recording.
-    speed : ndarray, shape (cycles, intervals)
-        [rad/s]; the cycles count as independent of each other, the intervals of one do not.
-    width : ndarray, shape (intervals,)
-        Of the intervals [rad].
-    used : ndarray of bool, shape (intervals,), optional
-        Intervals that count; all unless given.
-    """
-
-    name: str
+    name: str  # Name of the recording
+    # [rad/s]; the cycles count as independent of each other, the intervals of one do not; shape
+    # (cycles, intervals)
     speed: Floats
-    width: Floats
-    used: Booleans | None = None
+    width: Floats  # Width of the intervals [rad]; shape (intervals,)
+    used: Booleans | None = None  # Intervals that count; all unless given; shape (intervals,)
 
     def __post_init__(self) -> None:
         """Refuse fewer than two cycles, and speeds that are none."""
@@ -167,48 +145,32 @@ class Inseparable(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class FittedSpeeds:
-    """What was found, with its uncertainty.
+    """What was found, with its uncertainty."""
 
-    Attributes
-    ----------
-    parameters : tuple of Parameter
-        As given.
-    value : ndarray, shape (P,)
-        Within the bounds.
-    interval : ndarray, shape (P, 2)
-        95 % intervals, cut off at the bounds. They need not be centred on the value where another
-        one is at its bound.
-    covariance : ndarray, shape (P, P)
-        Of the values; of those at their bounds, that of the part of their normal distribution
-        that lies within.
-    covariance_with_teeth : ndarray, shape (P + T, P + T)
-        Of the values and of the tooth errors.
-    condition : float
-        Ratio of the largest to the smallest singular value of the slopes of all that has no prior,
-        all columns of length 1, what the rest can imitate taken out.
-    tooth_error, tooth_deviation : ndarray, shape (T,)
-        Logarithm of the ratio that a tooth shows too much, and its standard deviation; only of the
-        intervals that count, and empty where the teeth are taken as perfect.
-    residual : tuple of ndarray
-        Measured less computed shape, in standard errors, for each recording.
-    reduced_chi_square : float
-        Mean square of the residuals, over what remains of their number: 1 where they are noise.
-    likelihood_of_noise : float
-        Probability that noise like the spread over cycles, with its correlation over angle, leaves
-        residuals as large as these. Where it is small, the model lacks something, and the
-        intervals do not know of that.
-    """
-
-    parameters: tuple[Parameter, ...]
-    value: Floats
+    parameters: tuple[Parameter, ...]  # As given
+    value: Floats  # Within the bounds; shape (P,)
+    # 95 % intervals, cut off at the bounds. They need not be centred on the value where another one
+    # is at its bound; shape (P, 2)
     interval: Floats
+    # Covariance of the values; of those at their bounds, that of the part of their normal
+    # distribution that lies within; shape (P, P)
     covariance: Floats
+    # Covariance with teeth of the values and of the tooth errors; shape (P + T, P + T)
     covariance_with_teeth: Floats = field(repr=False)
+    # Ratio of the largest to the smallest singular value of the slopes of all that has no prior,
+    # all columns of length 1, what the rest can imitate taken out.
     condition: float
+    # Logarithm of the ratio that a tooth shows too much, and its standard deviation; only of the
+    # intervals that count, and empty where the teeth are taken as perfect; shape (T,)
     tooth_error: Floats
     tooth_deviation: Floats
+    # Measured less computed shape, in standard errors, for each recording.
     residual: tuple[Floats, ...] = field(repr=False)
+    # Mean square of the residuals, over what remains of their number: 1 where they are noise.
     reduced_chi_square: float
+    # Probability that noise like the spread over cycles, with its correlation over angle, leaves
+    # residuals as large as these. Where it is small, the model lacks something, and the intervals
+    # do not know of that.
     likelihood_of_noise: float
 
     @property

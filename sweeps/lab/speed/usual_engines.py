@@ -25,33 +25,16 @@ _HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 
 @dataclass(frozen=True)
 class Fuel:
-    """What burns.
+    """What burns."""
 
-    Attributes
-    ----------
-    name : str
-        Diesel fuel or gasoline.
-    heating_value : float
-        Lower heating value [J/kg].
-    burnt : float
-        Share that burns [1].
-    air_fuel_ratio : float
-        Mass of air over that of fuel at full load, where the charge decides [1].
-    least_air_fuel_ratio : float
-        Below this the engine smokes or does not ignite [1].
-    with_air : bool
-        Whether the charge holds the fuel when the cylinder closes.
-    source : str
-        Where the numbers come from.
-    """
-
-    name: str
-    heating_value: float
-    burnt: float
+    name: str  # Diesel fuel or gasoline
+    heating_value: float  # Lower heating value [J/kg]
+    burnt: float  # Share that burns [1]
+    # Mass of air over that of fuel at full load, where the charge decides [1].
     air_fuel_ratio: float
-    least_air_fuel_ratio: float
-    with_air: bool
-    source: str
+    least_air_fuel_ratio: float  # Below this the engine smokes or does not ignite [1]
+    with_air: bool  # Whether the charge holds the fuel when the cylinder closes
+    source: str  # Source: where the numbers come from
 
     @property
     def heat(self) -> float:
@@ -80,44 +63,23 @@ class Usual:
 
 @dataclass(frozen=True)
 class EngineKind:
-    """A kind of engine.
+    """A kind of engine."""
 
-    Attributes
-    ----------
-    title : str
-        In words.
-    fuel : Fuel
-        What burns.
-    cycle : mapping
-        Usual numbers of its cycle, in the units of engine files.
-    starts : tuple of float
-        Earliest and latest start of the combustion that a largest pressure is fitted by [degree].
-    intake : tuple of float
-        Least and largest intake pressure that is fitted [bar].
-    charge_fitted : bool
-        Whether the intake pressure follows from the power at full load.
-    throttled : bool
-        Whether lower loads have a lower intake pressure, with the same air-fuel ratio.
-    boosted : bool
-        Whether there is a turbocharger: the exhaust pressure follows the intake's.
-    piston, rod, throw : float
-        Masses over piston area and bore [kg/m3].
-    inertia : float
-        Moment of inertia over displacement to the power 5/3 [kg/m3].
-    """
-
-    title: str
-    fuel: Fuel
-    cycle: Mapping[str, Usual]
+    title: str  # In words
+    fuel: Fuel  # Fuel: what burns
+    cycle: Mapping[str, Usual]  # Usual numbers of its cycle, in the units of engine files
+    # Earliest and latest start of the combustion that a largest pressure is fitted by [degree].
     starts: tuple[float, float]
-    intake: tuple[float, float]
-    charge_fitted: bool
+    intake: tuple[float, float]  # Least and largest intake pressure that is fitted [bar]
+    charge_fitted: bool  # Whether the intake pressure follows from the power at full load
+    # Whether lower loads have a lower intake pressure, with the same air-fuel ratio.
     throttled: bool
-    boosted: bool
+    boosted: bool  # Whether there is a turbocharger: the exhaust pressure follows the intake's
+    # Masses over piston area and bore [kg/m3].
     piston: float
     rod: float
     throw: float
-    inertia: float
+    inertia: float  # Moment of inertia over displacement to the power 5/3 [kg/m3]
 
 
 _DIESEL = Fuel(
@@ -232,19 +194,12 @@ KINDS: Mapping[str, EngineKind] = {
 
 @dataclass(frozen=True)
 class UsualValue:
-    """A usual value of a key of [values].
+    """A usual value of a key of [values]."""
 
-    Attributes
-    ----------
-    make : callable
-        Value in the key's own unit, of what is known already (with the rated power [kW]) and of
-        the kind of engine.
-    reason : str
-        Why it is taken.
-    """
-
+    # Value in the key's own unit, of what is known already (with the rated power [kW]) and of the
+    # kind of engine.
     make: Callable[[Mapping[str, float], EngineKind], float]
-    reason: str
+    reason: str  # Why it is taken
 
 
 def _typical(key: str, reason: str) -> UsualValue:

@@ -56,44 +56,21 @@ _MOVED = {
 
 @dataclass(frozen=True)
 class Contents:
-    """Facts in an archive about the run that made it.
+    """Facts in an archive about the run that made it."""
 
-    Attributes
-    ----------
-    path : Path
-        The archive.
-    attributes : mapping
-        Its own attributes.
-    source : dict
-        The scene as it was read; of very long lists their number of values.
-    folder : str
-        Where paths of the scene start from.
-    files : dict of bytes
-        The files that it names.
-    values : dict
-        Values along each dimension, columns and labels of designs.
-    identity : dict
-        See `sweeps.running.archive.provenance`.
-    piece : dict
-        Which part of the scene the archive is; empty for the whole scene.
-    dimension : dict of str
-        The dimension of each of them.
-    level : int
-        Its compression level.
-    confidential : dict of str
-        Hashes of the files that it does not hold, without their comments.
-    """
-
-    path: Path
-    attributes: Mapping[str, Any]
-    source: dict[str, Any]
-    folder: str
-    files: dict[str, bytes]
-    values: dict[str, Any]
+    path: Path  # The archive
+    attributes: Mapping[str, Any]  # Attributes: its own attributes
+    source: dict[str, Any]  # The scene as it was read; of very long lists their number of values
+    folder: str  # Folder: where paths of the scene start from
+    files: dict[str, bytes]  # The files that it names
+    values: dict[str, Any]  # Values along each dimension, columns and labels of designs
+    # See `sweeps.running.archive.provenance`.
     identity: dict[str, Any] = field(default_factory=dict)
+    # Piece: which part of the scene the archive is; empty for the whole scene.
     piece: dict[str, Any] = field(default_factory=dict)
-    dimension: dict[str, str] = field(default_factory=dict)
-    level: int = 0
+    dimension: dict[str, str] = field(default_factory=dict)  # The dimension of each of them
+    level: int = 0  # Level: its compression level
+    # Hashes of the files that it does not hold, without their comments.
     confidential: Mapping[str, str] = field(default_factory=dict)
 
     @property

@@ -66,27 +66,14 @@ _NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """One variable of an archive.
+    """One variable of an archive."""
 
-    Attributes
-    ----------
-    dims : tuple of str
-        Its dimensions.
-    attributes : mapping
-        Texts, numbers, arrays of numbers.
-    data : ndarray, optional
-        Its values in the units of files, where they are known without computing.
-    kind : str
-        NumPy's word for its numbers.
-    si : float
-        SI value of one of its units.
-    """
-
-    dims: tuple[str, ...]
-    attributes: Mapping[str, Any]
+    dims: tuple[str, ...]  # Dims: its dimensions
+    attributes: Mapping[str, Any]  # Texts, numbers, arrays of numbers
+    # Data: its values in the units of files, where they are known without computing.
     data: npt.NDArray[Any] | None = None
-    kind: str = "f8"
-    si: float = 1.0
+    kind: str = "f8"  # NumPy's word for its numbers
+    si: float = 1.0  # SI value of one of its units
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,17 +31,10 @@ Places = int | range | npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class StoredVariable:
-    """A variable, whose values are read when they are used.
+    """A variable, whose values are read when they are used."""
 
-    Attributes
-    ----------
-    dtype : dtype
-        Type of its values.
-    attrs, encoding : dict
-        Its attributes, and how it is stored.
-    """
-
-    dtype: np.dtype[Any]
+    dtype: np.dtype[Any]  # Type of its values
+    # Attrs: its attributes, and how it is stored.
     attrs: dict[str, Any]
     encoding: dict[str, Any]
     _data: Any

@@ -221,27 +221,13 @@ def _asked(client: Any, address: str, question: Callable[..., Any], *arguments: 
 
 @dataclass(frozen=True)
 class DaskWorkers:
-    """Workers of a dask scheduler, which write blocks into the folder of an unfinished archive.
+    """Workers of a dask scheduler, which write blocks into the folder of an unfinished archive."""
 
-    Attributes
-    ----------
-    client : distributed.Client
-        The connection to the scheduler.
-    address : str
-        Of the scheduler, as it was given.
-    kind : dict
-        Kind of their machines: see `provenance.machine_kind`.
-    machines : list of str
-        One line for each of them.
-    tell : callable
-        Gets a line where one has to wait for workers.
-    """
-
-    client: Any
-    address: str
-    kind: dict[str, str]
-    machines: list[str]
-    tell: Callable[[str], None]
+    client: Any  # The connection to the scheduler
+    address: str  # Address of the scheduler, as it was given
+    kind: dict[str, str]  # Kind of their machines: see `provenance.machine_kind`
+    machines: list[str]  # One line for each of them
+    tell: Callable[[str], None]  # Gets a line where one has to wait for workers
 
     @property
     def text(self) -> str:

@@ -24,45 +24,23 @@ class Stopped(Exception):
 
 @dataclass(frozen=True)
 class Options:
-    """How a run writes its archive.
+    """How a run writes its archive."""
 
-    Parameters
-    ----------
-    resume : bool
-        Complete an interrupted run; start where there is none.
-    overwrite : bool
-        Replace an archive, and begin an interrupted run again.
-    memory : float, optional
-        Bytes that arrays and buffers may take beyond the loaded libraries.
-    threads : int, optional
-        As many as the machine has processors, unless given.
-    device : str
-        "cpu" or "cuda": what solves the designs.
-    progress : bool
-        Show a progress bar.
-    level : int, optional
-        Compression level, 0 to 9. Unless given, that of the archives that the new one is made
-        from, or none.
-    single : bool
-        Results in 32 bits.
-    command : str
-        The command line, for the archive.
-    full_paths : bool
-        Whether the archive keeps the folders of the files that it was made from.
-    resume_command : str
-        The command that goes on with this run, for messages.
-    """
-
-    resume: bool = False
-    overwrite: bool = False
+    resume: bool = False  # Complete an interrupted run; start where there is none
+    overwrite: bool = False  # Replace an archive, and begin an interrupted run again
+    # Bytes that arrays and buffers may take beyond the loaded libraries.
     memory: float | None = None
-    threads: int | None = None
-    device: str = "cpu"
-    progress: bool = False
+    threads: int | None = None  # As many as the machine has processors, unless given
+    device: str = "cpu"  # "cpu" or "cuda": what solves the designs
+    progress: bool = False  # Show a progress bar
+    # Compression level, 0 to 9. Unless given, that of the archives that the new one is made from,
+    # or none.
     level: int | None = None
-    single: bool = False
-    command: str = ""
+    single: bool = False  # Results in 32 bits
+    command: str = ""  # The command line, for the archive
+    # Whether the archive keeps the folders of the files that it was made from.
     full_paths: bool = False
+    # The command that goes on with this run, for messages.
     resume_command: str = "the same command with --resume"
 
 

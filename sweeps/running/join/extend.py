@@ -103,25 +103,14 @@ def extend_sample(path: Path, number: int, options: Options) -> Plan:
 
 @dataclass(frozen=True)
 class _Longer:
-    """The larger scene that an archive is extended to.
+    """The larger scene that an archive is extended to."""
 
-    Attributes
-    ----------
-    plan : Plan
-        Of the archive as it will be.
-    axis : str
-        The dimension that grows.
-    new, before : ndarray of int
-        Positions along it that are computed, and those of the archive as it is.
-    piece : dict
-        What is computed, for the archive of the new points.
-    """
-
-    plan: Plan
-    axis: str
+    plan: Plan  # Plan of the archive as it will be
+    axis: str  # The dimension that grows
+    # Positions along it that are computed, and those of the archive as it is.
     new: Integers
     before: Integers
-    piece: dict[str, Any]
+    piece: dict[str, Any]  # Piece: what is computed, for the archive of the new points
 
 
 def _replaced(

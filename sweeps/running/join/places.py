@@ -25,24 +25,12 @@ __all__ = ["Joined", "check_same", "find_places", "places_in", "union_of"]
 
 @dataclass(frozen=True)
 class Joined:
-    """Archives of one scene, and where their points lie in the joined archive.
+    """Archives of one scene, and where their points lie in the joined archive."""
 
-    Attributes
-    ----------
-    plan : Plan
-        Of the joined archive.
-    axis : str
-        Along which they are joined; empty where all have the same points.
-    archives : list of Contents
-        What is joined.
-    places : list of ndarray of int
-        Of each archive, the positions of its points along the axis.
-    """
-
-    plan: Plan
-    axis: str
-    archives: list[Contents]
-    places: list[Integers]
+    plan: Plan  # Plan of the joined archive
+    axis: str  # Along which they are joined; empty where all have the same points
+    archives: list[Contents]  # Archives: what is joined
+    places: list[Integers]  # Places of each archive, the positions of its points along the axis
 
     @property
     def shards(self) -> bool:

@@ -68,31 +68,17 @@ def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
 
 @dataclass
 class Judged:
-    """Some designs: what holds at all points that were read so far.
+    """Some designs: what holds at all points that were read so far."""
 
-    Attributes
-    ----------
-    good : ndarray of bool
-        Whether all conditions hold at every point that counts.
-    worst : ndarray
-        The largest value at these points of each quantity times its sign, along the first axis.
-    points : ndarray of bool
-        Whether any point counts.
-    holds : list of ndarray of bool
-        Whether each condition holds by itself.
-    excess : ndarray
-        By how much a value is beyond the limit of each condition at most, in the condition's unit,
-        along the first axis: negative inside, -inf where no point has a number.
-    lacking : ndarray of int
-        Points that count and lack a number.
-    """
-
-    good: Booleans
+    good: Booleans  # Whether all conditions hold at every point that counts
+    # The largest value at these points of each quantity times its sign, along the first axis.
     worst: Floats
-    points: Booleans
-    holds: list[Booleans]
+    points: Booleans  # Whether any point counts
+    holds: list[Booleans]  # Whether each condition holds by itself
+    # By how much a value is beyond the limit of each condition at most, in the condition's unit,
+    # along the first axis: negative inside, -inf where no point has a number.
     excess: Floats
-    lacking: npt.NDArray[np.int64]
+    lacking: npt.NDArray[np.int64]  # Points that count and lack a number
 
     @property
     def fulfilling(self) -> Booleans:

@@ -48,21 +48,11 @@ DOUBLE_ACTING = "double_acting_compressor"
 
 
 class Kind(NamedTuple):
-    """A kind of modelled diagram.
+    """A kind of modelled diagram."""
 
-    Attributes
-    ----------
-    cycle : type
-        Dataclass of the cycle; its fields are keys of the table.
-    period : float
-        Of the engines that may have it [rad].
-    fields : mapping
-        Unit and range of each key in files.
-    """
-
-    cycle: type[Any]
-    period: float
-    fields: Mapping[str, FileField]
+    cycle: type[Any]  # Dataclass of the cycle; its fields are keys of the table
+    period: float  # Period of the engines that may have it [rad]
+    fields: Mapping[str, FileField]  # Unit and range of each key in files
 
     @property
     def by_first_law(self) -> bool:

@@ -22,30 +22,19 @@ __all__ = ["Variation", "ordinary", "with_values"]
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """Plans of a scene with other values, and the variables that are made of their results.
+    """Plans of a scene with other values, and the variables that are made of their results."""
 
-    Attributes
-    ----------
-    dimension : str
-        Of the parameters in these variables: `PARAMETER` for elasticities, `UNCERTAIN` for bands.
-    keys : tuple of str
-        The parameters.
-    quantities : tuple of str
-        The results that are combined.
-    variables : tuple of (str, Node)
-        Each variable, behind the result whose dimensions it has.
-    plans : tuple of Plan
-        The plans. A plan has such plans in it: `sweeps.scene.plan.plan` knows this module, which
-        does not know it.
-    draws : ndarray, shape (plan, key), optional
-        The values in the units of files, where they were drawn.
-    """
-
+    # Dimension of the parameters in these variables: `PARAMETER` for elasticities, `UNCERTAIN` for
+    # bands.
     dimension: str
-    keys: tuple[str, ...]
-    quantities: tuple[str, ...]
+    keys: tuple[str, ...]  # The parameters
+    quantities: tuple[str, ...]  # The results that are combined
+    # Each variable, behind the result whose dimensions it has.
     variables: tuple[tuple[str, Node], ...]
+    # The plans. A plan has such plans in it: `sweeps.scene.plan.plan` knows this module, which does
+    # not know it.
     plans: tuple[Any, ...]
+    # The values in the units of files, where they were drawn; shape (plan, key)
     draws: Floats | None = None
 
 
