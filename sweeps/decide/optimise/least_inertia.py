@@ -29,7 +29,7 @@ KEY, LIMITED, WANTED, FOUND = "inertia", "delta", "wanted_delta", "inertia_requi
 
 @dataclass(frozen=True, eq=False)
 class LeastInertia:
-    """Designs of all other parameters, each with the least inertia that meets the limit of delta."""
+    """Designs of all other parameters, each with the least inertia that meets the wanted delta."""
 
     task: Task  # Search that asks for the designs
     limit: float  # The largest delta that is allowed
