@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from engine_dyn.loads import driven_machine
 from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
 from engine_dyn.quantities.arithmetic import power, quotient
 from engine_dyn.quantities.node import Node
 
-__all__ = ["NODES", "OF_ANGLE", "load_coefficient_unit"]
+__all__ = ["NODES", "NO_TORQUE", "OF_ANGLE", "load_coefficient_unit"]
 
 OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
 """Nodes that a load over angle needs."""
@@ -43,6 +45,40 @@ def _at_nominal(law: LawFacts) -> Node:
     return Node(
         "shape_at_nominal", "", "N m", "torque of the load's law at nominal speed, over k",
         public=False, when=law.name, needs=("speed", *law.needs), make=torque,
+    )  # fmt: skip
+
+
+NO_TORQUE = -math.inf
+"""Given for a torque that neither load nor driver has at the nominal speed."""
+
+SMALLEST_LACK = 1e-9
+"""Torque over the mean torques of engine, friction and load that counts as none."""
+
+
+def _opposed(surplus: Any, torque_mean: Any, friction_torque: Any, constant: Any, shape: Any) -> Any:
+    """Return `surplus` where load or driver, of torque `shape`, can give it; else `NO_TORQUE`."""
+    least = SMALLEST_LACK * (np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant))
+    lack = (torque_mean - constant) * np.sign(shape)
+    return np.where((lack < -least) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
+
+
+def _opposed_torque(when: str, sign: float = 1.0) -> Node:
+    """Return the node of the surplus as far as load or driver have it."""
+
+    def make(
+        load_surplus: Any, torque_mean: Any, friction_torque: Any, load_constant: Any,
+        shape_at_nominal: Any = 1.0,
+    ) -> Any:  # fmt: skip
+        return _opposed(
+            load_surplus, torque_mean, friction_torque, load_constant, sign * shape_at_nominal
+        )
+
+    shape = () if when == "power_law" else ("shape_at_nominal",)
+    return Node(
+        "opposed_torque", "", "N m",
+        "mean torque that load or driver balance at nominal speed; -inf where they cannot",
+        public=False, when=when, make=make,
+        needs=("load_surplus", "torque_mean", "friction_torque", "load_constant", *shape),
     )  # fmt: skip
 
 
@@ -111,6 +147,8 @@ NODES: tuple[Node, ...] = (
         make=lambda torque_mean, load_constant, load_factor: load_factor
         * (torque_mean - load_constant),
     ),
+    *(_opposed_torque(when) for when in ("power_law", *_SHAPED)),
+    *(_opposed_torque(when, -1.0) for when in ("table with_driver", "motor")),
     Node(
         "synchronous_speed", "", "rad s-1",
         "driving motor: synchronous speed, referred to the crankshaft",

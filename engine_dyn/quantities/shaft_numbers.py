@@ -113,6 +113,14 @@ _OF_NUMBERS = tuple(node for pattern in _PATTERNS for node in _named(pattern))
 OF_SHAFT = frozenset(node.name for node in _OF_NUMBERS)
 """Names of the parameters that belong to a single disc, shaft, gear or damper."""
 
+
+def _damping(torque: Any, over_torque: Any, counted: Any = None) -> Any:
+    """Damping of this over the torque; `NO_TORQUE` is handed on, for the outcome."""
+    counted = torque if counted is None else counted
+    lacking = np.isneginf(torque)
+    return np.where(lacking, torque, np.where(lacking, 0.0, counted) * over_torque)
+
+
 _LOAD_DAMPING = (
     "load_damping", "c_L", "N m s rad-1",
     "damping by the load of the shaft, against the frame, at the crank's speed; by default the "
@@ -123,12 +131,12 @@ PARAMETERS: tuple[Node, ...] = (
     *_OF_NUMBERS,
     parameter(
         *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_of_law",
-        make=lambda load_surplus, load_slope: load_surplus * load_slope,
+        make=lambda opposed_torque, load_slope: _damping(opposed_torque, load_slope),
     ),
     parameter(
         *_LOAD_DAMPING, WILSON, **_FROM_ZERO, when="damping_by_factor",
-        make=lambda load_surplus, load_damping_factor, speed: np.maximum(load_surplus, 0.0)
-        * load_damping_factor / speed,
+        make=lambda opposed_torque, load_surplus, load_damping_factor, speed:
+        _damping(opposed_torque, load_damping_factor / speed, np.maximum(load_surplus, 0.0)),
     ),
     parameter(
         "load_damping_factor", "a", "1",

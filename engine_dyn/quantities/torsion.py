@@ -19,7 +19,7 @@ from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_limits import PENDULUMS, joined
 from engine_dyn.quantities.shaft_numbers import WILSON
-from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS
+from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS, NO_STEADY_STATE
 from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.units import DEGREE, RPM
@@ -270,6 +270,7 @@ def _respond(
             own = array.ndim - status.ndim
             results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
         status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
+        status = np.where(np.isneginf(load_damping), NO_STEADY_STATE, status)
     return {**results, "torsion_status": status.astype(float)}
 
 

@@ -53,11 +53,6 @@ def folder() -> Path:
 # --- engines --------------------------------------------------------------------------------------
 
 
-@cache
-def _catalogue(name: str) -> str:
-    return (ENGINES / f"{name}.toml").read_text(encoding="utf-8")
-
-
 BASES: dict[str, tuple[str, dict[str, Any]]] = {
     "diesel": ("diesel_105x137", {"speed": [1500.0, 2100.0], "inertia": [2.4, 4.0]}),
     "four": ("si_four_87x101", {"speed": [3000.0, 5000.0], "inertia": [0.2, 0.4]}),
@@ -200,7 +195,7 @@ FRAGMENTS: dict[str, list[Fragment]] = {
     "uncertainty": [
         {"uncertainty": {"number": 8, "friction_constant": {"low": 0.1, "high": 0.2}}}],
     "elasticities": [{"output": {"elasticities": True}}],
-    "several engines": [{"engines": ["boxer_twin_101x70"]}],
+    "several engines": [{"engines": {"stroke": 1.03}}],
     "several arrangements": [{"axes": {"arrangement": ["in-line 4", "V6 90 shared-pin"]}}],
     "measured": [{"measured": {"file": "speed.csv", "kind": "speed"}}],
     "cycle time as closure": [{"solver": {"closure": "cycle_time"}}],
@@ -246,12 +241,11 @@ def merged(*fragments: Fragment) -> Fragment:
 # --- whole scenes ---------------------------------------------------------------------------------
 
 
-def _engine_file(base: str, changes: dict[str, Any]) -> Path:
-    """An engine of the catalogue with changes, as a file."""
-    name = BASES[base][0]
+def _engine_file(own: Path, changes: dict[str, Any]) -> Path:
+    """An engine with changes, as a file."""
     if not changes:
-        return ENGINES / f"{name}.toml"
-    engine = tomllib.loads(_catalogue(name))
+        return own
+    engine = tomllib.loads(own.read_text(encoding="utf-8"))
     changes = dict(changes)
     if "replace" in changes:
         changes["values"] = changes.pop("replace")
@@ -265,6 +259,9 @@ def _engine_file(base: str, changes: dict[str, Any]) -> Path:
                 head.append(f"[[{key}]]" if many else f"[{key}]")
                 head += [f"{k} = {toml(v)}" for k, v in one.items()]
     text = "\n".join(head) + "\n"
+    for file in re.findall(r'"([\w.]+\.csv)"', text):
+        if (ENGINES / file).exists():
+            (folder() / file).write_bytes((ENGINES / file).read_bytes())
     path = folder() / f"{hashlib.sha256(text.encode()).hexdigest()[:12]}.toml"
     path.write_text(text, encoding="utf-8")
     return path
@@ -317,7 +314,7 @@ def scene_of(base: str, *fragments: Fragment, quantities: Sequence[str] = ()) ->
     """A scene of the merged fragments on an engine; asks for `delta` unless told otherwise."""
     scene = merged(*fragments)
     engine = scene.pop("engine", {})
-    path = _engine_file(base, engine)
+    path = _engine_file(ENGINES / f"{BASES[base][0]}.toml", engine)
     axes = dict(BASES[base][1])
     if "replace" in engine:
         own = engine["replace"]
@@ -351,8 +348,10 @@ def scene_of(base: str, *fragments: Fragment, quantities: Sequence[str] = ()) ->
         if key in scene:
             scene[key]["file"] = str(folder() / scene[key]["file"])
     scene["engine"] = str(path)
-    if others := scene.pop("engines", None):
-        scene["engine"] = [str(path), *others]
+    if factors := scene.pop("engines", None):
+        own = tomllib.loads(path.read_text(encoding="utf-8"))["values"]
+        other = {key: factor * own.get(key, 0.1) for key, factor in factors.items()}
+        scene["engine"] = [str(path), str(_engine_file(path, {"values": {**own, **other}}))]
     scene["silenced_warnings"] = ["all"]
     output = scene.pop("output", {})
     elastic = output.pop("elasticities", False)

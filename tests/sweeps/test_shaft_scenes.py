@@ -227,6 +227,19 @@ def test_a_misfire_takes_the_torque_of_its_throw_and_wakes_the_half_order() -> N
     assert (lowest >= 0.0).all()
 
 
+@pytest.mark.parametrize("keys", [{}, {"load_exponent": 0}, {"load_damping_factor": 1.0},
+                                  {"load_square": 1e-3}])  # fmt: skip
+def test_a_mean_torque_that_no_load_balances_has_one_outcome(keys: dict[str, float]) -> None:
+    """The rigid engine and the shaft have no steady state where the load is more than the torque."""
+    found = run(
+        ["delta", "delta_elastic", "shaft_torque_half_range"],
+        set={"speed": 1500, **keys}, axes={"load_offset": [0.0, 4000.0]},
+    )  # fmt: skip
+    assert found.status.values.tolist() == found.torsion_status.values.tolist() == [0, 2]
+    assert np.isfinite(found.delta_elastic[0]) and np.isnan(found.delta_elastic[1])
+    assert np.isnan(found.shaft_torque_half_range[1]).all()
+
+
 def test_the_load_damps_by_its_law_a_factor_or_a_number(tmp_path: Path) -> None:
     mean = float(run(["torque_mean"]).torque_mean)
     names = ["shaft_torque_half_range", "delta_elastic", "modal_damping_ratio"]
