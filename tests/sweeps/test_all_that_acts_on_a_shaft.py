@@ -237,3 +237,20 @@ def test_what_cannot_act_is_refused_by_name(tmp_path: Path) -> None:
         "output": {"quantities": ["delta_elastic"]},
     })  # fmt: skip
     assert "'delta_elastic' needs the pressure in the cylinders" in said
+
+
+def test_orders_of_a_fast_load_above_those_of_diagrams_act() -> None:
+    """Order 20 of a load at eight times the crank's speed is order 160 of the crank."""
+
+    def half_ranges(**more: Any) -> xr.DataArray:
+        waves = [{"order": 20.0, "sine": 900.0}]
+        found = sweeps.run(
+            engine=ENGINE, shaft=shaft_of(6, 1e7, 2.0), silenced_warnings=["all"],
+            set={"speed": 1500.0, "load": 100.0, "gear_ratio": 8.0,
+                 "load_table": {"mean": 5.0, "angle": "load", "harmonics": waves}},
+            output={"quantities": ["shaft_torque_half_range"], **more},
+        )  # fmt: skip
+        return found.shaft_torque_half_range
+
+    stored = half_ranges(highest_order=160.0)
+    np.testing.assert_array_equal(half_ranges(), stored)

@@ -18,6 +18,7 @@ from engine_dyn.flywheel import MOST_CROSSINGS
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import cycles_of
+from engine_dyn.loads.highest_order import highest_order
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family, family_from_diagrams
@@ -51,7 +52,7 @@ none is is refused before it runs."""
 
 RESOLVED = 90.0
 """Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period are
-what diagrams resolve."""
+what diagrams resolve. Loads and auxiliaries that turn faster than the crank may have higher ones."""
 
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
@@ -76,7 +77,10 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
     of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
-    every = round(max(scene.highest_order, RESOLVED) * finest)
+    highest = max(scene.highest_order, RESOLVED)
+    if shaft is not None:
+        highest = max(highest, math.ceil(_highest_of_fast_shafts(scene)))
+    every = round(highest * finest)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),
         "bay": np.arange(1, throws + 1, dtype=np.int32),
@@ -103,6 +107,17 @@ def leaves_of_points(points: Mapping[str, npt.NDArray[Any]], period: float) -> d
 def _cycles_of_load(scene: Scene) -> int:
     """Cycles after which a load over an angle repeats."""
     return cycles_of(scene.driven.over_angle, scene.engine.period)
+
+
+def _highest_of_fast_shafts(scene: Scene) -> float:
+    """Highest order of the crank that loads and auxiliaries over angle have."""
+    load, ratio = scene.driven.over_angle, 1.0
+    if load is not None and load.own_angle and "gear_ratio" in scene.known:
+        ratio = float(np.max(scene.known["gear_ratio"].si))
+    return max(
+        ratio * highest_order(load if ratio > 1.0 else None),
+        highest_order(scene.driven.auxiliaries),
+    )
 
 
 def _throws(scene: Scene) -> int:
