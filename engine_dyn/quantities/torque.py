@@ -143,13 +143,16 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
-        when="uniform_friction", make=lambda torque_range: torque_range,
+        when="uniform_friction steady_auxiliaries", make=lambda torque_range: torque_range,
     ),
-    Node(
-        "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
-        when="stroke_friction",
-        make=lambda indicated_torque_max, indicated_torque_min: indicated_torque_max
-        - indicated_torque_min,
+    *(
+        Node(
+            "indicated_torque_range", "", "N m", "range of the indicated torque", public=False,
+            when=when,
+            make=lambda indicated_torque_max, indicated_torque_min: indicated_torque_max
+            - indicated_torque_min,
+        )
+        for when in ("stroke_friction", "uniform_friction angle_auxiliaries")
     ),
     Node(
         "torque_irregularity", r"\mu", "1",

@@ -336,6 +336,17 @@ CAM = {"ratio": 0.5, "phase": 30.0, "mean": 4.0,
 PUMP = {"ratio": 1.5, "mean": 2.0, "harmonics": [{"order": 1, "cosine": 5.0}]}
 
 
+def test_auxiliaries_are_no_part_of_the_indicated_torque() -> None:
+    plain = computed(["torque_irregularity", "torque_irregularity_brake"], "diesel_105x137")
+    found = computed(
+        ["torque_irregularity", "torque_irregularity_brake"], "diesel_105x137",
+        auxiliaries=[{"ratio": 0.5, "mean": 5.0, "harmonics": [{"order": 4, "sine": 90.0}]}],
+    )  # fmt: skip
+    assert_allclose(found.torque_irregularity, plain.torque_irregularity, rtol=1e-12)
+    assert found.torque_irregularity_brake > 1.001 * plain.torque_irregularity_brake
+
+
+
 def at_crank(phi: Any) -> Any:
     """Torque of both at the crank, written out."""
     cam, pump = 0.5 * phi + np.radians(30.0), 1.5 * phi
