@@ -17,6 +17,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import ELASTICITY
+from sweeps.scene.model import Scene
 from sweeps.scene.plan.blocks import Block, Results, aligned, index_of
 from sweeps.scene.plan.elasticities import (
     AGREE,
@@ -135,7 +136,7 @@ def elasticities_of(
                 continue  # it varies along an axis on which this result does not depend
             changed = [other[quantity] for other in others[place * count : (place + 1) * count]]
             values = aligned(np.asarray(leaf.data)[index_of(leaf.dims, block)], leaf.dims, dims)
-            here = _of_parameter(PARAMETERS[key], values, middle, changed)
+            here = _of_parameter(plan.scene, PARAMETERS[key], values, middle, changed)
             here["_derivative"] /= plan.computed[quantity].node.si
             for ending, one in here.items():
                 elasticities[quantity + ending][..., place] = one
@@ -143,7 +144,7 @@ def elasticities_of(
 
 
 def _of_parameter(
-    node: Node, values: Floats, middle: Floats, changed: Sequence[Floats]
+    scene: Scene, node: Node, values: Floats, middle: Floats, changed: Sequence[Floats]
 ) -> dict[str, npt.NDArray[Any]]:
     """Variables of one quantity by one parameter, by their endings.
 
@@ -153,7 +154,7 @@ def _of_parameter(
     steps = [np.broadcast_to(step * unit, middle.shape) for step in STEPS]
     sides = [
         np.where(allowed, result, np.nan)
-        for (_, allowed), result in zip(changed_values(node, values), changed, strict=True)
+        for (_, allowed), result in zip(changed_values(scene, node, values), changed, strict=True)
     ]
     got = derivative(middle, list(zip(sides[::2], sides[1::2], strict=True)), steps)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -10,7 +10,7 @@ from engine_dyn.units import RPM
 from sweeps.base.errors import SceneError
 from sweeps.scene.model import Scene
 
-__all__ = ["check_ranges"]
+__all__ = ["check_ranges", "ranges_of"]
 
 
 class Range(NamedTuple):
@@ -22,7 +22,7 @@ class Range(NamedTuple):
     must: str
 
 
-def _ranges(scene: Scene) -> Iterator[Range]:
+def ranges_of(scene: Scene) -> Iterator[Range]:
     """Ranges that the diagrams of the engine set."""
     engine, family = scene.engine, scene.engine.family
     cycles = len(scene.recorded_cycles)
@@ -60,7 +60,7 @@ def check_ranges(scene: Scene, name: str) -> None:
             f"{name}: [{scene.table_of('recorded_cycle')}] recorded_cycle: needs [indicator] with "
             "a file of several cycles"
         )
-    for key, low, high, must in _ranges(scene):
+    for key, low, high, must in ranges_of(scene):
         if key in scene.given:
             table, values, _ = scene.given[key]
             bad = (values < low) | (values > high)

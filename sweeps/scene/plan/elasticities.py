@@ -20,6 +20,7 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.base.checks import outside
 from sweeps.base.dimensions import ELASTICITY, PARAMETER
 from sweeps.base.errors import SceneError, shown
+from sweeps.scene.consistency.rules import ranges_of
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.variations import Variation, ordinary, with_values
@@ -117,16 +118,22 @@ def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
     return np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0)), relative
 
 
-def changed_values(node: Node, values: Floats) -> Iterator[tuple[Floats, Booleans]]:
+def changed_values(
+    scene: Scene, node: Node, values: Floats
+) -> Iterator[tuple[Floats, Booleans]]:
     """Values of a parameter below and above its own, step by step, and where they are allowed.
 
-    Where one is not, the design stays as it is, and that side is not known.
+    Where one is not, or the engine has no diagram there, the design stays as it is, and that side
+    is not known.
     """
     unit, _ = step_unit(node, values)
+    covered = [(low, high) for key, low, high, _ in ranges_of(scene) if key == node.name]
     for step in STEPS:
         for sign in (-1.0, 1.0):
             moved = values + sign * step * unit
             allowed = ~outside(moved, node)
+            for low, high in covered:
+                allowed &= (moved >= low) & (moved <= high)
             yield np.where(allowed, moved, values), allowed
 
 
@@ -177,7 +184,7 @@ def plan_elasticities(
     plans = [
         make_plan(with_values(plain, {key: values}))
         for key in keys
-        for values, _ in changed_values(PARAMETERS[key], np.asarray(leaves[key].data))
+        for values, _ in changed_values(scene, PARAMETERS[key], np.asarray(leaves[key].data))
     ]
     variables = [(q, node) for q in scene.elasticities for node in _variables(stages[q].node)]
     return Variation(PARAMETER, tuple(keys), scene.elasticities, tuple(variables), tuple(plans))

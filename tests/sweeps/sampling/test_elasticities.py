@@ -178,6 +178,18 @@ def test_rows_of_the_load_family_have_two_sides() -> None:
 
 
 @compiled
+def test_the_last_diagram_and_the_last_speed_have_one_side() -> None:
+    """An engine at full load, and at the ends of the speeds of its diagram, is not refused."""
+    quantity = ["torque_max_elasticity"]
+    full = computed(quantity, "si_four_87x101").sel(parameter="load")
+    assert full.torque_max_elasticity_kind == ONE_SIDE
+    assert np.isnan(full.torque_max_elasticity_above)
+    assert full.torque_max_elasticity == full.torque_max_elasticity_below != 0.0
+    ends = computed(quantity, "diesel_105x137", axes={"speed": [997.847, 1500.0, 2550.551]})
+    kinds = ends.torque_max_elasticity_kind.sel(parameter="speed")
+    assert kinds[[0, 2]].values.tolist() == [ONE_SIDE, ONE_SIDE] and kinds[1] != ONE_SIDE
+
+
 def test_extremes_that_tie_have_two_sides() -> None:
     """Near 2110 rpm the speed has equally low minima during compression and at the dead centre."""
     scene: dict[str, Any] = {"engine": "ntua", "set": {"load": 40.0, "inertia": 2.0}}
