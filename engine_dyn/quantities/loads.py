@@ -55,11 +55,13 @@ SMALLEST_LACK = 1e-9
 """Torque over the mean torques of engine, friction and load that counts as none."""
 
 
-def _opposed(surplus: Any, torque_mean: Any, friction_torque: Any, constant: Any, shape: Any) -> Any:
+def _opposed(
+    surplus: Any, torque_mean: Any, friction_torque: Any, constant: Any, shape: Any
+) -> Any:
     """Return `surplus` where load or driver, of torque `shape`, can give it; else `NO_TORQUE`."""
-    least = SMALLEST_LACK * (np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant))
+    size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant)
     lack = (torque_mean - constant) * np.sign(shape)
-    return np.where((lack < -least) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
+    return np.where((lack < -SMALLEST_LACK * size) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
 
 
 def _opposed_torque(when: str, sign: float = 1.0) -> Node:

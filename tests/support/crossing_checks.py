@@ -63,7 +63,11 @@ def alone(scene: dict[str, Any], whole: xr.Dataset) -> list[str]:
     if "designs" in one:
         one["designs"] = {key: values[-1:] for key, values in one["designs"].items()}
     found = sweeps.run(one)
-    dims = {d: [-1] for d in [*axes, "design"] if d in whole.dims and not (d == "design" and "designs" not in one)}
+    dims = {
+        d: [-1]
+        for d in [*axes, "design"]
+        if d in whole.dims and not (d == "design" and "designs" not in one)
+    }
     chosen = whole.isel(dims)
     cut = {d: slice(0, found.sizes[d]) for d in found.dims if d in chosen.dims
            and found.sizes[d] < chosen.sizes[d]}  # fmt: skip

@@ -288,9 +288,13 @@ def _shaft_table(given: dict[str, Any], throws: int) -> dict[str, Any]:
     given.pop("throws", None)
     soft: dict[str, Any] = {"name": "coupling", "stiffness": 0.05 * stiffness}
     if coupling:
-        soft = {"name": "coupling", "stiffness_over_torque": {
-            "torque": [0.0, 500.0, 5000.0],
-            "stiffness": [0.03 * stiffness, 0.05 * stiffness, 0.06 * stiffness]}}
+        soft = {
+            "name": "coupling",
+            "stiffness_over_torque": {
+                "torque": [0.0, 500.0, 5000.0],
+                "stiffness": [0.03 * stiffness, 0.05 * stiffness, 0.06 * stiffness],
+            },
+        }
     return {
         "reciprocating": "included",
         "discs": [
@@ -330,7 +334,11 @@ def scene_of(base: str, *fragments: Fragment, quantities: Sequence[str] = ()) ->
         scene["set"] = settings = {**known, **settings}
     given = {*settings, *scene.get("axes", {})}
     if "shaft" in scene:
-        text = settings.get("arrangement", "") if isinstance(settings.get("arrangement", ""), str) else ""
+        text = (
+            settings.get("arrangement", "")
+            if isinstance(settings.get("arrangement", ""), str)
+            else ""
+        )
         scene["shaft"] = _shaft_table(scene["shaft"], _throws(str(path), text))
         axes.pop("inertia")
         axes["shaft_stiffness_1"] = [scene["shaft"]["shafts"][0]["stiffness"] * f for f in (1, 2)]

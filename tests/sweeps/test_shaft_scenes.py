@@ -230,7 +230,7 @@ def test_a_misfire_takes_the_torque_of_its_throw_and_wakes_the_half_order() -> N
 @pytest.mark.parametrize("keys", [{}, {"load_exponent": 0}, {"load_damping_factor": 1.0},
                                   {"load_square": 1e-3}])  # fmt: skip
 def test_a_mean_torque_that_no_load_balances_has_one_outcome(keys: dict[str, float]) -> None:
-    """The rigid engine and the shaft have no steady state where the load is more than the torque."""
+    """Rigid engine and shaft have no steady state where the load is more than the torque."""
     found = run(
         ["delta", "delta_elastic", "shaft_torque_half_range"],
         set={"speed": 1500, **keys}, axes={"load_offset": [0.0, 4000.0]},

@@ -346,7 +346,6 @@ def test_auxiliaries_are_no_part_of_the_indicated_torque() -> None:
     assert found.torque_irregularity_brake > 1.001 * plain.torque_irregularity_brake
 
 
-
 def at_crank(phi: Any) -> Any:
     """Torque of both at the crank, written out."""
     cam, pump = 0.5 * phi + np.radians(30.0), 1.5 * phi

@@ -118,9 +118,7 @@ def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
     return np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0)), relative
 
 
-def changed_values(
-    scene: Scene, node: Node, values: Floats
-) -> Iterator[tuple[Floats, Booleans]]:
+def changed_values(scene: Scene, node: Node, values: Floats) -> Iterator[tuple[Floats, Booleans]]:
     """Values of a parameter below and above its own, step by step, and where they are allowed.
 
     Where one is not, or the engine has no diagram there, the design stays as it is, and that side

@@ -52,7 +52,7 @@ none is is refused before it runs."""
 
 RESOLVED = 90.0
 """Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period are
-what diagrams resolve. Loads and auxiliaries that turn faster than the crank may have higher ones."""
+what diagrams resolve. Loads and auxiliaries that turn faster than the crank have higher ones."""
 
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
