@@ -77,9 +77,7 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
     of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
-    highest = max(scene.highest_order, RESOLVED)
-    if shaft is not None:
-        highest = max(highest, math.ceil(_highest_of_fast_shafts(scene)))
+    highest = max(scene.highest_order, RESOLVED, math.ceil(_highest_of_fast_shafts(scene)))
     every = round(highest * finest)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),
