@@ -47,7 +47,7 @@ from benchmarks.fuzz.sound import (
     good_texts,
 )
 from benchmarks.tables import toml_text
-from sweeps.base.columns.pressure_options import ImportOptions
+from sweeps.base.columns.options import ImportOptions
 from sweeps.decide.explore import opening
 from sweeps.lab.pressure.reading import read_pressure
 from sweeps.running.archive.contents import part_of, plan_of, read_contents

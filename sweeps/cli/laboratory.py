@@ -33,7 +33,7 @@ class _WithKeys(click.Command):
 
 @cache
 def _key_options() -> tuple[click.Option, ...]:
-    from sweeps.base.columns.pressure_options import ImportOptions
+    from sweeps.base.columns.options import ImportOptions
 
     options = []
     for name, field in ImportOptions.model_fields.items():
@@ -119,7 +119,7 @@ def _draw(imported: ImportedPressure, folder: Path) -> None:
 
 def _value(name: str, text: Any) -> Any:
     """Value of an option in the type of its key; a text that has none is left for the check."""
-    from sweeps.base.columns.pressure_options import ImportOptions
+    from sweeps.base.columns.options import ImportOptions
 
     if isinstance(text, bool):
         return text

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
-from sweeps.base.columns.recording import MOST_BYTES, SUFFIXES, read_recording
 from sweeps.base.errors import SceneError, no_laboratory
 from sweeps.base.files.referred_files import (
     add_files_read,
@@ -102,6 +101,8 @@ def read_indicator_table(
         each = cycles_of_text(text, where, engine.period) if cycles else ()
         notes = notes_of(path)
     else:
+        from sweeps.base.columns.recording import read_recording
+
         recording = read_recording(path, where, table)
         pressure = _laboratory(where)(recording, path.name, table, engine.period, engine)
         text = pressure.text(cycles=cycles)
@@ -132,11 +133,13 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     Among the files of an archive, one that was imported is not imported again.
     """
     try:
-        head = file_bytes(path, MOST_BYTES)[:HEAD]
+        head = file_bytes(path)[:HEAD]
     except (OSError, ValueError):
         return True  # which says what is wrong
     if kept(path) and head.startswith(HEADER.encode()):
         return True
+    from sweeps.base.columns.recording import SUFFIXES
+
     own = _OWN_HEADER.search(head) is not None
     text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
     return text and own and not table.model_fields_set - _OWN

@@ -17,7 +17,7 @@ from pydantic import Field
 from engine_dyn.geometry.toothed_wheel import Wheel, wheel_from_angles, wheel_from_text
 from engine_dyn.types import Floats
 from sweeps.base.checks import Companions, check_companions, number
-from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.referred_files import referred

@@ -13,7 +13,7 @@ from pydantic import Field
 from engine_dyn import status
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import Strict
-from sweeps.base.columns.pressure_options import PressureOptions
+from sweeps.base.columns.options import PressureOptions
 from sweeps.scene.engine.diagram_speeds import MEANING
 from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.features import file_with_features

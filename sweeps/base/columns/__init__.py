@@ -1,8 +1,9 @@
-"""Tables of laboratories: each format is a few lines around the library that reads it.
+"""Tables of laboratories: columns with their units, whatever the format of the file.
 
-recording       the columns of such a file with their units; `read_recording` picks the reader
-headers         names and units of columns, from the lines above the numbers
-text_tables, fixed_width, spreadsheets, matlab_files, tdms_files, mdf_files, netcdf_tables,
-parquet_tables  one module for each kind of file
-columns, units, reading_choices, pressure_options  the columns that are meant, and how to read them
+recording         columns of a file; `read_recording` picks the reader by the format
+text_tables       text files; encodings
+formats           files that other libraries read
+headers, units    names and units of columns, from the lines above the numbers
+recorded_columns  columns, and which of them are angle and pressure
+options           keys for all of this
 """

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.base.errors import SceneError, counted, one_line
+from sweeps.base.columns.headers import split_unit
+from sweeps.base.columns.options import PressureOptions
+from sweeps.base.columns.units import is_angle_unit, pressure_unit, unit_of_name
+from sweeps.base.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.base.ratios import BEYOND, LARGEST
 
 __all__ = [
@@ -18,8 +23,12 @@ __all__ = [
     "Column",
     "Contents",
     "Recording",
+    "Signals",
     "check_size",
+    "named_column",
     "recording_of",
+    "signals_of",
+    "wanted_pressures",
 ]
 
 MOST_VALUES = 10**8
@@ -193,3 +202,284 @@ def recording_of(label: str, sha256: str, contents: Contents) -> Recording:
     if not found:
         raise SceneError(f"{label}: no columns of numbers")
     return Recording(label, sha256, found, contents.first_line, contents.said, marks=contents.marks)
+
+
+_ANGLE = re.compile(
+    r"^(ca|cad|crank.*|.*\bangle.*|angle.*|.*_angle.*|phi|φ|theta|.*kurbelwinkel.*|kw|°kw|degca|"
+    r"alpha|winkel.*|°ca|deg|фи|"
+    r".*(转角|轉角|曲轴角|角度|クランク角|크랭크 ?각|회전 ?각|угол|кут).*|"
+    r".*(ángulo|angolo|ângulo|vinkel|kąt|úhel|szög|açısı).*)$", re.I
+)  # fmt: skip
+_PRESSURE = re.compile(
+    r"^(p|p[ _.-]?\d+|.*p[ _.-]?cyl.*|.*cyl.*p(ress.*)?\d*|.*press.*|.*druck.*|.*p[ _.-]?zyl.*|"
+    r"p[ _.-]?mean|indicated.*|kistler.*|pzyl.*|(.*[^电電])?(压|壓|圧).*|"
+    r".*(압력|давлен|тиск).*|"
+    r".*(presión|presion|pressão|tryck|trykk?|ciśnien|tlak|nyomás|basınc).*)$", re.I
+)  # fmt: skip
+_ELSEWHERE = re.compile(
+    r"(inta|inlet|exh|manifold|rail|boost|ambient|oil|fuel|saug|abgas|进气|"
+    r"排气|機油|机油|吸気|排気|흡기|배기|впуск|выпуск|масл|топлив|admis|échap|aspira|scarico|escape)",
+    re.I,
+)
+_SPREAD = re.compile(
+    r"(^|[ _.-])(min|max|std|stdev|stddev|dev|sigma|var|cov|upper|lower)\.?$", re.I
+)
+"""Curves of the spread over cycles beside their mean."""
+
+_CYCLE = re.compile(r"^(cycle|cyc|zyklus|zyk|c)?[ _.#-]*\d+$", re.I)
+
+WIDE = 60
+"""Columns from which on a table of numbers may have a cycle in each row."""
+
+
+class Signals(NamedTuple):
+    """Angle and pressure of a recording, as the file has them.
+
+    Attributes
+    ----------
+    angle : ndarray, shape (samples,), optional
+        None where the file has none.
+    angle_name, angle_unit : str
+        Of its column.
+    pressures : dict of ndarray, shape (samples,) or (cycles, samples)
+        By the names of their columns: one for each cylinder.
+    units : dict of str
+        Unit of each as the file states it.
+    said : list of str
+        What was guessed.
+    """
+
+    angle: Floats | None
+    angle_name: str
+    angle_unit: str
+    pressures: dict[str, Floats]
+    units: dict[str, str]
+    said: list[str]
+
+
+def signals_of(recording: Recording, options: PressureOptions) -> Signals:
+    """Find angle and pressures.
+
+    Raises
+    ------
+    SceneError
+        For a column that does not exist, has other values than numbers, or is not clear.
+    """
+    if _is_wide(recording, options):
+        return _rows_of_cycles(recording, options)
+    said: list[str] = []
+    angle = _angle(recording, options, said)
+    pressures = _pressures(recording, options, angle, said)
+    numbers = {name: recording.numbers(name) for name in pressures}
+    units = {name: recording.columns[name].unit for name in pressures}
+    angles = None if angle is None else recording.numbers(angle)
+    if angles is not None and angles.ndim > 1:
+        angles = _one_row(angles, recording, angle or "")
+    as_cycles = options.columns_are
+    if as_cycles is None and len(pressures) > 2 and all(map(_CYCLE.match, pressures)):
+        as_cycles = "cycles"
+        said.append(f"{len(pressures)} columns of pressure, taken as cycles")
+    if as_cycles == "cycles" and len(pressures) > 1:
+        name = f"{pressures[0]} to {pressures[-1]}"
+        numbers = {name: np.array(_equally_long(numbers, recording))}
+        units = {name: units[pressures[0]]}
+    unit = "" if angle is None else recording.columns[angle].unit
+    return Signals(angles, angle or "", unit, numbers, units, said)
+
+
+def _equally_long(numbers: dict[str, Floats], recording: Recording) -> list[Floats]:
+    lengths = {name: values.shape for name, values in numbers.items()}
+    first = next(iter(lengths.values()))
+    for name, shape in lengths.items():
+        if shape != first or len(shape) > 1:
+            raise SceneError(
+                f"{recording.where(name)}: {shape[-1]} samples, the "
+                f"others {first[-1]}; cycles must be equally long"
+            )
+    return list(numbers.values())
+
+
+def _one_row(angles: Floats, recording: Recording, name: str) -> Floats:
+    """Angles of cycles that all have the same."""
+    for rows in (angles, angles.T):
+        if np.allclose(rows, rows[0], atol=1e-6):
+            return np.asarray(rows[0])
+    raise SceneError(
+        f"{recording.where(name)}: the angles of its "
+        f"{angles.shape[0]} rows differ; must be the same in all cycles, or one column"
+    )
+
+
+def named_column(recording: Recording, wanted: str | int, key: str) -> str:
+    """Name of a column that is given by its name, with or without its unit, or by its number.
+
+    Raises
+    ------
+    SceneError
+        Where there is none; `key` is what gives it.
+    """
+    names = list(recording.columns)
+    if isinstance(wanted, str) and wanted in recording.columns:
+        return wanted
+    if isinstance(wanted, str):
+        name, unit = split_unit(wanted)  # as it stands in the file
+        if unit and name in recording.columns and recording.columns[name].unit == unit:
+            return name
+    number = int(wanted) if str(wanted).isascii() and str(wanted).isdigit() else 0
+    if 1 <= number <= len(names):
+        return names[number - 1]
+    shortened = names[:20]
+    what = not_known(str(wanted), shortened, also=f"; or a number from 1 to {len(names)}")
+    raise SceneError(f"{recording.label}: {key} = {shown(wanted)}: no such column{what}")
+
+
+def wanted_pressures(recording: Recording, options: PressureOptions) -> list[str] | None:
+    """Names of the columns of pressure that are asked for; None where they are to be guessed.
+
+    Raises
+    ------
+    SceneError
+        Where there is no such column.
+    """
+    wanted = options.pressure_column
+    if wanted is None:
+        return None
+    listed = wanted if isinstance(wanted, list) else [wanted]
+    return [named_column(recording, item, "pressure_column") for item in listed]
+
+
+def _angle(recording: Recording, options: PressureOptions, said: list[str]) -> str | None:
+    if options.angle_column is not None:
+        return named_column(recording, options.angle_column, "angle_column")
+    if options.angle_increment is not None:
+        return None
+    columns = recording.columns
+    good = [n for n, c in columns.items() if is_angle_unit(c.unit)]
+    if len(good) != 1:
+        good = [n for n in good or columns if _called(n, _ANGLE) or n.lower().endswith("_deg")]
+    if not good and all(n.startswith("column ") for n in columns):
+        good = [n for n in columns if _looks_like_angles(columns[n].values)]
+        good = good[:1] if len(columns) == 2 else good
+    if len(good) == 1:
+        said.append(f"column '{good[0]}' taken as the crank angle")
+        return good[0]
+    _unclear(recording, "angle_column", good)
+
+
+def _looks_like_angles(values: Floats) -> bool:
+    """Whether values rise or fall in even steps, but for jumps at the ends of cycles."""
+    if values.ndim > 1 or len(values) < 8:
+        return False
+    steps = np.diff(values)
+    usual = float(np.median(steps))
+    return usual != 0.0 and float(np.mean(np.abs(steps - usual) < 0.2 * abs(usual))) > 0.9
+
+
+def _pressures(
+    recording: Recording, options: PressureOptions, angle: str | None, said: list[str]
+) -> list[str]:
+    found = wanted_pressures(recording, options)
+    if found is not None:
+        if not found:
+            raise SceneError(f"{recording.label}: pressure_column = []: must name a column")
+        if angle in found or len(set(found)) < len(found):
+            raise SceneError(
+                f"{recording.label}: pressure_column: names a column twice, or that of the angle"
+            )
+        return found
+    rest = {n: c for n, c in recording.columns.items() if n != angle}
+    stated = [n for n, c in rest.items() if c.unit and _is_pressure(c.unit, recording.label)]
+    named = [n for n in rest if _called(n, _PRESSURE) or _CYCLE.match(n)]
+    good = [n for n in stated if n in named] or stated or named
+    good = good or [n for n in rest if _is_pressure(unit_of_name(n, ""), recording.label)]
+    good = [n for n in good if not _ELSEWHERE.search(n)]
+    good = [n for n in good if not _SPREAD.search(n)] or good
+    if not good and len(rest) == 1:
+        good = list(rest)
+    if any(_again(one, other) for one in good for other in good):
+        _unclear(recording, "pressure_column", good)
+    if not good and options.columns_are is not None:
+        label = recording.label
+        good = [n for n, c in rest.items() if not c.unit or pressure_unit(c.unit, label)]
+    if not good or (
+        len(good) > 12 and options.columns_are is None and not all(map(_CYCLE.match, good))
+    ):
+        _unclear(recording, "pressure_column", good)
+    names = ", ".join(f"'{n}'" for n in good)
+    what = "column" if len(good) == 1 else "columns"
+    said.append(one_line(f"{what} {names} taken as the cylinder pressure", 300))
+    return good
+
+
+def _called(name: str, words: re.Pattern[str]) -> bool:
+    """Whether a column, or what stands behind its group or structure ("run.CA"), is called so."""
+    return any(words.match(one) for one in (name, re.split(r"[./]", name)[-1]))
+
+
+def _again(name: str, other: str) -> bool:
+    """Whether a column seems to be another one again, such as PCYL1_FILT beside PCYL1."""
+    return len(other) > 2 and re.match(re.escape(other) + r"[ _.-]+[a-z]", name, re.I) is not None
+
+
+def _is_pressure(unit: str, label: str) -> bool:
+    found = pressure_unit(unit, label)
+    return found is not None and not found.voltage
+
+
+def _unclear(recording: Recording, key: str, candidates: Sequence[str]) -> NoReturn:
+    """Refuse a recording whose columns are not clear.
+
+    Raises
+    ------
+    SceneError
+        Always.
+    """
+    which = candidates or list(recording.columns)
+    listed = one_line(", ".join(f"'{name}'" for name in which[:20]), 300)
+    what = "ambiguous" if candidates else "cannot be determined from the columns"
+    without = ", or, without one, angle_start and angle_increment" if key == "angle_column" else ""
+    raise SceneError(
+        f"{recording.label}: {key}: {what} ({listed}); give the name or number of one{without}"
+    )
+
+
+def _is_wide(recording: Recording, options: PressureOptions) -> bool:
+    """Whether each row of a table is a cycle."""
+    columns = recording.columns.values()
+    return (
+        options.angle_column is None and options.pressure_column is None
+        and options.columns_are is None
+        and len(columns) >= WIDE and all(c.values.ndim == 1 for c in columns)
+        and not any(_ANGLE.match(c.name) for c in columns)
+    )  # fmt: skip
+
+
+def _rows_of_cycles(recording: Recording, options: PressureOptions) -> Signals:
+    """Cycles that are rows, below a row of angles or without angles."""
+    columns = list(recording.columns.values())
+    said = ["each row taken as a cycle"]
+    try:
+        names = np.array([float(c.name) for c in columns[1:]])
+    except ValueError:
+        names = np.zeros(0)
+    if len(names) and np.all(np.diff(names) > 0.0) and options.angle_increment is None:
+        chosen, angles, first = columns[1:], names, 0
+    else:
+        # A column of labels, such as the number of the cycle, has no angle in the first row.
+        chosen = [c for c in columns if np.isfinite(c.values[0])]
+        top = np.array([c.values[0] for c in chosen])
+        if options.angle_increment is not None:
+            angles, first = None, 0
+        elif len(top) > 1 and (np.all(np.diff(top) > 0.0) or np.all(np.diff(top) < 0.0)):
+            angles, first = top, 1
+            said.append("the first row taken as the crank angle")
+        else:
+            raise SceneError(
+                f"{recording.label}: {len(columns)} columns, and no angle among them; must have an "
+                "angle in the first row, or angle_start and angle_increment"
+            )
+    values = [recording.numbers(c.name)[first:] for c in chosen]
+    matrix = np.array(values).T
+    if not matrix.size:
+        raise SceneError(f"{recording.label}: no rows of pressure below the row of angles")
+    return Signals(angles, "first row", "", {"rows": matrix}, {"rows": chosen[0].unit}, said)

@@ -1,42 +1,43 @@
 """Reading what a laboratory recorded, by the format that is given or the ending of the file's name.
 
-A format is one module with a function that reads columns, a word of `reading_choices.Format`, and a
-row of the table here.
+A format is a function that reads columns (`formats`, `text_tables`), a word of `options.Format`,
+and a row of the table here. Formats that other libraries read are read in a process of its own,
+within limits: this module, run as a program.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from sweeps.base.columns import (
-    fixed_width,
-    matlab_files,
-    mdf_files,
-    netcdf_tables,
-    parquet_tables,
-    spreadsheets,
-    tdms_files,
-    text_tables,
-    uff_files,
-    wav_files,
+import numpy as np
+
+from sweeps.base.columns.formats import (
+    read_mat,
+    read_mdf,
+    read_netcdf,
+    read_parquet,
+    read_tdms,
+    read_uff,
+    read_wav,
+    read_xlsx,
 )
-from sweeps.base.columns.reading_choices import Format, ReadingChoices
+from sweeps.base.columns.options import Format, ReadingChoices
 from sweeps.base.columns.recorded_columns import Column, Contents, Recording, recording_of
-from sweeps.base.columns.recordings_apart import read_apart
+from sweeps.base.columns.text_tables import is_text, read_fixed_width, read_text
 from sweeps.base.errors import SceneError, shown
+from sweeps.base.files.child_process import Limits, answer_apart, answering
 from sweeps.base.files.referred_files import file_bytes
 from sweeps.base.files.regular_files import reading
 
-__all__ = ["KINDS", "SUFFIXES", "Column", "Recording", "read_recording"]
+__all__ = ["KINDS", "SUFFIXES", "Column", "Recording", "read_apart", "read_recording"]
 
 Reader = Callable[[Path, bytes, str, ReadingChoices], Contents]
-
-MOST_BYTES = 1 << 30
-"""Bytes of a recording."""
 
 
 class _Kind(NamedTuple):
@@ -53,19 +54,19 @@ class _Kind(NamedTuple):
 
 KINDS: Mapping[Format, _Kind] = {
     "text": _Kind(
-        text_tables.read,
+        read_text,
         (".csv", ".txt", ".asc", ".dat", ".tsv", ".lvm", ".msl"),
         ("separator", "decimal", "encoding"),
     ),
-    "fixed_width": _Kind(fixed_width.read, (), ("decimal", "encoding")),
-    "xlsx": _Kind(spreadsheets.read, (".xlsx", ".xlsm"), ("sheet",)),
-    "mat": _Kind(matlab_files.read, (".mat",), apart=True),
-    "tdms": _Kind(tdms_files.read, (".tdms",), ("group",), apart=True),
-    "mf4": _Kind(mdf_files.read, (".mf4", ".mdf"), ("group",), apart=True),
-    "netcdf": _Kind(netcdf_tables.read, (".nc", ".nc4")),
-    "parquet": _Kind(parquet_tables.read, (".parquet",), apart=True),
-    "wav": _Kind(wav_files.read, (".wav",), apart=True),
-    "uff": _Kind(uff_files.read, (".uff", ".unv"), apart=True),
+    "fixed_width": _Kind(read_fixed_width, (), ("decimal", "encoding")),
+    "xlsx": _Kind(read_xlsx, (".xlsx", ".xlsm"), ("sheet",)),
+    "mat": _Kind(read_mat, (".mat",), apart=True),
+    "tdms": _Kind(read_tdms, (".tdms",), ("group",), apart=True),
+    "mf4": _Kind(read_mdf, (".mf4", ".mdf"), ("group",), apart=True),
+    "netcdf": _Kind(read_netcdf, (".nc", ".nc4")),
+    "parquet": _Kind(read_parquet, (".parquet",), apart=True),
+    "wav": _Kind(read_wav, (".wav",), apart=True),
+    "uff": _Kind(read_uff, (".uff", ".unv"), apart=True),
 }
 
 SUFFIXES: Mapping[str, Format] = {
@@ -99,10 +100,10 @@ def read_recording(
     chosen = choices or ReadingChoices()
     suffix = Path(path).suffix.lower()
     with reading(name, "a recording of a laboratory"):
-        data = file_bytes(Path(path), MOST_BYTES)
+        data = file_bytes(Path(path))
     if not data:
         raise SceneError(f"{name}: empty; expected a recording of a laboratory")
-    text = text_tables.is_text(data)
+    text = is_text(data)
     format = chosen.format or SUFFIXES.get(suffix) or ("text" if text else None)
     if format is None:
         old = " (save it as .xlsx)" if suffix == ".xls" else ""
@@ -127,3 +128,52 @@ def read_recording(
     )
     sha256 = hashlib.sha256(data).hexdigest()
     return replace(recording_of(name, sha256, contents), remarks=remarks)
+
+
+SECONDS, RATE = 30.0, 5e6
+"""Time that reading may take on a busy machine, and bytes a second beside it."""
+
+CHILD = __name__
+"""The module that is started as that process."""
+
+MEMORY, MEMORY_RATE, MOST_MEMORY = 3 << 28, 40, 6 << 30
+"""Bytes of memory that it may take, beside so many for each byte of the file, and at most; the
+libraries need a third of it."""
+
+
+def read_apart(format: Format, data: bytes, label: str, choices: ReadingChoices) -> Contents:
+    """Columns of a recording, as the reader of its format finds them in another process.
+
+    Raises
+    ------
+    SceneError
+        In one line.
+    """
+    memory = min(MEMORY + MEMORY_RATE * len(data), MOST_MEMORY)
+    limits = Limits(memory, SECONDS + len(data) / RATE)
+    asked = json.dumps(
+        [format, label, choices.model_dump(include=set(ReadingChoices.model_fields))]
+    )
+    answer = answer_apart(CHILD, asked, data, limits, label, f"a .{format} file")
+    place = answer.index(b"\n") + 1
+    columns = []
+    for name, unit, shape, text in json.loads(answer[:place]):
+        count = int(np.prod(shape))
+        numbers = np.frombuffer(answer, np.float64, count, place).reshape(shape).copy()
+        columns.append(Column(name, unit, numbers, text and (text[0], text[1])))
+        place += numbers.nbytes
+    return Contents(columns)
+
+
+def _answer() -> list[bytes]:
+    """Names, units, shapes and first texts of the columns in a line, then their values."""
+    format, label, chosen = json.loads(sys.argv[1])
+    data = sys.stdin.buffer.read()
+    columns = KINDS[format].read(Path(label), data, label, ReadingChoices(**chosen)).columns
+    listed = [(c.name, c.unit, c.values.shape, c.text) for c in columns]
+    head = json.dumps(listed) + "\n"
+    return [head.encode(), *(np.asarray(c.values, np.float64).tobytes() for c in columns)]
+
+
+if __name__ == "__main__":
+    answering(_answer)

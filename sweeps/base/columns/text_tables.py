@@ -5,6 +5,7 @@ What stands above the numbers is looked at here; the numbers are read by pandas.
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
@@ -15,13 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sweeps.base.columns.encodings import encoding_of
-from sweeps.base.columns.headers import RUN, is_number, names_and_units, start_of_numbers
-from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.headers import RUN, is_number, names_and_units, number_of, start_of_numbers
+from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.columns.recorded_columns import Column, Contents, check_size
-from sweeps.base.errors import SceneError, counted, one_line
+from sweeps.base.errors import SceneError, counted, one_line, shown
+from sweeps.base.files.libraries import library
 
-__all__ = ["LINES", "is_text", "read"]
+__all__ = ["LINES", "encoding_of", "is_text", "read_fixed_width", "read_text"]
 
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
@@ -65,7 +66,7 @@ class _Form(NamedTuple):
     thousands: str | None = None
 
 
-def read(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
+def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a text file, and the line of the first sample.
 
     Raises
@@ -258,3 +259,187 @@ def _column(name: str, unit: str, series: Any) -> Column:
     wrong = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
     text = (int(wrong[0]), one_line(series.iloc[wrong[0]], 60)) if len(wrong) else None
     return Column(name, unit, values, text)
+
+
+def read_fixed_width(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
+    """Columns of a text file with fixed places, and the line of the first sample.
+
+    Raises
+    ------
+    SceneError
+        In one line.
+    """
+    del path
+    encoding, said = encoding_of(data, label, choices.encoding)
+    text = data.decode(encoding, "replace")
+    lines = text.rstrip().splitlines()
+    found = _start(lines[:LINES], choices)
+    if found is None:
+        raise SceneError(
+            f"{label}: no lines of numbers in its first {LINES} lines; must be columns of numbers "
+            "at fixed places"
+        )
+    first, decimal = found
+    body = lines[first:]
+    places = _places(body)
+    check_size(float(len(body)) * len(places), len(places), label)
+    # Names may be wider than the numbers below them.
+    for above in (lines[max(first - 2, 0) :], lines[max(first - 1, 0) :]):
+        wider = _places(above)
+        if len(wider) == len(places) and all(map(_within, places, wider)):
+            places = wider
+            break
+    head = [[line[place].strip() for place in places] for line in lines[:first]]
+    names, units = names_and_units(head, len(places))
+    columns = [
+        _fixed_column(name, unit, [line[place].strip() for line in body], decimal)
+        for name, unit, place in zip(names, units, places, strict=True)
+    ]
+    return Contents(columns, first + 1, tuple(filter(None, [said])))
+
+
+def _start(lines: Sequence[str], choices: ReadingChoices) -> tuple[int, str] | None:
+    """The first of six lines of numbers, or of all that are left, and their decimal mark."""
+    for decimal in (".", ",") if choices.decimal is None else (choices.decimal,):
+        numeric = [
+            bool(line.strip()) and all(is_number(field, decimal) for field in line.split())
+            for line in lines
+        ]
+        for first in range(len(lines)):
+            if all(numeric[first : first + 6]):
+                return first, decimal
+    return None
+
+
+def _places(lines: Sequence[str]) -> list[slice]:
+    """Where columns are: between places where all lines are blank."""
+    used = np.zeros(max(map(len, lines)) + 2, dtype=bool)
+    for line in lines:
+        used[1 : len(line) + 1] |= np.array([not letter.isspace() for letter in line], dtype=bool)
+    begins, ends = np.flatnonzero(np.diff(used)).reshape(-1, 2).T
+    return [slice(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True)]
+
+
+def _within(place: slice, wider: slice) -> bool:
+    """Whether a column of numbers lies below one name."""
+    return bool(wider.start <= place.start and place.stop <= wider.stop)
+
+
+def _fixed_column(name: str, unit: str, fields: Sequence[str], decimal: str) -> Column:
+    """One column; where it has texts, the first of them."""
+    values = np.full(len(fields), np.nan)
+    text: tuple[int, str] | None = None
+    for place, field in enumerate(fields):
+        if is_number(field, decimal):
+            values[place] = number_of(field, decimal)
+        elif field and text is None:
+            text = (place, one_line(field, 60))
+    return Column(name, unit, values, text)
+
+
+_BEYOND = re.compile(rb"[^\r\n]*[\x80-\xff][^\r\n]*")
+
+_EAST = ("gb18030", "big5hkscs", "cp932", "euc_jis_2004", "cp949")
+_WEST = ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254", "koi8-r", "cp866", "cp850", "mac-roman")
+
+_SIGNS = re.compile(
+    r"(?<![a-z])°(?![ a-z])|(?<![A-Za-z])[µμ](?=[A-Za-z])|[²³](?!\w)|[±·]|Ø(?= ?\d)|"
+    r"(?<=[A-Za-z])[äöüß]|[äöü](?=[a-z])|(?<![a-z])[ÄÖÜ](?=[a-z])"
+)
+"""Signs of units where units have them, and letters that are the same in all western encodings."""
+
+_KNOWN = re.compile(
+    "角|压|壓|圧|力|转速|轉速|回転|时间|時間|각|압력|угол|угл|давлен|кут|тиск|время|оборот|частота|"
+    "kąt|ciśn|úhel|szög|nyomás|γωνία|πίεση|açı|basın|ángulo|presión|pressão|prüf|fühler"
+)
+"""Words for angle, pressure, speed and time: in a wrong encoding they are not found."""
+
+_IDEOGRAPHS = re.compile("[\u4e00-\u9fff]")
+
+_NEVER = ("idna", "punycode", "undefined", "unicode_escape", "raw_unicode_escape", "utf-7")
+"""Codecs of Python that are no encodings of files."""
+
+
+def encoding_of(data: bytes, label: str, given: str | None = None) -> tuple[str, str]:
+    """Encoding of a text file, and what is to be said of it; "" where there is no doubt.
+
+    Raises
+    ------
+    SceneError
+        For a file that is not of text, an encoding that is none or does not fit, and letters whose
+        encoding cannot be found.
+    """
+    if given is not None:
+        return _as_given(data, label, given), ""
+    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return "utf-16", ""
+    if b"\x00" in data[:4096]:
+        for encoding, zeros in (("utf-16-le", data[1:4096:2]), ("utf-16-be", data[0:4096:2])):
+            if zeros.count(0) > 0.9 * len(zeros) and len(data) % 2 == 0:
+                return encoding, f"text read as {encoding}"
+        raise SceneError(f"{label}: not a text file; expected a table of numbers")
+    try:
+        data.decode("utf-8-sig")
+        return "utf-8-sig", ""
+    except UnicodeDecodeError:
+        pass
+    letters = b"\n".join(_BEYOND.findall(data[:HEAD]))[: HEAD // 16]
+    if not letters:  # far below the names
+        return "cp1252", ""
+    signs = _of_signs(letters)
+    if signs is not None:
+        return signs, ""
+    return _by_letters(letters, label)
+
+
+def _as_given(data: bytes, label: str, given: str) -> str:
+    try:
+        name = codecs.lookup(given).name
+        if name in _NEVER:
+            raise LookupError
+        data.decode(name)
+    except LookupError:
+        raise SceneError(
+            f"{label}: encoding = {shown(given)}: not known; must be one such as 'utf-8', "
+            "'cp1252', 'gb18030', 'shift_jis'"
+        ) from None
+    except ValueError as error:
+        raise SceneError(
+            f"{label}: encoding = {shown(given)}: does not fit: {one_line(error, 120)}"
+        ) from None
+    return name
+
+
+def _of_signs(letters: bytes) -> str | None:
+    """Encoding in which all that is beyond ASCII are signs and umlauts, one at a time."""
+    if re.search(rb"[\x80-\xff]{2}", letters):
+        return None
+    for encoding in ("cp1252", "cp850", "mac-roman"):
+        text = letters.decode(encoding, "replace")
+        if _SIGNS.sub("", text).isascii():
+            return encoding
+    return None
+
+
+def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
+    """The likeliest encoding, one in which words are known if there is one."""
+    detector = library("chardet", "chardet (or encoding, which names its encoding)", label)
+    found = detector.detect_all(
+        letters, ignore_threshold=True, include_encodings=[*_EAST, *_WEST], compat_names=False
+    )
+    likely = []
+    for one in found:
+        encoding = one["encoding"]
+        text = letters.decode(encoding, "replace")
+        # Korean of today has no ideographs: what seems to have them is Chinese.
+        if text.isascii() or (encoding == "cp949" and _IDEOGRAPHS.search(text)):
+            continue
+        known = {word for word in _KNOWN.findall(text.lower()) if not word.isascii()}
+        likely.append((len(known), encoding))
+    if not likely:
+        raise SceneError(
+            f"{label}: the encoding of its letters is not found; give encoding, such as 'cp1252' "
+            "or 'gb18030'"
+        )
+    best = max(likely, key=lambda one: one[0])[1]
+    return best, f"text read as {best}, by its letters (encoding takes another one)"

@@ -27,6 +27,9 @@ __all__ = [
     "text_of_bytes",
 ]
 
+MOST_RECORDING = 1 << 30
+"""Bytes of a recording of a laboratory."""
+
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
 
@@ -128,7 +131,7 @@ def _bytes(path: Path, most: int = MOST_TEXT) -> bytes:
     return data
 
 
-def file_bytes(path: Path, most: int) -> bytes:
+def file_bytes(path: Path, most: int = MOST_RECORDING) -> bytes:
     """Return the bytes of a file of which no copy is kept: recordings may be large.
 
     What a scene needs of it is kept by whoever reads it (`keep`). Where files are given, it is one

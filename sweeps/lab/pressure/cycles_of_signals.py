@@ -14,7 +14,7 @@ from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
-from sweeps.base.columns.pressure_options import PressureOptions
+from sweeps.base.columns.options import PressureOptions
 from sweeps.base.columns.recorded_columns import Recording
 from sweeps.base.errors import SceneError, counted, one_line
 

@@ -12,9 +12,8 @@ from engine_dyn.recordings.marks import mark_times, teeth_from_mark
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned
-from sweeps.base.columns.columns import named_column, wanted_pressures
-from sweeps.base.columns.pressure_options import PressureOptions
-from sweeps.base.columns.recorded_columns import Recording
+from sweeps.base.columns.options import PressureOptions
+from sweeps.base.columns.recorded_columns import Recording, named_column, wanted_pressures
 from sweeps.base.columns.units import SECONDS, is_time_name, stated_unit
 from sweeps.base.errors import SceneError, one_line
 

@@ -32,9 +32,8 @@ from engine_dyn.recordings.smoothing import smooth, without_delay
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.base.checks import check_companions, mentioned
-from sweeps.base.columns.columns import Signals, signals_of
-from sweeps.base.columns.pressure_options import COMPANIONS, PressureOptions
-from sweeps.base.columns.recorded_columns import Recording
+from sweeps.base.columns.options import COMPANIONS, PressureOptions
+from sweeps.base.columns.recorded_columns import Recording, Signals, signals_of
 from sweeps.base.columns.units import (
     angle_factor,
     counts_before,

@@ -15,7 +15,7 @@ from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.level import Level, recorded_level
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.units import BAR
-from sweeps.base.columns.pressure_options import PressureOptions
+from sweeps.base.columns.options import PressureOptions
 from sweeps.base.errors import SceneError, counted, one_line
 from sweeps.lab.pressure.measures import EngineMeasures
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE

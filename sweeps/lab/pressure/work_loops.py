@@ -16,9 +16,8 @@ from engine_dyn.geometry.slider_crank import angle_of_travel, dead_centres
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.types import Booleans, Floats, Integers
 from engine_dyn.units import CUBIC_CENTIMETRE, DEGREE
-from sweeps.base.columns.columns import named_column, wanted_pressures
-from sweeps.base.columns.pressure_options import PressureOptions
-from sweeps.base.columns.recorded_columns import Recording
+from sweeps.base.columns.options import PressureOptions
+from sweeps.base.columns.recorded_columns import Recording, named_column, wanted_pressures
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import LONGEST
 from sweeps.lab.pressure.measures import EngineMeasures

@@ -14,7 +14,7 @@ from engine_dyn.recordings.marks import mark_times, teeth_from_mark
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE, RPM
-from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.columns.recording import Recording, read_recording
 from sweeps.base.columns.units import ANGLES, SECONDS, is_time_name, stated_unit
 from sweeps.base.errors import SceneError, not_known, one_line, shown

@@ -11,7 +11,6 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.units import BAR, DEGREE
 from sweeps.base.checks import mentioned
-from sweeps.base.columns.recording import MOST_BYTES
 from sweeps.base.errors import SceneError
 from sweeps.base.files.csv_tables import CsvTable, csv_of_text, read_csv, with_line
 from sweeps.base.files.referred_files import file_bytes
@@ -93,7 +92,7 @@ def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[D
 
 def notes_of(path: Path) -> tuple[str, ...]:
     """Notes of an imported diagram that was read from a file."""
-    return notes_in(file_bytes(path, MOST_BYTES)[:HEAD].decode("utf-8", "replace"))
+    return notes_in(file_bytes(path)[:HEAD].decode("utf-8", "replace"))
 
 
 def notes_in(text: str) -> tuple[str, ...]:

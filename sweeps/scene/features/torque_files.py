@@ -15,8 +15,7 @@ from engine_dyn.loads.driven_machine import (
 )
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned
-from sweeps.base.columns.columns import named_column
-from sweeps.base.columns.recorded_columns import Recording
+from sweeps.base.columns.recorded_columns import Recording, named_column
 from sweeps.base.columns.recording import read_recording
 from sweeps.base.columns.units import angle_factor, is_angle_unit, unit_of_name
 from sweeps.base.errors import SceneError, one_line, shown

@@ -270,22 +270,22 @@ def test_recordings_that_take_too_much(
     style: str, limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The libraries of these formats run in a process with limits of time and memory."""
-    from sweeps.base.columns import recordings_apart
+    from sweeps.base.columns import recording
     from tests.support.laboratory import STYLES
 
     write, name, options = STYLES[style]
     write(tmp_path / name)
-    monkeypatch.setattr(recordings_apart, limit, 0)
-    monkeypatch.setattr(recordings_apart, "MEMORY_RATE", 0)
+    monkeypatch.setattr(recording, limit, 0)
+    monkeypatch.setattr(recording, "MEMORY_RATE", 0)
     with pytest.raises(SceneError, match=r"to be read: it takes (more|longer) than") as failure:
         read_pressure(tmp_path / name, **options)
     assert str(failure.value).isprintable()
 
 
 def test_a_reader_that_ends_its_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from sweeps.base.columns import recordings_apart
+    from sweeps.base.columns import recording
 
     (tmp_path / "run.mat").write_bytes(bytes(1000))
-    monkeypatch.setattr(recordings_apart, "CHILD", "sweeps.no_such_module")
+    monkeypatch.setattr(recording, "CHILD", "sweeps.no_such_module")
     with pytest.raises(SceneError, match=r"a \.mat file, or a damaged one: reading it ends"):
         read_recording(tmp_path / "run.mat")

@@ -7,7 +7,7 @@ import pytest
 
 import sweeps
 from sweeps.base.columns import text_tables
-from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.columns.options import ReadingChoices
 from sweeps.lab.pressure.evaluation import evaluated
 from sweeps.lab.pressure.reading import read_pressure
 from tests.support import recorded_engine
@@ -146,5 +146,7 @@ def test_motored_cycles(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_zeros_before_whole_numbers(text: str, expected: list[tuple[str, float]]) -> None:
     """They seem to stand behind a decimal comma only where names do not say otherwise."""
-    columns = text_tables.read(Path("log.csv"), text.encode(), "log.csv", ReadingChoices()).columns
+    columns = text_tables.read_text(
+        Path("log.csv"), text.encode(), "log.csv", ReadingChoices()
+    ).columns
     assert [(column.name, column.values[1]) for column in columns] == expected

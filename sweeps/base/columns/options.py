@@ -1,18 +1,49 @@
-"""How a recorded pressure becomes an indicator diagram: the keys that a person may give.
+"""Keys that a person may give for files of laboratories, and for recorded pressure in them.
 
 The command `import`, the table [indicator] of a scene and `sweeps.read_pressure` share them.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 from pydantic import Field
 
-from sweeps.base.checks import Companions
-from sweeps.base.columns.reading_choices import ReadingChoices
+from sweeps.base.checks import Companions, Strict
 
-__all__ = ["COMPANIONS", "ImportOptions", "PressureOptions"]
+__all__ = ["COMPANIONS", "Format", "ImportOptions", "PressureOptions", "ReadingChoices"]
+
+Format = Literal[
+    "text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet", "wav", "uff"
+]
+"""Formats of laboratory files; `sweeps.base.columns.recording` has a reader for each."""
+
+
+class ReadingChoices(Strict):
+    """How a laboratory's file is read, where that is not to be guessed.
+
+    The description of a field completes the sentence "must be ...".
+    """
+
+    format: Format | None = Field(
+        default=None,
+        description=f"one of {', '.join(get_args(Format))}: the format of the file, where the "
+        "ending of its name does not tell it",
+    )
+    separator: str | None = Field(
+        default=None, min_length=1, max_length=5,
+        description="a string of one character, such as ';', or 'tab' or 'blank'",
+    )  # fmt: skip
+    decimal: Literal[".", ","] | None = Field(default=None, description="'.' or ','")
+    encoding: str | None = Field(
+        default=None, max_length=40,
+        description="a string: the encoding of a text file, such as 'cp1252' or 'gb18030'",
+    )  # fmt: skip
+    sheet: str | None = Field(default=None, description="a string: the name of a sheet of an .xlsx")
+    group: str | None = Field(
+        default=None, description="a string: the name of a group of channels of a .tdms or .mf4"
+    )
+
 
 _COLUMN = "a column's name, or its number from 1"
 
