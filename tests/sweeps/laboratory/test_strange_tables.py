@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import sweeps
+from sweeps.base.columns.options import PressureOptions, ReadingChoices
 from sweeps.base.columns.recorded_columns import Signals, signals_of
-from sweeps.base.columns.options import PressureOptions
-from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.columns.recording import read_recording
 
 ANGLE = np.arange(-360.0, 360.0)
