@@ -17,6 +17,7 @@ from sweeps.base.files.regular_files import MOST_TEXT, reading, regular_bytes
 from sweeps.catalogue import PACKAGE
 
 __all__ = [
+    "MOST_RECORDING",
     "file_bytes",
     "add_files_read",
     "kept",

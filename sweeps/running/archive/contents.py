@@ -16,9 +16,9 @@ import numpy as np
 
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.checks import shortened
-from sweeps.base.columns.recording import MOST_BYTES
 from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION
 from sweeps.base.errors import SceneError, one_line
+from sweeps.base.files.referred_files import MOST_RECORDING
 from sweeps.base.files.regular_files import reading, regular_bytes
 from sweeps.base.netcdf.netcdf_files import DAMAGE, check_format, opened_archive
 from sweeps.catalogue import PACKAGE
@@ -282,7 +282,7 @@ def with_confidential(archive: Contents, path: Path) -> Contents:
             "an archive without its diagram"
         )
     with reading(str(path), "the confidential diagram of an archive"):
-        data = regular_bytes(path, MOST_BYTES)
+        data = regular_bytes(path, MOST_RECORDING)
     name = next(iter(archive.confidential))
     return replace(archive, files={**archive.files, name: data})
 
