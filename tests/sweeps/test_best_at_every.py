@@ -7,7 +7,6 @@ import xarray as xr
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.running.reduce import every_point, ranges
-from tests.support import commands
 
 INERTIA = [9.0, 1.0, 3.0, 5.0]
 LOADS = [0.0, 50.0, 100.0]
@@ -64,25 +63,6 @@ def test_the_operating_point_is_chosen_only_if_named(archive):
         loaded.isel(speed=0), least="inertia", within="delta <= 1/450", at_every="load"
     )
     assert float(cut["inertia"]) == 3.0
-
-
-def test_a_sampled_speed_is_chosen_only_if_named():
-    speed, inertia = np.array([1000.0, 1800.0, 1800.0]), np.array([3.0, 1.0, 2.0])
-    archive = xr.Dataset(
-        {"delta": ("design", 3.0 / inertia / speed)},
-        {"speed": ("design", speed), "inertia": ("design", inertia)},
-    )
-    asked = {"least": "inertia", "within": "delta <= 1/500"}
-    with pytest.raises(SceneError, match="speed: not chosen with a design, but each design has"):
-        sweeps.best(archive, **asked)
-    with pytest.raises(
-        SceneError, match=r"at every 'speed': has one value .* needs it in \[axes\]"
-    ):
-        sweeps.best(archive, **asked, at_every="speed")
-    asked["within"] = ["delta <= 1/500", "speed > 0"]
-    assert float(sweeps.best(archive, **asked)["inertia"]) == 1.0
-    one = archive.assign_coords(speed=("design", np.full(3, 1800.0)))
-    assert float(sweeps.best(one, **asked | {"within": "delta <= 1/500"})["inertia"]) == 1.0
 
 
 def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
@@ -147,19 +127,3 @@ def test_refused(archive, options, words):
     with pytest.raises(SceneError) as told:
         sweeps.best(archive, least="inertia", within="delta <= 1", **options)
     assert words in str(told.value)
-
-
-def test_command(archive, tmp_path):
-    path = tmp_path / "a.nc"
-    archive.attrs["scene"] = "{}"
-    archive.to_netcdf(path, engine="netcdf4")
-    arguments = ["best", str(path), "--least", "inertia", "--within", "delta <= 1/1000",
-                 "--at-every", "load,speed"]  # fmt: skip
-    done = commands.ok(*arguments, "--not-counted", "no_steady_state")
-    assert "3 of 4 designs fulfil delta <= 1/1000 at every load and speed" in done
-    assert "at inertia = 3" in done
-    failed = commands.refused(*arguments)
-    assert "no design meets all conditions at every load and speed" in failed
-    sliced = commands.ok(*arguments[:-1], "speed", "--select", "load=100")
-    assert "at inertia = 3, load = 100" in sliced
-    assert "generator, coarse     delta 1/150" in commands.ok("list", "classes")

@@ -1,6 +1,5 @@
 """The command line as a user meets it: files, what is printed, lists, exit status."""
 
-import errno
 import itertools
 import os
 import re
@@ -371,37 +370,6 @@ def test_a_removed_working_folder_is_told(words: str, tmp_path: Path) -> None:
     assert result.stderr == (
         "engine-dyn: the current folder no longer exists; change to another folder\n"
     )
-
-
-def test_figures_on_a_full_disk_leave_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from matplotlib.figure import Figure
-
-    good = tmp_path / "good.nc"
-    good.write_bytes(sound_archive())
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "summary.png").write_bytes(b"old")
-    save, saved = Figure.savefig, []
-
-    def full(self: Figure, path: Path, **options: Any) -> None:
-        save(self, path, **options)
-        saved.append(path)
-        if len(saved) == 2:
-            raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(Figure, "savefig", full)
-    for folder in (tmp_path / "new" / "figures", tmp_path / "mine"):
-        saved.clear()
-        result = invoke("plot", good, "-o", folder)
-        assert result.exit_code == 1
-        assert result.stderr == (
-            f"engine-dyn: {folder}: cannot be written (No space left on device)\n"
-        )
-        assert len(saved) == 2
-    assert not (tmp_path / "new").exists()
-    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["summary.png"]
-    assert (tmp_path / "mine" / "summary.png").read_bytes() == b"old"
 
 
 def test_plot_takes_slices_and_refuses_bad_ones(tmp_path: Path) -> None:

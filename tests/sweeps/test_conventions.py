@@ -13,13 +13,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import cf_units
 import netCDF4
 import pytest
 import xarray as xr
 from cf_xarray.units import units
 
-from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS, QUANTITIES
+from engine_dyn.quantities.graph import QUANTITIES
 from sweeps.running.archive import netcdf
 from sweeps.running.compute import into_archive
 from sweeps.running.compute.options import Options
@@ -150,24 +149,6 @@ def test_the_checker_finds_what_is_wrong(tmp_path: Path) -> None:
     told = " ".join(next(iter(found.values())))
     assert status != 0
     assert "furlong per whim" in told and "flag_" in told
-
-
-NODES = {**QUANTITIES, **PARAMETERS, **DIMENSIONS}
-
-
-@pytest.mark.parametrize("unit", sorted({node.unit for node in NODES.values() if node.unit}))
-def test_the_registry_of_cf_xarray_knows_every_unit_by_its_size(unit: str) -> None:
-    """To SI, as the table of quantities converts it; but percent, which names diagrams."""
-    one = units.Quantity(1.0, unit).to_base_units()
-    expected = cf_units.Unit(unit)
-    base = cf_units.Unit(f"{one.units:cf}")
-    assert expected.is_convertible(base)
-    assert one.magnitude == pytest.approx(expected.convert(1.0, base), rel=1e-12)
-    for name, node in NODES.items():
-        if node.unit == unit and unit != "percent":
-            assert getattr(node, "si", one.magnitude) == pytest.approx(one.magnitude, rel=1e-12), (
-                name
-            )
 
 
 @pytest.mark.compiled

@@ -128,14 +128,3 @@ def test_no_python_once_per_design(
     few, many = study(64, quantities), study(320, quantities)
     calls(few), calls(many)
     assert calls(many) - calls(few) < most
-
-
-def test_only_the_diagrams_of_a_load_have_to_be_cycles() -> None:
-    """At 30 percent load this heat makes the gas too hot, at 100 percent it does not."""
-    heats = [20.0, 38.0, 45.0]
-    scene = {"engine": "si_four_87x101", "output": {"quantities": ["imep", "status"]}}
-    full = sweeps.run({**scene, "designs": {"heat": heats, "load": [100.0] * 3}})
-    least = sweeps.run({**scene, "designs": {"heat": heats, "load": [30.0] * 3}})
-    assert full["status"].values.tolist() == [0, 0, 0]
-    assert least["status"].values.tolist() == [0, 4, 4]
-    assert np.isnan(least["imep"].values).tolist() == [False, True, True]

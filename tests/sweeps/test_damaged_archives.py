@@ -12,17 +12,14 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import netCDF4
-import numpy as np
 import psutil
 import pytest
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.base.netcdf import hdf5_links, netcdf_child, netcdf_files
+from sweeps.base.netcdf import hdf5_links, netcdf_child
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
-from tests.support.scenes import write_scene
 from tests.sweeps.processes import COMMAND, ROOT, python
 
 READING = ("info", "show", "compare", "export", "plot", "rerun", "merge", "extend")
@@ -158,30 +155,6 @@ def test_values_that_cannot_be_read(tmp_path: Path) -> None:
     assert not (tmp_path / "out.csv").exists() and not (tmp_path / "figures").exists()
 
 
-def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Path, bool]]:
-    """What the child is told to read, as it is told."""
-    told: list[tuple[Path, bool]] = []
-    real = netcdf_child.read_apart
-
-    def read(path: Path, whole: bool = False) -> None:
-        told.append((path, whole))
-        real(path, whole)
-
-    monkeypatch.setattr(netcdf_files, "read_apart", read)
-    return told
-
-
-def test_a_table_is_read_by_a_child(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.nc"
-    with netCDF4.Dataset(path, "w", format="NETCDF3_CLASSIC") as file:
-        file.createDimension("n", 2)
-        file.createVariable("bore", "f8", ("n",))[:] = [0.1, 0.11]
-        file["bore"].units = "m"
-    told = watched(monkeypatch)
-    ok("plan", write_scene(tmp_path, designs={"file": "a.nc"}))
-    assert told == [(path, False)]
-
-
 def test_a_child_that_takes_too_much_memory_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -217,52 +190,6 @@ def test_a_child_that_runs_for_ever_can_be_interrupted(tmp_path: Path) -> None:
         _, told = command.communicate(timeout=60)
     assert command.returncode == 1
     assert told == "engine-dyn: interrupted; nothing was written\n"
-
-
-def test_results_are_read_by_the_child_where_none_is_trusted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "a.nc"
-    path.write_bytes(sound_archive())
-    told = watched(monkeypatch)
-    ok("info", path)
-    assert told == [(path, False)]
-    ok("info", path, "--untrusted")
-    assert told == [(path, False), (path, True)]
-    netcdf_files._check_state.cache_clear()
-    ok("info", path)
-    assert told[2:] == [(path, False)]
-    sweeps.open(path, untrusted=True).close()
-    assert told[3:] == [(path, True)]
-    for command in (*READING, "run", "plan"):
-        said = " ".join(invoke(command, "--help").stdout.split())
-        assert "--untrusted Read the results of netCDF files too in a separate process" in said
-
-
-def write_damaged_chunk(path: Path, name: str, **attributes: str) -> None:
-    """Write a file whose second chunk of numbers is damaged."""
-    with netCDF4.Dataset(path, "w") as file:
-        file.setncatts(attributes)
-        file.createDimension("n", 100_000)
-        made = file.createVariable(name, "f8", ("n",), zlib=True, chunksizes=(50_000,))
-        made[:] = np.linspace(0.1, 0.2, 100_000)
-    data = bytearray(path.read_bytes())
-    data[-3000:-2000] = b"\xff" * 1000
-    path.write_bytes(data)
-
-
-def test_results_of_an_archive_are_left_to_whoever_uses_them(tmp_path: Path) -> None:
-    """Not a chunk of them is read but the first of each; of what is no archive, all are."""
-    path = tmp_path / "a.nc"
-    for attribute in ("scene", "title"):
-        write_damaged_chunk(path, "delta", **{attribute: "{}"})
-        with pytest.raises(OSError, match="damaged"):
-            netcdf_child.read_apart(path, True)
-        if attribute == "scene":
-            netcdf_child.read_apart(path)
-        else:
-            with pytest.raises(OSError, match="damaged"):
-                netcdf_child.read_apart(path)
 
 
 def test_an_index_of_chunks_that_holds_itself(tmp_path: Path) -> None:

@@ -92,15 +92,6 @@ def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
         assert columns[key].dtype == np.float64
 
 
-@pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet", "table.xlsx"])
-def test_ratios_are_numbers_in_every_format(name: str, tmp_path: Path) -> None:
-    last = 0.02 if name == "table.xlsx" else "0.02"
-    columns = {"wanted_delta": ["1/100", "1/200", last], "speed": [1500.0] * 3}
-    units = {"wanted_delta": "1", "speed": "rpm"} if name == "table.xlsx" else None
-    found, _ = read_designs(write(tmp_path / name, columns, units), name)
-    assert_array_equal(found["wanted_delta"], [1 / 100, 1 / 200, 0.02])
-
-
 @pytest.mark.parametrize("name", ["table.csv", "table.nc", "table.parquet"])
 def test_tables_longer_than_a_piece(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

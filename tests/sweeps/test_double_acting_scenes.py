@@ -12,10 +12,7 @@ from scipy.optimize import brentq
 from engine_dyn.pressure.double_acting import FILE_UNITS, DoubleActingCycle, DoubleActingDiagram
 from engine_dyn.units import BAR
 from sweeps.scene.engine.engine_files import load_engine
-from sweeps.scene.plan.plan import make_plan
-from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import read_scene
-from sweeps.view.texts.scenes import engine_text
 from tests.support.scenes import computed, refusal
 
 BORE, STROKE, ROD, SPEED, OUTSIDE = 0.3, 0.15, 0.375, 750.0, 1.01325
@@ -238,27 +235,6 @@ def test_a_worked_example_of_rod_loads(tmp_path: Path) -> None:
         largest = found["gas_load_compression" if load > 0 else "gas_load_tension"]
         # Valves that open late let the pressure overshoot.
         assert abs(load) - 500.0 < float(largest) / pound < 1.12 * abs(load)
-
-
-def test_pressures_of_both_ends_and_nothing_said_of_the_effective_one(tmp_path: Path) -> None:
-    path = written(tmp_path)
-    names = ["pressure", "crank_end_pressure", "peak_pressure", "cylinder_volume"]
-    found = computed(names, path)
-    head, crank = found["pressure"], found["crank_end_pressure"]
-    assert 4.5 < float(head.min()) < 5.0 and 4.5 < float(crank.min()) < 5.0
-    largest = float(found["peak_pressure"])
-    assert max(float(head.max()), float(crank.max())) == pytest.approx(largest, rel=1e-3)
-    assert float(head.sel(crank_angle=0)) == pytest.approx(15.1, abs=0.2)
-    assert float(crank.sel(crank_angle=-180)) == pytest.approx(15.1, abs=0.2)
-    clearance = 0.12 * 0.25 * np.pi * BORE**2 * STROKE
-    assert float(found["cylinder_volume"].min()) * 1e-6 == pytest.approx(clearance, rel=1e-9)
-    text = engine_text(load_engine(path))
-    assert text.count("p_max 15.") + text.count("p_max 16.") == 2
-    assert "100 percent, head end" in text and "100 percent, crank end" in text
-    scene = read_scene({"engine": path, "output": {"quantities": ["delta", *names]}})
-    assert not plausibility_warnings(make_plan(scene))
-    single = computed(["crank_end_pressure", "pressure"], "compressor_79x83")
-    assert (single["crank_end_pressure"] == 1.01353).all()
 
 
 def test_a_mass_of_its_own_counts_in_the_worst_of_all_cylinders(tmp_path: Path) -> None:

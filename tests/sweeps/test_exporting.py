@@ -255,37 +255,6 @@ def test_the_largest_difference_and_where(
     assert "1 with a number in only one archive, first at speed=1000, inertia=" in text
 
 
-def test_where_axes_differ_common_values_are_compared(whole: xr.Dataset) -> None:
-    other = whole.isel(speed=[3, 0, 2]).copy(deep=True)
-    other["delta"].values[0, 0] += 1.0  # at 1600 rpm
-    found = compare(whole, other)
-    assert found.axes == ["speed: 3 values in both, of 4 in the first and 3 in the second"]
-    (delta,) = (d for d in found.quantities if d.name == "delta")
-    assert delta.count == 21
-    assert delta.differing == 1
-    assert delta.largest_at["speed"] == 1600.0
-    turned = compare(whole, whole.isel(inertia=slice(None, None, -1)))
-    assert turned.axes == ["inertia: the same 7 values in another order"]
-    assert not any(d.differing for d in turned.quantities)
-    apart = compare(whole.isel(speed=[0]), whole.isel(speed=[1]))
-    assert "delta: no axis point is in both archives" in apart.not_compared
-
-
-def test_words_and_tables_of_designs() -> None:
-    table = sweeps.run(DESIGN_TABLE)
-    other = table.isel(method=[1], design=[4, 2]).copy(deep=True)
-    other["delta"].values[0] *= 2.0
-    found = compare(table, other)
-    assert found.axes == [
-        "design: 2 values in both, of 12 in the first and 2 in the second",
-        "method: 1 value in both, of 2 in the first and 1 in the second",
-    ]
-    (delta,) = (d for d in found.quantities if d.name == "delta")
-    assert delta.relative == 0.5
-    assert delta.relative_at["design"] == "design 4"
-    assert delta.relative_at["method"] == "newton"
-
-
 def test_by_the_command(folder: Path) -> None:
     (folder / "other.toml").write_text(TO_JOIN.replace("stop = 9.0", "stop = 9.1"))
     run(folder / "other.toml", folder / "other.nc", overwrite=True)

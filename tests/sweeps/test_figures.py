@@ -14,17 +14,14 @@ from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from sweeps.base.errors import SceneError
 from sweeps.running.archive import labels as dataset
-from sweeps.view.figures import arrangement, draw, kinds
+from sweeps.view.figures import arrangement, draw
 from sweeps.view.figures.angle_lines import draw_curves
 from sweeps.view.figures.cycle_curves import curve_figure
-from sweeps.view.figures.kinds import figures_of
 from sweeps.view.figures.scales import crank_axis
-from sweeps.view.figures.sheet import finish, new_sheet
+from sweeps.view.figures.sheet import new_sheet
 from sweeps.view.figures.study import study_of
-from sweeps.view.figures.views import pick
 from sweeps.view.figures.wording import axis_label, number_text, unit_text, value_text, wrap
 from tests.support.figures import assert_inside, plain, plates, style, texts, variable, words
-from tests.sweeps.processes import python
 
 ATTRIBUTES = {
     "reciprocating_mass": ("reciprocating mass per cylinder", "m", "kg"),
@@ -211,37 +208,6 @@ def test_lines_break_outside_formulas_and_brackets() -> None:
     assert plain(wrap(f"best with {inertia}", 12)) == "best with\n$\\Theta$ = 5.158 kg m²"
 
 
-def test_picked_values_are_even_and_keep_the_nominal_one() -> None:
-    assert pick(15, 8, keep=7) == [0, 2, 4, 7, 8, 10, 12, 14]
-    for size in range(1, 40):
-        for keep in range(size):
-            chosen = pick(size, 8, keep)
-            assert keep in chosen and len(chosen) == min(size, 8)
-            assert {chosen[0], chosen[-1]} <= {0, size - 1} | {keep}
-
-
-def test_a_new_kind_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    def draw_mine(study, names):
-        figure, panels = new_sheet(1, 1, 2.0)
-        panels[0].plot(study.view.array(names[0]).values.T)
-        yield "mine", finish(figure, "Mine")
-
-    mine = kinds.Kind("mine", "what I want", "my needs", lambda view: ["omega"], draw_mine)
-    monkeypatch.setattr(kinds, "KINDS", (*kinds.KINDS, mine))
-    found = plates(product(inertia=[1.0, 2.0, 5.0]))
-    assert "mine" in found
-    assert "omega_inertia" not in found  # the kind takes it for itself
-    assert "delta_inertia" in found
-
-
-def test_a_shaking_force_without_its_directions_is_a_curve() -> None:
-    attrs = {"long_name": "shaking force", "units": "N"}
-    force = xr.DataArray(np.sin(np.radians(angles())), dims="crank_angle", attrs=attrs)
-    data = xr.Dataset({"shaking_force": force})
-    data.coords["crank_angle"] = ("crank_angle", angles(), attributes("crank_angle"))
-    assert set(plates(data)) == {"shaking_force"}
-
-
 def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
     assert set(thesis_plates) == {
         "kinematics", "indicator_diagrams", "work_diagrams", "torque_components",
@@ -305,23 +271,6 @@ def test_what_the_figures_of_the_thesis_draw(thesis_plates: dict) -> None:
     assert any(text.startswith("\N{MINUS SIGN}Mean friction torque") for text in lines)
 
 
-@pytest.mark.parametrize(
-    "missing",
-    [
-        {"pressure": "indicator_diagrams", "acceleration position velocity": "kinematics",
-         "delta": "delta_inertia", "omega": "torque_and_speed"},
-        {"gas_torque inertia_torque": "torque_components", "delta_published": "published",
-         "omega_max omega_min": "omega_extremes", "torque_range": "torque_range"},
-        {"torque": "cylinders"},
-    ],
-)  # fmt: skip
-def test_nothing_is_drawn_for_what_is_not_there(missing: dict[str, str]) -> None:
-    data = thesis_like().drop_vars([name for names in missing for name in names.split()])
-    with style():
-        stems = [name for name, _ in figures_of(study_of(data, {}))]
-    assert stems and not {*missing.values()} & {*stems}
-
-
 def test_what_is_left_of_figures_and_of_published_values_in_other_units() -> None:
     assert len(plates(thesis_like()[["position", "velocity"]])["kinematics"].axes) == 2
     data = thesis_like().drop_vars("load_torque")
@@ -356,19 +305,6 @@ def test_curves_are_closed_or_have_a_gap() -> None:
     (line,) = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) > 5]
     gap = np.flatnonzero(np.isnan(line.get_ydata()))
     assert line.get_xdata()[gap].tolist() == [-180.0]
-
-
-def test_curves_of_two_strokes_of_far_speeds_and_of_many_values() -> None:
-    data = product(inertia=[1.0, 2.0]).sel(crank_angle=slice(-180, 170))
-    figure = plates(data, laid_out=True)["omega_inertia"]
-    labels = [text.get_text() for text in figure.axes[0].get_xticklabels()]
-    assert labels[0].endswith("BDC") and "0\nTDC" in labels
-    figure = plates(product(speed=[1000.0, 4000.0]))["omega_speed"]
-    assert len(figure.axes) == 2
-    assert "Deviation from the mean over the cycle (%)" in words(figure)
-    figure = plates(product(inertia=np.geomspace(1, 12, 24)))["omega_inertia"]
-    assert len(legend_texts(figure)) == 8
-    assert "8 of 24 values of inertia shown" in texts(figure)
 
 
 def test_orders_and_padded_cylinders() -> None:
@@ -463,17 +399,6 @@ def test_axes_of_words_are_spelled() -> None:
     assert legend_texts(figure) == ["constant", "variable"]
 
 
-def test_a_single_design_gives_curves_and_no_table() -> None:
-    found = plates(thesis_like().isel(design=0))
-    assert {"kinematics", "indicator_diagrams", "torque_components", "torque_and_speed"} < set(
-        found
-    )
-    assert not {"omega", "torque", "load_torque"} & set(found)  # all in torque_and_speed
-    assert not plates(thesis_like().isel(design=0)[["omega"]])["omega"].legends
-    # the same as a list of one design
-    assert set(plates(thesis_like().isel(design=[0]))) == set(found)
-
-
 def constant_map(noise: float, tolerance: float) -> xr.Dataset:
     """A wanted delta over two axes, met to some relative noise."""
     data = product(inertia=np.geomspace(2, 12, 6), speed=np.linspace(1500, 3000, 7))
@@ -530,32 +455,6 @@ def test_contours_and_legends_tell_values_apart() -> None:
     data = product(inertia=[2.00001, 2.00002], speed=np.linspace(1500, 3000, 4))[["delta"]]
     data["delta"] = data["delta"] * np.array([1.0, 2.0])[:, None]
     assert legend_texts(plates(data)["delta_speed"]) == ["2.00001", "2.00002"]
-
-
-def test_there_is_nothing_between_two_numbers_of_cylinders() -> None:
-    data = product(cylinders=[1, 2, 3, 4, 6, 8], speed=np.linspace(1500, 3000, 7))
-    factor = np.array([1.0, 0.9, 0.7, 0.5, 0.3, 0.2])[:, None]
-    data["delta"] = data["delta"] * factor
-    found = plates(data[["delta"]])
-    assert set(found) == {"delta_speed", "delta_cylinders"}
-    assert legend_texts(found["delta_speed"]) == ["1", "2", "3", "4", "6", "8"]
-
-
-def test_a_number_of_all_designs_beside_its_published_value() -> None:
-    data = thesis_like()[["delta", "delta_published"]]
-    attrs = {"long_name": "rod mass at the crank pin", "symbol": "$M_c$", "units": "kg"}
-    data["rod_mass"] = ((), 0.4446, attrs)
-    data["rod_mass_published"] = ("design", np.r_[0.445, np.full(data.sizes["design"] - 1, np.nan)])
-    data["rod_mass_published"].attrs = attrs
-    data["other"] = ((), 2.0, {**attrs, "long_name": "another"})
-    alone = data.drop_vars(["delta", "delta_published"])
-    alone["other_published"] = alone["rod_mass_published"] * 4.4
-    alone["other_published"].attrs = attrs
-    figure = plates(alone)["published"]
-    rows = [t.get_text() for t in figure.axes[0].get_yticklabels()]
-    assert rows == ["Rod mass at the crank pin $M_c$", "Another $M_c$"]
-    (dots,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
-    assert dots.get_xdata()[0] == pytest.approx(100 * (0.4446 / 0.445 - 1))
 
 
 def test_designs_without_an_answer() -> None:
@@ -646,16 +545,6 @@ def test_designs_beside_axes() -> None:
     assert titles == ["$L$ = 10 %", "$L$ = 90 %"]
 
 
-def test_a_quantity_whose_unit_changes_is_not_drawn_along_that_axis() -> None:
-    data = thesis_like()
-    k = np.where(data.load_exponent == 0, 116.0, 0.0074) * (1 + 0.1 * (data.speed > 1200))
-    comment = {"long_name": "load coefficient", "comment": "unit N m s^alpha"}
-    data["load_coefficient"] = ("design", k.values, comment)
-    figure = plates(data[["load_coefficient"]])["load_coefficient"]
-    assert [plain(axes.get_xlabel()) for axes in figure.axes] == ["Nominal crank speed $n$ (rpm)"]
-    assert "unit N m s^alpha" in texts(figure)
-
-
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_files_are_written_and_come_out_the_same_again(tmp_path, kind: str) -> None:
     data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))[["delta"]]
@@ -681,21 +570,6 @@ def test_a_persons_own_settings_neither_matter_nor_change(tmp_path) -> None:
         (own,) = draw(data, tmp_path / "own")
         assert matplotlib.rcParams["font.size"] == 30
     assert own.read_bytes() == plain.read_bytes()
-
-
-def test_pyplot_is_never_imported_and_matplotlib_only_to_draw(tmp_path) -> None:
-    code = f"""
-import sys
-import xarray as xr
-import sweeps.view.figures.drawing
-assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
-data = xr.Dataset({{"delta": ("inertia", [1.0, 2.0])}}, coords={{"inertia": [1.0, 3.0]}})
-assert sweeps.figures.draw(data, {str(tmp_path)!r})
-assert "matplotlib.figure" in sys.modules
-assert "matplotlib.pyplot" not in sys.modules
-"""
-    done = python(code, environment={"PYTHONWARNINGS": "error"}, timeout=120)
-    assert done.returncode == 0, done.stderr
 
 
 def described(*texts: str, **factors: tuple[float, ...]) -> xr.Dataset:

@@ -21,7 +21,7 @@ from sweeps.view.figures.polar import polar_names
 from sweeps.view.figures.study import Study, study_of
 from sweeps.view.figures.turning_moment import turning, turning_moment, turning_names
 from sweeps.view.figures.views import View
-from tests.support.figures import assert_inside, plain, plates, style, variable, words
+from tests.support.figures import assert_inside, plates, style, variable, words
 
 ANGLES = np.arange(-360.0, 360.0, 1.0)
 PHI = np.radians(ANGLES)
@@ -113,22 +113,6 @@ def test_a_load_torque_that_balances_bounds_the_areas_else_the_mean() -> None:
     assert "Mean torque" in words(figure)
 
 
-@pytest.mark.parametrize(
-    ("factor", "unit", "said"),
-    [(1000.0, "N m", ("W = 600 kJ",)), (0.001, "kN m", ("W = 600 J", "+600", "Torque (kN m)"))],
-)
-def test_energies_have_a_readable_unit_whatever_the_torque_has(
-    factor: float, unit: str, said: tuple[str, ...]
-) -> None:
-    data = cycle()
-    for name in ("torque", "load_torque"):
-        data[name] = (data[name] * factor).assign_attrs(data[name].attrs, units=unit)
-    figure = drawn(turning_moment, turning_names, study_of(data, {"load": 100.0}))["turning_moment"]
-    for text in said:
-        assert text in words(figure)
-    assert np.ptp(figure.axes[1].lines[0].get_ydata()) == pytest.approx(600.0, rel=1e-3)
-
-
 def test_curves_by_load() -> None:
     data = cycle((0.0, 50.0, 100.0))
     figure = drawn(load_curves, load_curve_names, study_of(data, {}))["load_curves"]
@@ -161,15 +145,6 @@ def test_curves_by_load() -> None:
     # a hundredth of the load in rad/s, over a mean of 100 and of 200
     assert -0.8 < low < -0.5 and 0.5 < high < 0.8
     assert "(%)" in panel.get_ylabel() and "rad" not in panel.get_ylabel()
-
-
-def test_without_loads_another_axis_of_few_values_is_taken() -> None:
-    data = cycle().rename(load="inertia")
-    assert set(drawn(load_curves, load_curve_names, study_of(data, {}))) == {"inertia_curves"}
-    # One design has no curves by load, one load no comparison of bearings, two components none.
-    assert not drawn(load_curves, load_curve_names, study_of(cycle(), {"load": 50.0}))
-    assert not bearing_load_names(study_of(bearings()[["crank_pin_load_max"]], {}).view)
-    assert not friction_names(study_of(friction()[list(COMPONENTS)[:2]], {}).view)
 
 
 def test_of_the_journals_the_most_loaded_is_drawn() -> None:
@@ -299,43 +274,6 @@ def test_forces_of_one_group_share_their_panels(found: dict[str, Any]) -> None:
     assert "piston_force_speed" in plates(mechanism()[["piston_force"]])
 
 
-def test_polar_diagrams_have_one_scale(found: dict[str, Any]) -> None:
-    for stem in ("crank_pin_polar_tangential_radial_speed", "piston_pin_polar_side_down"):
-        panel = found[stem].axes[0]
-        box = panel.get_window_extent()
-        across = np.ptp(panel.get_xlim()) / box.width
-        up = np.ptp(panel.get_ylim()) / box.height
-        assert across == pytest.approx(up, rel=1e-6)
-        # everything is inside, and so is the origin
-        for line in panel.lines:
-            if line.get_marker() == "o":
-                x, y = line.get_data()
-                assert (np.abs(x - np.mean(panel.get_xlim())) <= np.ptp(panel.get_xlim()) / 2).all()
-                assert (np.abs(y - np.mean(panel.get_ylim())) <= np.ptp(panel.get_ylim()) / 2).all()
-    data, drawn = mechanism(), found["crank_pin_polar_tangential_radial_speed"]
-    line = next(one for one in drawn.axes[0].lines if len(one.get_xdata()) == COARSE.size + 1)
-    assert line.get_xdata()[:-1] == pytest.approx(data["crank_pin_tangential"].values[0])
-    assert line.get_ydata()[:-1] == pytest.approx(data["crank_pin_radial"].values[0])
-    said = words(drawn)
-    assert "Polar diagram of the load of the crank pin by speed" in said
-    assert "in axes that turn with the crank; a mark every 30° of crank" in said
-    down = found["piston_pin_polar_side_down"]
-    assert down.axes[0].yaxis_inverted() and "0°" in words(down)
-
-
-def test_each_journal_has_a_panel_and_none_is_missed(found: dict[str, Any]) -> None:
-    single = plates(mechanism().isel(speed=0))
-    for figure in (found["main_journal_polar_x_y_speed"], single["main_journal_polar_x_y"]):
-        titles = [
-            plain(panel.get_title(loc="left")) for panel in figure.axes if panel.get_visible()
-        ]
-        assert titles == ["$j$ = 1", "$j$ = 2", "$j$ = 3"]
-        assert len(figure.axes[2].lines) == 2  # only the axes of coordinates
-    assert "no value" not in words(found["main_journal_load_max_main_bearing"]).lower()
-    (line,) = single["main_journal_load_max_main_bearing"].axes[0].get_lines()
-    assert line.get_linestyle() == "None"
-
-
 def orders_of(panel: Any) -> list[np.ndarray]:
     """Where the bars of each value stand."""
     return [
@@ -375,19 +313,6 @@ def test_of_what_is_not_there_nothing_is_drawn() -> None:
     assert not found["torque_phase"].axes[0].containers  # a phase has no bar
     data["torque_order"][:] = 0.0
     assert not [name for name in plates(data) if name.startswith("torque_order")]
-
-
-def test_two_directions_are_points_without_a_line() -> None:
-    forces = variable(("case", "direction"), [[9.0, 0.0], [0.5, 0.6]], "force", "N")
-    words = variable("case", ["four", "six"], "engine", "1")
-    data = xr.Dataset(
-        {"force": forces},
-        coords={"direction": variable("direction", [0.0, 90.0], "direction", "degree"),
-                "case": words},
-    )  # fmt: skip
-    (line,) = plates(data.isel(case=0))["force_direction"].axes[0].get_lines()
-    assert line.get_linestyle() == "None" and len(line.get_xdata()) == 2
-    assert {"force_case"} == {name for name in plates(data) if name.startswith("force")}
 
 
 def test_more_axes_are_cut_or_faceted() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from sweeps.view.figures.drawing import figure
 from sweeps.view.figures.options import options_of
 from sweeps.view.figures.shaft_modes import (
     crossings,
-    free_places,
     joined_neighbours,
     zero_crossings,
 )
@@ -195,21 +193,6 @@ def test_arrows_of_the_crank_train_and_its_angle() -> None:
     assert f"at {largest + 180.0:g}° crank angle" in words(turned)
 
 
-def test_the_stems_of_a_waterfall_stand_on_their_speeds_to_one_scale() -> None:
-    data = engine()
-    panel = figure(data, "waterfall").axes[0]
-    stems = [(p.get_x() + 0.5 * p.get_width(), p.get_y(), p.get_height()) for p in panel.patches]
-    per_unit = {(order, speed): height for order, speed, height in stems}
-    assert set(per_unit) == {
-        (order, speed) for order in (2.0, 4.0) for speed in (1000.0, 2000.0, 3000.0, 4000.0)
-    }
-    scale = per_unit[2.0, 4000.0] / 4000.0
-    for (order, speed), height in per_unit.items():
-        amplitude = float(data["torque_order"].sel(speed=speed, order=order))
-        assert height == pytest.approx(scale * amplitude)
-    assert "2000 N m" in words(figure(data, "waterfall"))
-
-
 @pytest.mark.parametrize(
     ("data", "kind", "options", "said"),
     [
@@ -357,24 +340,6 @@ def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
     assert only[2] == pytest.approx(50.0 / (4.0 / 60.0 - 0.02))
 
 
-def test_labels_of_many_crossings_lie_apart() -> None:
-    # orders 6 to 12 meet 200 Hz between 1000 and 2000 rpm, those of 11.5 and 12 at 1043 and 1000
-    order = np.arange(0.5, 12.5, 0.5)
-    data = shaft()[["natural_frequency", "speed"]].drop_dims("misfire", errors="ignore")
-    data["natural_frequency"] = variable("mode", [200.0, 900.0], "natural frequency", "Hz")
-    data["mode_vector_sum"] = variable(("mode", "order"), np.ones((2, 24)), "vector sum", "1")
-    data = data.assign_coords(order=variable("order", order, "order", "1"))
-    one = plates(data, laid_out=True)["campbell"]
-    panel, renderer = one.axes[0], one.canvas.get_renderer()  # type: ignore[attr-defined]
-    assert len(panel.collections[0].get_offsets()) == 13
-    boxes = [text.get_window_extent(renderer) for text in panel.texts]
-    speeds = [int(text.get_text()) for text in panel.texts if float(text.get_text()) > 100.0]
-    assert 5 <= len(speeds) < 13 and set(speeds) <= {round(12000.0 / nu) for nu in order}
-    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
-    places, sizes = np.array([0.0, 0.1, 0.2, 0.5]), np.array([1.0, 3.0, 2.0, 0.1])
-    assert free_places(places, sizes, 0.15) == [1, 3]
-
-
 def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
     one = drawn["shaft_torque_order_speed"]
     said = words(one)
@@ -399,14 +364,6 @@ def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
     heights = barred[0].get_paths()[0].vertices[:, 1]
     assert heights.min() == pytest.approx(50.0) and heights.max() > 100.0
     assert "Limit of the stress" in words(one)
-
-
-def test_another_shaft_is_drawn_where_it_is_selected() -> None:
-    found = plates(shaft(), {"shaft": "crank - ring", "misfire": 0.0})
-    one = found["shaft_torque_order_speed"]
-    assert line(one, "order 3").get_ydata()[10] == pytest.approx(9.0)
-    assert "where the torque" not in words(one)
-    assert found["shaft_stress_half_range_speed"].axes[0].lines[0].get_ydata()[10] == 7.0
 
 
 def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:
@@ -447,16 +404,6 @@ def test_the_cycle_is_drawn_at_the_worst_speed_with_its_half_range() -> None:
     assert total.get_ydata() == pytest.approx(
         90.0 * np.cos(np.radians(3.0 * (angle - 180.0) + 30.0)), abs=1e-9
     )
-
-
-def test_the_campbell_diagram_says_whether_its_modes_are_damped(drawn: dict) -> None:
-    assert "natural frequencies without damping" in words(drawn["campbell"])
-    damped = shaft().assign(
-        damped_natural_frequency=variable("mode", [65.0, np.nan], "of damped modes", "Hz")
-    )
-    one = plates(damped)["campbell"]
-    assert "natural frequencies of damped modes" in words(one)
-    assert "mode 1: 65 Hz" in words(one) and "vector sum" not in words(one)
 
 
 @pytest.mark.compiled

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.testing import assert_allclose
 
 import sweeps
 from engine_dyn import status
@@ -19,7 +18,6 @@ from sweeps.view.figures.drawing import figure, figures, kinds_of
 from sweeps.view.figures.kinds import KINDS
 from sweeps.view.figures.options import Options, options_of
 from sweeps.view.figures.study import study_of
-from sweeps.view.texts.readable_dataset import readable_dataset
 from tests.support.archives import run
 from tests.support.commands import invoke, ok
 from tests.support.figures import variable, words
@@ -134,15 +132,6 @@ def test_dots_and_sizes_have_limits(key: str, value: str, allowed: str, tmp_path
     assert options_of(style={"font.size": 30, "axes.labelpad": -3.0, "axes.titlesize": "large"})
 
 
-def test_units_that_read_better_are_taken_and_others_kept() -> None:
-    found = readable_dataset(archive())
-    assert found["omega"].attrs["units"] == "rpm"
-    assert found["omega"].attrs["symbol"] == "$n$"
-    assert_allclose(found["omega"], archive()["omega"] * 30.0 / np.pi)
-    kept = readable_dataset(archive(), "archive")
-    assert kept["omega"].attrs["units"] == "rad s-1"
-
-
 def test_the_document_lists_every_kind() -> None:
     page = DOCUMENT.read_text("utf-8")
     for kind in KINDS:
@@ -203,21 +192,6 @@ def test_both_archives_and_their_difference_are_drawn() -> None:
     (bar,) = plates["compared_numbers"].axes[0].patches  # friction is the same
     assert bar.get_width() == pytest.approx(5.0)
     assert "5 → 5.25 bar (+5 %)" in words(plates["compared_numbers"])
-
-
-def test_only_what_both_have_is_compared() -> None:
-    plates = drawn(beside(study(), study(1.05, inertia=(0.5, 1.0, 4.0))))
-    line = plates["compared_delta_inertia"].axes[0].lines[1]
-    assert list(line.get_xdata()) == [1.0, 4.0]
-    assert line.get_ydata() == pytest.approx([0.105, 0.02625])
-    # Where one has no axis, the other is cut at its value.
-    single = study(1.05).isel(inertia=1).drop_vars("inertia")
-    single.attrs["parameters"] = json.dumps({"inertia": 2.0})
-    both = beside(study(), single)
-    assert float(both["delta"]) == pytest.approx(0.05)
-    assert float(both["delta_compared"]) == pytest.approx(0.0525)
-    with pytest.raises(SceneError, match="no common quantity"):
-        beside(study()[["delta"]], study()[["imep"]])
 
 
 @pytest.mark.compiled
@@ -297,18 +271,6 @@ def test_the_front_is_what_no_other_design_beats_and_that_of_the_search() -> Non
     assert "moment of inertia = 10 kg m², engine speed = 2000 rpm" in words(drawn)
 
 
-def test_slabs_give_the_front_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    view = study_of(choices(), {}).view
-    whole = pareto.front(view, ["delta", "brake_power"])
-    monkeypatch.setattr(pareto, "MOST_AT_ONCE", 9)  # one inertia at a time
-    again = pareto.front(view, ["delta", "brake_power"])
-    assert (again.values == whole.values).all() and (again.places == whole.places).all()
-    assert again.count == whole.count == 51
-    found = pareto.front(view, ["inertia", "main_journal_load_max"])
-    assert found.dims == ("inertia", "speed", "load")
-    assert found.values[1].min() == pytest.approx(1.0 + 20.0 / 40.0)
-
-
 def test_a_front_of_most_designs_is_drawn_only_when_asked_for_and_none_of_no_goals() -> None:
     one = choices().isel(speed=0, load=0).drop_vars(["speed", "load"])
     line = one.interp(inertia=np.geomspace(1.6, 10.0, 20))
@@ -333,34 +295,3 @@ def test_speed_and_load_are_no_choice_and_an_axis_is_a_goal_only_when_asked_for(
     ((stem, drawn),) = figures(choice, options_of(only="pareto")).items()
     assert stem == "pareto_delta_brake_power"
     assert "speed = 1500 rpm" in words(drawn) and "of 30 designs" in words(drawn)
-
-
-def test_a_sample_of_speeds_has_no_front() -> None:
-    inertia, stroke, speed = np.random.default_rng(1).uniform(1.0, 2.0, (3, 40))
-    data = xr.Dataset(
-        {
-            "delta": variable("design", stroke / inertia / speed, "fluctuation", "1"),
-            "brake_power": variable("design", stroke * speed, "brake power", "W"),
-        },
-        {"inertia": ("design", inertia), "stroke": ("design", stroke)},
-    )
-    assert pareto.pareto_names(study_of(data, {}).view) == ["inertia", "delta", "brake_power"]
-    sampled = data.assign_coords(speed=("design", speed))
-    assert pareto.pareto_names(study_of(sampled, {}).view) == []
-    assert figure(sampled, "pareto", options_of(quantities="delta,brake_power"))
-
-
-def test_a_mean_speed_that_is_the_nominal_one_is_no_figure() -> None:
-    data = choices().isel(speed=1, drop=True)
-    data["omega_mean"] = variable(
-        ("inertia", "load"), 157.08 - data["delta"].values * 1e-4, "mean speed", "rad s-1"
-    )
-    assert not [stem for stem in figures(data) if stem.startswith("omega_mean")]
-    only = data[["omega_mean"]]
-    offered = {kind.name for kind, names in kinds_of(only) if names}
-    assert "numbers" not in offered
-    with pytest.raises(SceneError, match=r"numbers: not available .* repeats no axis"):
-        figure(only, "numbers")
-    # 1 % is more than the closure makes of the mean
-    data["omega_mean"] = data["omega_mean"] * (1.0 + 0.01 * data["load"] / 100.0)
-    assert [stem for stem in figures(data[["omega_mean"]]) if stem.startswith("omega_mean")]

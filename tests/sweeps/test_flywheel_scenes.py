@@ -106,31 +106,6 @@ def test_a_whole_inertia_does_not_tell_the_flywheel(quantity: str) -> None:
     assert "flywheel_inertia" in line and "wanted_delta" in line
 
 
-def test_they_need_no_stored_curve_and_are_those_of_the_stored_one() -> None:
-    names = ["torque", "omega", "torque_after_throw", "flywheel_shaft_torque", "gas_force"]
-    axes = {"cylinders": [1, 2, 4], "speed": [800, 1200]}
-    asked = [n + "_rms" for n in names]
-    alone = sweeps.run(scene(asked, axes=axes))
-    assert set(alone.data_vars) == {*asked, "status"}
-    curves = sweeps.run(scene(names, axes=axes))
-    for name in names:
-        expected = np.sqrt((curves[name] ** 2).mean("crank_angle", skipna=False))
-        found = alone[name + "_rms"]
-        assert found.dims == tuple(d for d in curves[name].dims if d != "crank_angle")
-        assert found.attrs["units"] == curves[name].attrs["units"]
-        assert_allclose(found, expected, rtol=1e-14)
-    assert alone["gas_force_rms"].dims == ()
-    # A step of one degree is fine enough beside a twentieth of it.
-    own = {"engine": "ntua", "set": PARTS}
-    coarse, fine = (
-        sweeps.run({**own, "output": {"quantities": asked, "angle_step": step}})
-        for step in (1.0, 0.05)
-    )
-    for name, limit in (("torque", 1e-6), ("omega", 1e-8), ("flywheel_shaft_torque", 1e-5)):
-        one = name + "_rms"
-        assert float(coarse[one]) == pytest.approx(float(fine[one]), rel=limit)
-
-
 RIMS = {
     "16.14": ({"speed": 800, "rim_stress_limit": 7.0, "flywheel_density": 7200,
                "rim_width_over_thickness": 5}, 23561.94490192345, 0.04,

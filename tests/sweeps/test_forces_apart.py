@@ -1,14 +1,12 @@
 """Forces of gas and masses apart, with weight and piston friction, volume, inertia, rod."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-import sweeps
 from sweeps.base.errors import SceneError
 from tests.support.scenes import computed
 
@@ -107,44 +105,6 @@ def test_volume_is_that_of_the_closed_triangle(offset: float) -> None:
     assert work / (AREA * STROKE * 1e5) == pytest.approx(float(found["imep"]), rel=2e-4)
 
 
-def test_where_the_compression_ratio_comes_from(tmp_path: Path) -> None:
-    with pytest.raises(SceneError) as told:
-        computed(["cylinder_volume"], "diesel_105x137")
-    assert str(told.value) == (
-        "scene: [output] quantities: 'cylinder_volume' needs compression_ratio (compression "
-        "ratio, largest over smallest cylinder volume; in a scene, that of the modelled cycles), "
-        "which engine "
-        "diesel_105x137 does not give; must be in [indicator], the same in each [[diagram]] of an "
-        "engine file, or geometric_compression_ratio in [set] or [values]"
-    )
-    for engine, settings, ratio in (
-        ("diesel_105x137", {"geometric_compression_ratio": 17.0}, 17.0),
-        ("si_four_87x101", {}, 9.4),
-        ("compressor_79x83", {}, 1.0 + 1.0 / 0.04915),
-    ):
-        volume = computed(["cylinder_volume"], engine, set=settings)["cylinder_volume"]
-        assert float(volume.max() / volume.min()) == pytest.approx(ratio, rel=1e-12)
-    angle = np.arange(-360.0, 360.0, 2.0)
-    pressure = 1.0 + 40.0 * np.exp(-((angle / 30.0) ** 2))
-    lines = [f"{a:g},{p:.6f}" for a, p in zip(angle, pressure, strict=True)]
-    text = "crank_angle_deg,pressure_bar\n" + "\n".join(lines)
-    (tmp_path / "points.csv").write_text(text)
-    table = {"file": str(tmp_path / "points.csv"), "compression_ratio": 12.0}
-    volume = computed(["cylinder_volume"], indicator=table)["cylinder_volume"]
-    assert float(volume.max() / volume.min()) == pytest.approx(12.0, rel=1e-12)
-    own = Path(sweeps.__file__).parent / "catalogue" / "engines" / "b112.toml"
-    before, _, after = own.read_text().partition("[[diagram]]")
-    rest = after[after.index("[assumed]") :]
-    points = '[[diagram]]\nload = 100\nkind = "points"\nfile = "points.csv"\ncompression_ratio = {}'
-    engine = tmp_path / "mine.toml"
-    engine.write_text(before + points.format(14.0) + "\n\n" + rest)
-    volume = computed(["cylinder_volume"], str(engine))["cylinder_volume"]
-    assert float(volume.max() / volume.min()) == pytest.approx(14.0, rel=1e-12)
-    engine.write_text(before + points.format(0.5) + "\n\n" + rest)
-    with pytest.raises(SceneError, match=r"number 1 compression_ratio = 0.5: must be"):
-        computed(["cylinder_volume"], str(engine))
-
-
 @pytest.mark.parametrize("engine", ["ntua", "v6_96x81", "parallel_twin_270"])
 def test_inertia_over_the_angle_keeps_the_energy(engine: str) -> None:
     """Theta(phi) omega^2/2 of the solution with variable inertia gains what the torques do."""
@@ -222,27 +182,6 @@ def test_the_shaking_force_is_the_sum_of_its_parts(engine: str, settings: dict[s
     assert float(np.abs(parts - found["shaking_force"]).max()) < 1e-12 * size
 
 
-def test_counterweight_of_asgari() -> None:
-    """B b omega^2, eq. 12, opposite to the crank: figure 6."""
-    found = sweeps.run("asgari_forces")
-    omega, phi = 100.0 * math.pi, np.radians(found["crank_angle"].values)
-    for fraction in (0.0, 0.5):
-        here = found.sel(counterweight_fraction=fraction)
-        size = float(here["counterweight_required"]) * 0.03134 * omega**2
-        force = here["counterweight_force"]
-        assert_allclose(force.sel(direction=0), -size * np.cos(phi), atol=1e-9 * size)
-        assert_allclose(force.sel(direction=90), -size * np.sin(phi), atol=1e-9 * size)
-    # (7): primary force of m1 = 0.841 kg; printed to three digits
-    first = found["reciprocating_force_first"].sel(direction=0)
-    wanted = 0.841 * 0.0355 * omega**2 * np.cos(phi)
-    assert_allclose(first, wanted, atol=6e-4 * float(np.abs(wanted).max()))
-    # figure 4, without what balances: the sum is that of the reciprocating masses, first and second
-    # order, less than 1 % of higher ones
-    none = found.sel(counterweight_fraction=0.0, direction=0)
-    orders = none["reciprocating_force_first"] + none["reciprocating_force_second"]
-    assert float(np.abs(none["shaking_force"] - orders).max()) < 0.01 * float(np.abs(orders).max())
-
-
 GRAVITY = 9.80665
 RADIUS = 0.5 * STROKE
 MASS = 4.97 + 6.33 * 0.094 / ROD  # kg
@@ -264,25 +203,6 @@ def test_the_rod_turns_as_the_slopes_of_its_angle(settings: dict[str, float]) ->
         assert float(found["rod_angular_velocity"].sel(crank_angle=0)) == pytest.approx(
             omega * RADIUS / ROD, rel=1e-14
         )
-
-
-@pytest.mark.parametrize("offset", [0.0, 0.02])
-def test_the_angle_at_a_travel_has_that_travel(offset: float) -> None:
-    travels = [0.0, 0.03, 0.06, 0.09, 0.18]
-    beyond = 0.2  # has no angle, and does not stop the others
-    found = computed(
-        ["crank_angle_at_travel", "position"], set={"crank_offset": offset},
-        axes={"piston_travel": [*travels, beyond]}, output={"angle_step": 0.05},
-    )  # fmt: skip
-    *angles, none = found["crank_angle_at_travel"].values
-    angles = np.array(angles)
-    assert np.isnan(none)
-    assert (np.diff(angles) > 0.0).all()
-    radius = 0.18 / float(found["position"].max())
-    back = radius * np.interp(angles, found["crank_angle"], found["position"])
-    assert back == pytest.approx(travels, abs=1e-6)
-    if offset == 0.0:
-        assert angles[[0, -1]].tolist() == [0.0, 180.0]
 
 
 @pytest.mark.parametrize("inclination", [0.0, 60.0, -90.0, 180.0])

@@ -6,7 +6,6 @@ import sys
 import zipfile
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 import pandas as pd
@@ -17,8 +16,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base.columns.recording import read_recording
-from sweeps.base.errors import SceneError
-from sweeps.decide.explore import fmu, universal_files
 from tests.support.commands import ok, refused
 from tests.support.scenes import computed, refusal
 
@@ -250,34 +247,3 @@ def test_what_is_no_file_of_curves(
     archive.to_netcdf(tmp_path / "a.nc")
     assert message in refused("export", tmp_path / "a.nc", "-o", tmp_path / name, *more)
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
-
-
-def test_archives_that_make_no_file_of_curves(
-    archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    one, path = archive.isel(speed=0), tmp_path / "t.fmu"
-    for bad, suffix, message in (
-        (archive[["torque_mean"]], ".fmu", "no curve over crank_angle; ask for torque or omega"),
-        (archive[["torque_mean"]], ".uff", "no curve over crank_angle; ask for torque or omega"),
-        (one.isel(crank_angle=slice(0, 90)), ".fmu", "even steps of whole revolutions"),
-        (one.isel(crank_angle=[0]), ".fmu", "even steps of whole revolutions"),
-        (one.isel(crank_angle=[0]), ".uff", "torque: one point over crank_angle"),
-        (one.where(one["torque"] > 0), ".fmu", "torque: has no values in this design"),
-    ):
-        with pytest.raises(SceneError, match=message):
-            sweeps.export(bad, path.with_suffix(suffix))
-    monkeypatch.setattr(universal_files, "MOST_SETS", 3)
-    with pytest.raises(SceneError, match="4 data sets; must be at most 3; --select"):
-        sweeps.export(archive, tmp_path / "t.uff")
-    monkeypatch.setattr(pyuff.UFF, "write_sets", mock.Mock(side_effect=Exception("disk full")))
-    with pytest.raises(OSError, match="disk full"):
-        sweeps.export(one, tmp_path / "t.uff")
-    monkeypatch.setattr(fmu, "SLAVE", tmp_path / "slave.py")
-    (tmp_path / "slave.py").write_text("raise ValueError('broken')")
-    with pytest.raises(SceneError, match=r"pythonfmu builds no FMU: .*broken"):
-        sweeps.export(one, path)
-    for suffix, package in ((".uff", "pyuff"), (".fmu", "pythonfmu")):
-        monkeypatch.setitem(sys.modules, package, None)
-        with pytest.raises(SceneError, match=rf"{package}.*pip install 'engine-dyn\[exchange\]'"):
-            sweeps.export(one, path.with_suffix(suffix))
-    assert [found.name for found in tmp_path.iterdir()] == ["slave.py"]

@@ -31,7 +31,7 @@ from sweeps.base.errors import SceneError
 from sweeps.base.files import regular_files
 from sweeps.base.netcdf import netcdf_files
 from sweeps.catalogue import ENGINES
-from sweeps.running.archive import netcdf, partial, provenance
+from sweeps.running.archive import partial, provenance
 from sweeps.running.archive.partial import Partial
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
@@ -77,19 +77,6 @@ def test_references_stay_in_the_folder_of_the_scene(key: str, way: str, tmp_path
     text = SCENE.replace('"ntua"', f'"{secret}"') if key == "engine" else SCENE
     (folder / "scene.toml").write_text(text + REFERENCES[key].format(secret))
     assert "leads out" not in refused("plan", folder / "scene.toml")
-
-
-def test_files_of_an_engine_may_lie_anywhere_in_the_folder_of_the_scene(tmp_path: Path) -> None:
-    (tmp_path / "engines").mkdir()
-    (tmp_path / "data").mkdir()
-    text = (ENGINES / "diesel_105x137.toml").read_text()
-    pressure = ENGINES / "diesel_105x137_pressure.csv"
-    (tmp_path / "data" / "p.csv").write_bytes(pressure.read_bytes())
-    (tmp_path / "engines" / "my.toml").write_text(text.replace(pressure.name, "../data/p.csv"))
-    (tmp_path / "scene.toml").write_text(SCENE.replace('"ntua"', '"engines/my.toml"'))
-    ok("plan", tmp_path / "scene.toml")
-    # By itself the engine's file leads out of its own folder.
-    assert "leads out" in refused("info", tmp_path / "engines" / "my.toml")
 
 
 @unix
@@ -196,23 +183,6 @@ def test_axes_have_so_many_values_together(monkeypatch: pytest.MonkeyPatch) -> N
     axes = {key: axis for key in ("bore", "stroke", "crank_ratio")}
     with pytest.raises(SceneError, match=r"crank_ratio: 27 values .* at most 25 together"):
         read_scene({"engine": "ntua", "axes": axes, "output": {"quantities": ["delta"]}})
-
-
-@pytest.mark.parametrize("mark", ["bom", "crlf"])
-def test_marks_and_line_ends_of_other_systems(mark: str, tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    data = SCENE.encode()
-    path.write_bytes(b"\xef\xbb\xbf" + data if mark == "bom" else data.replace(b"\n", b"\r\n"))
-    assert read_scene(path).quantities == ("delta",)
-
-
-def test_a_published_table_does_not_spread_over_all_axes(tmp_path: Path) -> None:
-    axes = "".join(
-        f"{key} = {{ start = 0.1, stop = 0.2, num = 9999 }}\n" for key in ("bore", "stroke")
-    )
-    (tmp_path / "p.csv").write_text("bore,stroke,delta\n0.1,0.1,1\n")
-    (tmp_path / "scene.toml").write_text(SCENE + f'[axes]\n{axes}\n[reference]\nfile = "p.csv"\n')
-    assert "over 9999 x 9999 points" in refused("plan", tmp_path / "scene.toml")
 
 
 LIMITED = """
@@ -351,21 +321,6 @@ def test_links_in_the_folder_of_a_run_lead_nowhere(
 
 
 @unix
-def test_links_where_figures_go_lead_nowhere(tmp_path: Path) -> None:
-    path = tmp_path / "a.nc"
-    path.write_bytes(sound_archive())
-    ok("plot", path, "--format", "svg")
-    figures = sorted((tmp_path / "a").iterdir())
-    assert {figure.suffix for figure in figures} == {".svg"}
-    precious = tmp_path / "precious.txt"
-    precious.write_text("precious")
-    figures[0].unlink()
-    figures[0].symlink_to(precious)
-    ok("plot", path, "--format", "svg")
-    assert precious.read_text() == "precious" and not figures[0].is_symlink()
-
-
-@unix
 @pytest.mark.parametrize("kind", ["device", "pipe", "loop", "dangling", "link"])
 def test_outputs_that_are_no_files(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "out.nc"
@@ -462,40 +417,6 @@ def test_what_is_no_folder_to_write_into(place: str, tmp_path: Path) -> None:
         assert "cannot be written" in refused(*arguments)
     refused("plot", good, "-o", tmp_path / ("n" * 300))
     assert (tmp_path / "file").read_text() == "mine"
-
-
-@unix
-def test_a_slow_disk_without_locks_or_synced_folders(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As disks of a network may be: the archive is the same."""
-    import fcntl
-
-    def no_locks(*_: Any) -> None:
-        raise OSError(37, "No locks available")
-
-    sync = os.fsync
-
-    def slow(handle: int) -> None:
-        time.sleep(0.02)
-        if not os.path.isfile(f"/proc/self/fd/{handle}") and os.path.isdir("/proc/self/fd"):
-            raise OSError(22, "Invalid argument")  # a folder
-        sync(handle)
-
-    plan = make_plan(read_scene(tomllib.loads(PLAIN)))
-    into_archive.run(plan, tmp_path / "quick.nc", Options())
-    monkeypatch.setattr(fcntl, "flock", no_locks)
-    monkeypatch.setattr(os, "fsync", slow)
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 4e3)
-    done = into_archive.run(plan, tmp_path / "slow.nc", Options())
-    assert done.blocks > 3
-    with (
-        netcdf.open_archive(tmp_path / "quick.nc") as one,
-        netcdf.open_archive(tmp_path / "slow.nc") as two,
-    ):
-        assert (
-            one["mean_piston_speed"].values.tobytes() == two["mean_piston_speed"].values.tobytes()
-        )
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are texts elsewhere")
@@ -648,39 +569,6 @@ def test_axes_longer_than_their_file_are_refused(tmp_path: Path) -> None:
     for command in ("export", "info", "plot"):
         more = ("-o", tmp_path / "table.csv") if command == "export" else ()
         assert "damaged: 100000000000 points of huge in a file of" in refused(command, path, *more)
-
-
-@pytest.mark.parametrize("seconds", ["", "soon", [1.0, 2.0]])
-def test_seconds_of_an_archive_that_are_no_number(seconds: Any, tmp_path: Path) -> None:
-    path, other = tmp_path / "a.nc", tmp_path / "b.nc"
-    for one in (path, other):
-        one.write_bytes(sound_archive())
-    with netCDF4.Dataset(path, "a") as file:
-        file.setncattr("seconds", seconds)
-    told = refused("merge", other, path, "-o", tmp_path / "c.nc")
-    assert "a.nc: the stored description of its run is damaged" in told
-
-
-def test_damaged_tables_of_parquet(tmp_path: Path) -> None:
-    """Places of labels in a dictionary that has fewer, columns with fewer rows than the file."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    path, count = tmp_path / "table.parquet", 70
-    case = pa.array([f"name {i}" for i in range(count)]).dictionary_encode()
-    table = pa.table({"bore": np.full(count, 0.1), "case": case})
-    pq.write_table(table, path, compression="none")
-    assert len(read_designs(path, "t")[1]["case"]) == count
-    data = path.read_bytes()
-    told = []
-    for place in range(len(data)):
-        path.write_bytes(data[:place] + bytes([data[place] ^ 0x7F]) + data[place + 1 :])
-        try:
-            read_designs(path, "t")
-        except SceneError as error:
-            told.append(str(error))
-    assert any("Dictionary" in line or "out of bounds" in line for line in told), set(told)
-    assert any("of 70 rows; the file is damaged" in line for line in told)
 
 
 def test_a_block_that_somebody_else_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

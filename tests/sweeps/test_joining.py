@@ -223,34 +223,6 @@ def test_extend_refuses(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
 
 
-def test_an_interrupted_extension_leaves_the_archive(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "out.nc"
-    (tmp_path / "scene.toml").write_text(TO_JOIN)
-    run(tmp_path / "scene.toml", path)
-    before = path.read_bytes()
-
-    def stop(*_: Any) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr("sweeps.running.join.copying._copy", stop)
-        result = invoke("extend", path, "--axis", "speed=1300")
-    assert result.exit_code == 1
-    assert f"engine-dyn: interrupted; {path} is unchanged, finished blocks are" in result.stderr
-    assert path.read_bytes() == before
-    # As if killed: the folder stays, and is no obstacle.
-    left = Partial.of(path)
-    left.remove()
-    left.path.mkdir()
-    (left.path / "added.nc").write_text("half")
-    (left.path / "added.nc.partial").mkdir()
-    (left.path / "added.nc.partial" / "lock").write_text("")
-    ok("extend", path, "--axis", "speed=1300")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-
-
 def extended(folder: Path, monkeypatch: pytest.MonkeyPatch, blocks: int = 3) -> tuple[Path, str]:
     """An archive whose extension was interrupted after some blocks, and what was said."""
     path = folder / "out.nc"

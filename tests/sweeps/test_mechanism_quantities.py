@@ -164,26 +164,6 @@ def test_orders_make_the_curve(engine: str, settings: dict[str, Any]) -> None:
         assert float(rest) < (1e-3 if name in ("gas_torque", "torque") else 1e-9) * size + 1e-9
 
 
-def test_gas_orders_are_a_table_of_few_axes() -> None:
-    scene = {
-        "engine": "ntua",
-        "axes": {"crank_ratio": [0.2, 0.3], "load": [50, 90], "bore": [0.12, 0.14],
-                 "reciprocating_mass": [5, 6, 7], "speed": [900, 1200]},
-        "output": {"quantities": ["torque_order"]},
-    }  # fmt: skip
-    plan = make_plan(read_scene(scene))
-    dims = {stage.node.name: stage.dims for stage in plan.stages}
-    assert dims["gas_harmonics"] == ("crank_ratio", "load", "order")
-    assert dims["inertia_harmonics"] == ("crank_ratio", "order")
-    assert dims["gas_torque_harmonics"] == ("crank_ratio", "load", "bore", "order")
-    found = sweeps.run(scene)["torque_order"]
-    assert found.dims == ("crank_ratio", "load", "bore", "reciprocating_mass", "speed", "order")
-    alone = computed(["torque_order"], set={"crank_ratio": 0.3, "load": 90, "bore": 0.12,
-                                       "reciprocating_mass": 7, "speed": 900})  # fmt: skip
-    here = found.sel(crank_ratio=0.3, load=90, bore=0.12, reciprocating_mass=7, speed=900)
-    assert here.values == pytest.approx(alone["torque_order"].values, rel=1e-12)
-
-
 def test_orders_cancel_and_throws_add_up() -> None:
     names = ["phase_vector_sum", "torque_order", "cylinder_torque_order"]
     found = computed(names, "diesel_105x137", axes={"cylinders": [1, 4, 6]})
@@ -301,14 +281,4 @@ def found(request: pytest.FixtureRequest) -> xr.Dataset:
     return sweeps.run(
         engine=request.param, set=SCENES[request.param], axes={"speed": speeds},
         output={"quantities": QUANTITIES, "angle_step": 0.5, "highest_order": 48},
-    )  # fmt: skip
-
-
-def test_equal_cylinders_have_the_vector_sum_as_factor(found: xr.Dataset) -> None:
-    if found.attrs["engine"] == "v6_96x81":
-        pytest.skip("its masses differ")
-    product = found["cylinder_torque_order"] * found["first_mode_vector_sum"]
-    assert_allclose(
-        found["first_mode_torque_order"].transpose(*product.dims), product,
-        atol=1e-9 * float(product.max()),
     )  # fmt: skip

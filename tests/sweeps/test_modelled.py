@@ -9,7 +9,6 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
 from engine_dyn.pressure import compressor
 from engine_dyn.pressure.compressor import CompressorCycle
 from engine_dyn.pressure.diagram import Diagram
@@ -102,21 +101,6 @@ def test_a_file_makes_the_cycle(tmp_path: Path, table: dict[str, Any], kind: Any
         assert found.motored is not None
         unfired = built(kind, {**own, **table, "heat": 0.0})
         assert_array_equal(found.motored().pressure, unfired.pressure)
-
-
-@pytest.mark.parametrize("kind", ["first_law", "two_stroke"])
-def test_the_volume_follows_the_offset_of_the_file(tmp_path: Path, kind: str) -> None:
-    """By whichever of pin and crank, or said over the crank radius by the diagram itself."""
-    table = FOUR if kind == "first_law" else TWO
-    cycle = "four-stroke" if kind == "first_law" else "two-stroke"
-    radius = float(crank_radius_of_ratio(0.1, 0.3, 0.01))
-    both = written(tmp_path, table, cycle=cycle, pin_offset=-0.005, crank_offset=0.015)
-    found = load_engine(both, tmp_path).family.diagrams[0]
-    said = written(tmp_path, {**table, "offset_ratio": 0.01 / radius}, cycle=cycle)
-    expected = load_engine(said, tmp_path).family.diagrams[0]
-    centred = load_engine(written(tmp_path, table, cycle=cycle), tmp_path).family.diagrams[0]
-    assert_allclose(found.pressure, expected.pressure, rtol=1e-12)
-    assert np.abs(found.pressure / centred.pressure - 1.0).max() > 1e-4
 
 
 FAST = {"speed": 5000}

@@ -1,6 +1,5 @@
 """[reduce]: what is asked of all designs, against archives of all these designs."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,8 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
-from sweeps.base.dimensions import REDUCTION
 from sweeps.base.errors import SceneError
-from sweeps.running.compute import cluster, limits, reduced
-from sweeps.running.reduce.reduction import STATE
+from sweeps.running.compute import limits, reduced
 from sweeps.scene import sample
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
@@ -222,16 +219,6 @@ def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     assert not out.exists()
 
 
-@pytest.mark.slow
-def test_workers_reduce_their_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(cluster, "SMALLEST_BLOCK", 1e5)
-    path = tmp_path / "workers.nc"
-    done = sweeps.stream(**SAMPLE, reduce=ASKED, archive=path, scheduler="local:2")
-    assert done.blocks > 1
-    same(loaded(path), sweeps.run(**SAMPLE, reduce=ASKED))
-
-
 def test_what_an_archive_cannot_answer_is_said(archive: Path) -> None:
     found = loaded(archive)
     with pytest.raises(SceneError, match="kept the 15 best by least inertia within delta <= 1/20"):
@@ -250,29 +237,6 @@ def test_what_an_archive_cannot_answer_is_said(archive: Path) -> None:
     assert "has not the values" in refused("extend", archive, "--number", str(2 * NUMBER))
     with pytest.raises(SceneError, match="merge"):
         sweeps.open([archive, archive])
-
-
-@pytest.mark.usefixtures("portions")
-def test_a_condition_that_nothing_fulfils(tmp_path: Path) -> None:
-    asked = {"best": [{"least": "inertia", "within": "delta <= 1/1000"}]}
-    path = tmp_path / "none.nc"
-    done = sweeps.stream(**SAMPLE, reduce=asked, archive=path)
-    assert "no design meets all conditions" in done.found[0]
-    assert "(least: 0.0" in done.found[0]
-    found = loaded(path)
-    assert "design" not in found.sizes
-    assert json.loads(found.attrs[REDUCTION])["kept"][0]["found"] == 0
-    with pytest.raises(SceneError, match="no design meets all conditions"):
-        sweeps.best(found, least="inertia", within="delta <= 1/1000")
-
-
-def test_a_damaged_state_is_told(archive: Path) -> None:
-    from sweeps.running.reduce.reduction import state_in
-
-    found = loaded(archive)
-    found[STATE].values[100:200] += 1
-    with pytest.raises(SceneError, match="damaged"):
-        state_in(found, "reduced.nc")
 
 
 @pytest.mark.parametrize("method", ["sobol", "saltelli"])

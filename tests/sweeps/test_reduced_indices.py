@@ -1,6 +1,5 @@
 """What reads reduced archives, and Sobol' indices that are summed as designs are computed."""
 
-import csv
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from SALib.test_functions import Ishigami
 import sweeps
 from engine_dyn.status import WITH_NUMBERS
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import STATE
 from sweeps.running.compute.reduced import Units
 from sweeps.running.reduce.indices import Indices
 from sweeps.running.reduce.statistics import MOST_BINS, Statistics
@@ -24,7 +22,6 @@ from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
 from sweeps.scene.sample import Sample, drawn
-from tests.support.commands import ok, refused
 from tests.support.scenes import asking, computed
 
 pytestmark = pytest.mark.compiled
@@ -226,26 +223,3 @@ def test_histograms_of_any_numbers(middle: float, spread: float) -> None:
     assert edges[-2] <= values.max() < edges[-1]
     for row, here in zip(values, counts, strict=True):
         assert_array_equal(here, np.histogram(row, edges)[0])
-
-
-def test_show_and_export_have_a_row_for_each_kept_design(
-    stored: xr.Dataset, archive: Path, tmp_path: Path
-) -> None:
-    table = tmp_path / "table.csv"
-    ok("export", archive, "-o", table)
-    with table.open() as file:
-        rows = list(csv.DictReader(file))
-    assert {"rank_1", "rank_2", "delta", "status"} <= set(rows[0])
-    assert not [name for name in rows[0] if name.startswith(("delta_", STATE))]
-    keys = ("inertia", "load", "speed", "crank_ratio")
-    for row in rows:
-        one = stored.sel({key: float(row[key]) for key in keys}, method="nearest")
-        assert float(row["delta"]) == float(one.delta)
-    best = sweeps.best(stored, least="inertia", within="delta <= 1/22", at_every=["load", "speed"])
-    first = [float(row["inertia"]) for row in rows if row["rank_1"] == "1.0"]
-    assert first == [float(best.inertia)] * 6
-    shown = ok("show", archive, "--limit", "6")
-    assert "rank_1 1" in shown and f"inertia {float(best.inertia):.2f}" in shown
-    text = ok("show", archive, "--quantities", "delta_mean,delta_count")
-    assert str(int(stored.delta.isel(speed=0).count())) in text
-    refused("show", archive, "--quantities", STATE)

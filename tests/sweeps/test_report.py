@@ -5,7 +5,6 @@ import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from sweeps.base.errors import SceneError
 from sweeps.view.report.page import page
 from sweeps.view.texts.tables import number_text
 from tests.support.commands import ok, refused
-from tests.support.reports import SCENE, any_archive, hostile, large
+from tests.support.reports import SCENE, hostile, large
 
 pytestmark = pytest.mark.compiled
 
@@ -157,22 +156,6 @@ def test_texts_of_archives_are_texts() -> None:
     ]
     assert not [a for _, a in found.found if any(key.startswith("on") for key in a)]
     assert "window.broken" in "".join(found.words)
-
-
-def test_any_archive_has_a_report() -> None:
-    for empty in (
-        xr.Dataset(), xr.Dataset({"delta": ((), 0.1)}),
-        xr.Dataset({"delta": ("speed", [np.nan])}, {"speed": [1000.0]}),
-        xr.Dataset({"delta": ("speed", np.zeros(0))}, {"speed": np.zeros(0)}),
-        xr.Dataset({"omega": ("crank_angle", np.zeros(5))}, {"crank_angle": np.arange(5.0)}),
-        xr.Dataset({"delta": (("a", "b"), np.zeros((2, 2)))}),
-    ):  # fmt: skip
-        assert "</html>" in page(empty)
-    for seed in range(30):
-        random = Random(seed)
-        written = page(any_archive(random), limit=random.choice([20e6, 1.65e6]))
-        assert "</html>" in written and len(written.encode()) < 20e6, seed
-        data_of(written)
 
 
 def test_the_command_writes_a_report(archive: xr.Dataset, tmp_path: Path) -> None:

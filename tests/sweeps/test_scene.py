@@ -103,16 +103,6 @@ def test_source_says_the_scene_again(name: str) -> None:
         assert_array_equal({**again.axes, **again.designs}[key], values)
 
 
-def test_columns_of_designs_and_their_labels() -> None:
-    designs = {"case": ["short rod", "long rod"], "crank_ratio": [1 / 3, 0.2], "passes": [20, 20]}
-    read = read_scene(scene(designs=designs, solver={"method": "thesis", "start_speed": 125.6}))
-    assert read.dimensions == ("design",)
-    assert read.labels == {"case": ("short rod", "long rod")}
-    assert_array_equal(read.designs["crank_ratio"], [1 / 3, 0.2])
-    assert_array_equal(read.designs["passes"], [20, 20])  # may repeat
-    assert read.start_speed == 125.6
-
-
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 @pytest.mark.parametrize("mark", ["", "\ufeff"])
 def test_table_of_designs(tmp_path: Path, mark: str, end: str) -> None:

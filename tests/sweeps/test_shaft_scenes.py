@@ -16,10 +16,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import sweeps
 from engine_dyn.units import RPM
 from sweeps.base.errors import SceneError
-from sweeps.catalogue import SHAFTS
 from sweeps.decide.explore.shaft_extremes import barred_speeds, worst_of_shaft
 from sweeps.scene.plan.plausibility import plausibility_warnings
-from tests.support.scenes import refusal, write_scene
+from tests.support.scenes import refusal
 from tests.support.shafts import DIESEL, dense
 
 ENGINE = "diesel_105x137"
@@ -489,30 +488,6 @@ def test_each_number_varies_and_gives_what_it_gives_alone() -> None:
     assert found.natural_frequency.dims == ("shaft_stiffness_3", "mode")
     assert found.delta.dims == ("speed",)
     assert found.delta_elastic.dims == ("shaft_stiffness_3", "speed")
-
-
-def test_archives_in_blocks_name_discs_and_are_computed_again(tmp_path: Path) -> None:
-    tmp_path.joinpath("mine.toml").write_text(
-        SHAFTS.joinpath("diesel_105x137.toml").read_text(encoding="utf-8"), encoding="utf-8"
-    )
-    sample = {"number": 64, "seed": 3, "disc_inertia_9": {"low": 2, "high": 4},
-              "speed": {"low": 1000, "high": 2400}}  # fmt: skip
-    scene = write_scene(
-        tmp_path, ["shaft_torque_half_range", "disc_angle_order", "delta"], engine=ENGINE,
-        shaft="mine.toml", silenced_warnings=["all"], sample=sample,
-    )  # fmt: skip
-    archive = tmp_path / "archive.nc"
-    sweeps.stream(scene, archive, memory=17e6)
-    with sweeps.open(archive) as stored:
-        whole = sweeps.run(scene)
-        for name in whole.data_vars:
-            assert_array_equal(stored[name], whole[name], err_msg=name)
-        assert stored.disc_name.values[-1] == "flywheel"
-        assert stored.shaft_name.values[0] == "pulley - gear train"
-        scenes = stored.attrs
-    tmp_path.joinpath("mine.toml").unlink()
-    # The archive holds the file of the shaft: what a resumed run is computed from.
-    assert any("mine.toml" in str(value) for value in scenes.values())
 
 
 def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:

@@ -228,21 +228,3 @@ def test_nominal_is_the_engines_own_design(grid: Path) -> None:
         without = found.assign_attrs(engine_values="{}")
         with pytest.raises(SceneError, match="the archive has no value of the engine for it"):
             rows(without, relative_to="nominal")
-
-
-def test_units_of_tables_and_descriptions(grid: Path, tmp_path: Path) -> None:
-    table = tmp_path / "table.csv"
-    ok("export", grid, "-o", table, "--units", "power=kW", "--head-units")
-    plain = tmp_path / "plain.csv"
-    ok("export", grid, "-o", plain, "--head-units")
-    heads = table.read_text().splitlines()[0].split(",")
-    assert "brake_power [kW]" in heads and "speed [rpm]" in heads
-    column = heads.index("brake_power [kW]")
-    kilowatts, watts = (
-        np.loadtxt(path, delimiter=",", skiprows=1, usecols=column) for path in (table, plain)
-    )
-    assert kilowatts == pytest.approx(watts / 1000.0)
-    assert " kW" in ok("info", grid, "--units", "power=kW") and " kW" not in ok("info", grid)
-    wrong = ("export", grid, "-o", tmp_path / "x.csv", "--units", "power=kg")
-    assert "unit 'kg': cannot be used for a quantity in W" in refused(*wrong)
-    assert not (tmp_path / "x.csv").exists()

@@ -120,18 +120,6 @@ def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path)
     assert of_rows["engine"].values.tolist() == [*files, files[0]]  # which `rerun` reads back
 
 
-def test_engines_times_arrangements():
-    raw = {
-        "axes": {"engine": ["ntua", "si_four_87x101"], "arrangement": ["in-line 2", "in-line 4"]},
-        "output": {"quantities": ["delta"]},
-    }
-    found = sweeps.run(raw)
-    for i, engine in enumerate(raw["axes"]["engine"]):
-        for j, name in enumerate(raw["axes"]["arrangement"]):
-            own = alone(raw, engine, arrangement=name, cylinders=2 * (j + 1))
-            assert_numbers(found.isel(engine=i, arrangement=j), own)
-
-
 def test_columns_of_designs():
     found = sweeps.run(TABLE)
     columns = TABLE["designs"]

@@ -18,7 +18,7 @@ from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.scene.engine.modelled_diagrams import KINDS
 from sweeps.scene.engine_schema import engine_schema
-from sweeps.scene.reading import built_in_scenes, read_scene
+from sweeps.scene.reading import read_scene
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import indicator_text, points
 from tests.support.json_schemas import fits
@@ -163,17 +163,3 @@ def test_a_class_says_the_units_of_files(kind: str) -> None:
     for name, field in KINDS[kind].fields.items():
         assert f"{name} [{field.unit}]: {field.low:.6g} to {field.high:.6g}, " in documentation
         assert MEANINGS[name]
-
-
-@pytest.mark.parametrize("name", built_in_scenes())
-def test_info_tells_what_a_built_in_scene_is_about(name: str) -> None:
-    text = ok("info", name)
-    scene = read_scene(name)
-    assert text.startswith(f"{name}: {scene.title}\n")
-    for part in ("\nengine\n", "\nvaries, ", "\ncomputes\n", "\nsources\n"):
-        assert part in text
-    for quantity in scene.quantities:
-        assert f"\n  {quantity} " in text
-    for key in (*scene.axes, *scene.designs):
-        assert f" {key} = " in text
-    assert scene.engine.title in text

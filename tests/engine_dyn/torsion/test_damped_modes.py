@@ -12,7 +12,6 @@ from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.modes import critical_speeds, natural_modes
 from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.system import matrices, shaft_system
-from tests.support.exact_shafts import random_system
 from tests.support.shafts import DIESEL, DIESEL_NODES
 
 RINGED: dict[str, Any] = {
@@ -132,13 +131,3 @@ def test_critical_speeds_with_a_pendulum(ring: float) -> None:
         for speed in known:
             omega = damped_modes(made, speed).omega
             assert np.abs(omega / (order * speed) - 1.0).min() < (2e-3 if ring else 1e-6)
-
-
-def test_without_damping_they_are_the_natural_modes() -> None:
-    random = np.random.default_rng(5)
-    for _ in range(60):
-        made = random_system(random, 8)
-        omega, found = natural_modes(made).omega, damped_modes(made)
-        near = omega < 1e8 * omega[0]
-        np.testing.assert_allclose(found.omega[near], omega[near], rtol=1e-6)
-        np.testing.assert_allclose(found.ratio[near], 0.0, atol=1e-6)

@@ -97,16 +97,6 @@ def test_what_turns_freely_is_left_out() -> None:
     np.testing.assert_allclose(ringed.shape[0, 1, 3], 0.0, atol=1e-12)
 
 
-def test_critical_speeds_are_frequencies_over_orders() -> None:
-    made = shaft_system(**DIESEL)
-    found = critical_speeds(made, [0.5, 6.0])
-    omega = natural_modes(made).omega
-    np.testing.assert_allclose(found, [omega / 0.5, omega / 6.0], rtol=1e-15)
-    some = critical_speeds(made, [0.5, 6.0], 100.0, 3000.0)
-    assert np.isfinite(some).sum(axis=-1).tolist() == [1, 7]
-    np.testing.assert_array_equal(some[1, :7], found[1, :7])
-
-
 @pytest.mark.parametrize("order", [0.5, 2.0, 3.0, 4.5])
 def test_critical_speeds_with_a_pendulum(order: float) -> None:
     """At a critical speed, the system stiffened for that speed has the frequency nu omega.

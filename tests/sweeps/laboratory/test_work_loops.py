@@ -13,11 +13,9 @@ from scipy.optimize import brentq
 import sweeps
 from engine_dyn.geometry import slider_crank
 from sweeps.lab.pressure.reading import read_pressure
-from sweeps.scene.engine.engine_files import load_engine
 from tests.support.scenes import refusal_of, write_scene
 
 NAMES = "volume_cm3,pressure_bar\n"
-CATALOGUE = Path(sweeps.__file__).parent / "catalogue" / "engines"
 
 
 @pytest.fixture(scope="module")
@@ -82,26 +80,6 @@ def test_from_angle_to_travel_and_back(
         read = read_pressure(path, travel_column=wanted, engine=engine, **more)
         assert np.degrees(read.mean.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
         assert read.mean.period == pytest.approx(2 * math.pi if engine != "ntua" else 4 * math.pi)
-
-
-def offset_engine(folder: Path) -> Path:
-    text = (CATALOGUE / "ntua.toml").read_text()
-    path = folder / "offset.toml"
-    path.write_text(text.replace("[values]", "[values]\npin_offset = 0.01\ncrank_offset = 0.02"))
-    return path
-
-
-def test_of_an_offset_engine(tmp_path: Path) -> None:
-    """Strokes of unequal length: bottom dead centre lies beyond 180 degrees."""
-    engine = offset_engine(tmp_path)
-    data = sweeps.run(
-        {"engine": str(engine), "output": {"quantities": ["pressure", "cylinder_volume"]}}
-    )
-    path = tmp_path / "loop.csv"
-    path.write_text(NAMES + rows(*lists(data, "cylinder_volume", "pressure")))
-    for given in (str(engine), load_engine(engine)):
-        found = read_pressure(path, volume_column="volume_cm3", engine=given).mean
-        assert np.degrees(found.angle) == pytest.approx(data.crank_angle.values, abs=3e-6)
 
 
 def test_points_that_are_even_in_travel(ntua: Any, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import sweeps
 from engine_dyn.geometry.slider_crank import position
 from sweeps.lab.speed.usual_engines import KINDS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from tests.support.commands import ok, refused
+from tests.support.commands import refused
 from tests.support.scenes import computed, refusal_of
 
 RPM = math.pi / 30.0
@@ -176,23 +176,6 @@ def test_every_number_says_where_it_comes_from(tmp_path: Path) -> None:
     engine = load_engine(tmp_path / "fitted.toml")
     assert set(engine.assumed) == set(raw["assumed"])
     assert engine.firing_order == (1, 3, 4, 2)
-
-
-def test_the_command_lists_what_it_assumed(tmp_path: Path) -> None:
-    path = sheet(tmp_path, '[data_sheet]\nkind = "diesel"\npower = "36400 W"\nspeed = 2700\n')
-    output = tmp_path / "deep" / "fitted.toml"
-    told = ok("calibrate", path, "-o", output, "--loads", "50")
-    assert "naturally aspirated diesel engine" in told
-    for key in ("rod_length = 0.177 m", "compression_ratio = 18", "friction_constant", "fuel"):
-        assert f"\n  {key}" in told
-    engine = load_engine(output)
-    assert engine.family.loads.tolist() == [50.0, 100.0]
-    assert "The power, 36.4 kW, is from the file ([data_sheet])" in told
-    again = ("-o", output, "--overwrite", "--loads", "50")
-    assert "of the file (" not in ok("calibrate", path, "--power", "36 kW", *again)
-    assert "exists" in refused("calibrate", path, "-o", output)
-    assert ok("calibrate", path, "-o", output, "--overwrite", "-q") == ""
-    assert "data sheet itself" in refused("calibrate", path, "-o", path, "--overwrite")
 
 
 KW = {"power": 36.4, "speed": 2700}

@@ -362,15 +362,3 @@ def test_trains_that_do_not_fit_are_refused(
     if "wanted_delta" in scene["set"]:
         del scene["set"]["inertia"]
     assert re.search(said, refusal_of(lambda: sweeps.follow_cycles(scene)))
-
-
-def test_the_command_writes_and_draws_a_train(recorded: Recorded, tmp_path: Path) -> None:
-    path = write_scene(tmp_path, **recorded.scene())  # with absolute paths
-    said = ok("train", path, "-o", tmp_path / "train.nc")
-    assert "if the train is repeated, it starts" in said
-    assert "the speed recording begins in recorded cycle 1" in said
-    with sweeps.open(tmp_path / "train.nc") as found:
-        names = [figure.stem for figure in draw(found, tmp_path / "figures")]
-    of_engine = {"arrangement", "crank_star", "strokes"}
-    assert [name for name in names if name not in of_engine] == ["recorded_train"]
-    assert "exists" in refused("train", path, "-o", tmp_path / "train.nc")

@@ -14,7 +14,6 @@ from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
 from sweeps.lab.speed.measured_files import records_of
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw
-from tests.support.commands import ok, refused
 from tests.support.scenes import refusal_of, write_scene
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
@@ -226,22 +225,6 @@ def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
     assert {path.stem for path in paths} == FIGURES
     text = (tmp_path / "measured_speed.svg").read_text()
     assert "correlation" in text and "standard deviation over" in text
-
-
-def test_the_command_writes_an_archive(teeth: Path, tmp_path: Path) -> None:
-    path = scene_with(
-        teeth, "command.toml", file=FILES, kind="teeth", wheel="60-2", at={"load": LOADS}
-    )
-    output = tmp_path / "out" / "compared.nc"
-    said = ok("measured", path, "-o", output)
-    assert said.splitlines()[0].split()[0] == "recording"
-    assert "estimated, not measured" in said
-    assert "exists" in refused("measured", path, "-o", output)
-    assert "read by the scene" in refused("measured", path, "-o", teeth / FILES[1], "--overwrite")
-    assert "3 designs" in ok("info", output)
-    assert {Path(line).stem for line in ok("plot", output).splitlines()} == FIGURES
-    with sweeps.open_archive(output) as archive:
-        assert archive.attrs["recordings"].count("sha256") == 3
 
 
 GROUPS = wheel_from_text("36-2-2-2")
