@@ -35,7 +35,8 @@ def engine_of(item: HeldOut, folder: Path) -> str:
     return str(path)
 
 
-CASES = [item for item in held_out() if not item.exact]
+# Every third: tests/engine_dyn/test_speed_held_out.py solves each of them.
+CASES = [item for item in held_out() if not item.exact][::3]
 
 
 @pytest.mark.parametrize("item", CASES, ids=[item.name for item in CASES])

@@ -17,15 +17,6 @@ def test_a_simulated_case() -> None:
 
 
 @pytest.mark.compiled
-def test_intervals_cover_the_truth() -> None:
-    """Three sigma of 16 cases."""
-    found = covered(KINDS[0], 16)
-    least = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 16)
-    assert set(found) == set(KINDS[0].vary)
-    assert min(found.values()) / 16 >= least, found
-
-
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS[1:], ids=lambda kind: kind.name)
 def test_every_kind_is_fitted(kind: Kind) -> None:

@@ -42,7 +42,7 @@ def by_name(begin: str) -> Any:
     return pytest.mark.parametrize("design", chosen.values(), ids=list(chosen))
 
 
-@pytest.mark.parametrize("number", [1, 2, 5, 10, 3, 11, 16])
+@pytest.mark.parametrize("number", [1, 5, 10, 16])
 def test_absurd_designs_break_no_rule(number: int) -> None:
     """Groups, tables of designs that share nothing and products, both closures."""
     found = absurd.one((SEED, number, SIZE, 20))

@@ -35,10 +35,15 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::engine_dyn.ImplausibleWarning"),
 ]  # fmt: skip
 
-quick = settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+# `make properties` has a profile of its own, with hundreds of scenes.
+SCENES = settings.default.max_examples if settings.default.max_examples > 100 else 12
+
+quick = settings(
+    max_examples=SCENES, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
+)
 
 
-slow = settings(quick, max_examples=max(5, settings.default.max_examples // 4))
+slow = settings(quick, max_examples=max(5, SCENES // 4))
 
 
 def differing(found: xr.Dataset, expected: xr.Dataset) -> list[str]:
