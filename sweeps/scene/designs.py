@@ -11,7 +11,6 @@ from sweeps.base.checks import check_range, known_key, numbers
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.referred_files import referred
-from sweeps.scene.design_files.design_files import read_designs
 
 __all__ = ["read_designs_table"]
 
@@ -83,6 +82,8 @@ def _designs_from_file(
                 "columns"
             )
     path = referred(base, file, f"{name}: [designs] file")
+    from sweeps.scene.design_files.design_files import read_designs
+
     columns, labels = read_designs(path, f"{name}: [designs] {file}")
     _check_lengths({**columns, **labels}, name)
     return columns, labels

@@ -16,7 +16,6 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.dimensions import DESIGN, LABELS
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.numbers_with_units import magnitude
-from sweeps.scene.design_files.design_columns import check_units
 
 __all__ = ["GIVEN", "plain_objects"]
 
@@ -104,6 +103,8 @@ def _values(item: Any, where: str, key: Any) -> Any:
         }
     if _is(item, "xarray", "DataArray"):
         if node is not None:
+            from sweeps.scene.design_files.design_columns import check_units
+
             check_units(key, node, item.attrs.get("units"), where.removesuffix(f" {key}"))
         item = item.data if hasattr(item.data, "magnitude") else item.values
     if _is(item, "pandas", "Series") and item.dtype.kind == "O":

@@ -8,7 +8,7 @@ import pytest
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT
+from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.catalogue import SCENES
 from sweeps.running.archive.contents import files_as_now, plan_of, read_contents
 from sweeps.running.archive.provenance import differences, identity

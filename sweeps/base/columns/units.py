@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
-from sweeps.base.files.unit_registry import unit_registry
+from sweeps.base.files.numbers_with_units import unit_registry
 
 __all__ = [
     "ANGLES",

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from typing import Any
 
 from sweeps.base.errors import SceneError, one_line, shown
-from sweeps.base.files.unit_registry import unit_registry
 
-__all__ = ["magnitude", "number_with_unit"]
+__all__ = ["magnitude", "number_with_unit", "unit_registry"]
 
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
@@ -133,3 +133,14 @@ def _wanted(unit: str) -> str:
     if unit == "1":
         return "must be a number without a unit, or in percent, such as 0.5 %"
     return f"must be a number in {unit}, or a number with a unit, such as 10 {unit}"
+
+
+@lru_cache(maxsize=1)
+def unit_registry() -> Any:
+    """Return pint's registry, which also knows PS and CV of engines, and a revolution as rev."""
+    import pint
+
+    registry: Any = pint.UnitRegistry()
+    registry.define("metric_hp = metric_horsepower = PS = ps = CV")
+    registry.define("@alias revolution = rev")
+    return registry

@@ -23,11 +23,11 @@ import psutil
 
 from sweeps.base.errors import SceneError, one_line, shown, size_text
 from sweeps.base.files.regular_files import opened_file, reading
+from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.base.netcdf.netcdf_child import read_apart
 from sweeps.base.netcdf.netcdf_lock import netcdf_library
 
 __all__ = [
-    "ARCHIVE_FORMAT",
     "DAMAGE",
     "TEXT_REFERENCE",
     "check_archive",
@@ -43,13 +43,6 @@ __all__ = [
     "slabs",
     "untrusted",
 ]
-
-ARCHIVE_FORMAT = 2
-"""Format of the archives that this version writes, their attribute `archive_format`.
-
-1, of version 0.1, has no such attribute; it names the files of the catalogue by another folder: see
-`sweeps.running.archive.contents`. A change that an older version would misread raises the number.
-"""
 
 LARGEST_CHUNK = 1 << 28
 """Bytes of one chunk of a netCDF file, which reading any of its values loads whole. `run` writes

@@ -27,7 +27,7 @@ from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.base.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN
 from sweeps.base.errors import printable
-from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT
+from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.provenance import provenance
 from sweeps.running.archive.several_engines import about_several, engine_of
 from sweeps.running.archive.warnings import ATTRIBUTE, Watch

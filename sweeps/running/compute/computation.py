@@ -14,13 +14,10 @@ import numpy.typing as npt
 
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
-from sweeps.base.dimensions import PARAMETER, UNCERTAIN
+from sweeps.base.dimensions import PARAMETER
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
-from sweeps.running.compute.elasticities import elasticities_of
 from sweeps.running.compute.progress import progress_bar
-from sweeps.running.compute.side_by_side import side_by_side
-from sweeps.running.compute.uncertainty import bands_of
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
@@ -41,8 +38,16 @@ __all__ = ["check_given", "Computation", "plan"]
 MOST_CHECKED = 1 << 20
 """Values of a quantity that are computed to see whether the physics refuses any."""
 
-_COMBINE = {PARAMETER: elasticities_of, UNCERTAIN: bands_of}
-"""Functions that combine the results of a plan and of plans with other values."""
+
+def _combining(dimension: str) -> Callable[..., Results]:
+    """Function that combines the results of a plan with those of plans with other values."""
+    if dimension == PARAMETER:
+        from sweeps.running.compute.elasticities import elasticities_of
+
+        return elasticities_of
+    from sweeps.running.compute.uncertainty import bands_of
+
+    return bands_of
 
 
 class Computation:
@@ -135,6 +140,8 @@ class Computation:
     def _results(self, block: Block) -> Results:
         if self.plan.parts:
             each = [engine.results for engine in self.engines]
+            from sweeps.running.compute.side_by_side import side_by_side
+
             return side_by_side(self.plan, block, each, self.all_in_each)
         values = dict(self.known) if not block else _part_of(self.known, block)
         uses = self.uses.copy()
@@ -171,8 +178,7 @@ class Computation:
         if self.of_periods is not None:
             results |= self.of_periods.results(block)
         for variation, others in zip(self.plan.variations, self.varied, strict=True):
-            combine = _COMBINE[variation.dimension]
-            results |= combine(
+            results |= _combining(variation.dimension)(
                 self.plan, variation, block, results, [o.results(block) for o in others]
             )
         return results

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from engine_dyn.plausibility.judgement import ImplausibleWarning
 from sweeps.base.checks import thread_count, usable_device
 from sweeps.running.compute.computation import Computation
-from sweeps.running.compute.reduced import reduced
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.blocks import blocks, index_of, lengths_in_memory, shape_in
@@ -91,6 +90,8 @@ def run(
     threads, device = thread_count(threads), usable_device(device)
     plan = make_plan(read_scene(scene, **tables))
     if plan.scene.reduce is not None:
+        from sweeps.running.compute.reduced import reduced
+
         dataset = reduced(plan, progress=progress, threads=threads, device=device)
     else:
         began = time.perf_counter()

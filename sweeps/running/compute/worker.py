@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from sweeps.base.errors import SceneError, one_line
-from sweeps.base.netcdf.netcdf_files import ARCHIVE_FORMAT
+from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.contents import Contents, files_as_now, plan_of
 from sweeps.running.archive.labels import as_stored, describe
 from sweeps.running.archive.partial import Damaged, Partial

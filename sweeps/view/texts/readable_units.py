@@ -10,7 +10,7 @@ from typing import Any
 from engine_dyn.units import RPM
 from sweeps.base.dimensions import PUBLISHED
 from sweeps.base.errors import SceneError, not_known, shown
-from sweeps.base.files.unit_registry import unit_registry
+from sweeps.base.files.numbers_with_units import unit_registry
 
 __all__ = ["READABLE", "asked_of_archive", "asked_units", "converted", "factor", "unit_choices"]
 
