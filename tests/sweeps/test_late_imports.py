@@ -40,6 +40,9 @@ def test_nothing_is_imported_that_is_not_used(code: str) -> None:
     assert not LATE & set(done.stdout.splitlines()[-1].split())
 
 
+MOST_MODULES = 262
+"""Modules of this project that a run of two designs loads; fewer is better."""
+
 COMPILER = {"numba", "llvmlite"}
 
 LABELS = {"xarray", "pandas", "pint"}
@@ -67,6 +70,19 @@ def test_archives_are_told_without_the_compiler(tmp_path: Path) -> None:
     sweeps.stream(SCENE, path)
     for command in ("show", "info"):
         assert not modules_after(command, str(path)) & (COMPILER | LABELS)
+
+
+def test_a_run_of_two_designs_loads_what_it_uses() -> None:
+    code = f"import sweeps; sweeps.run({SCENE})\nimport sys; print(*sys.modules)"
+    modules = python(code, check=True).stdout.splitlines()[-1].split()
+    ours = {name for name in modules if name.partition(".")[0] in ("engine_dyn", "sweeps")}
+    # Neither laboratory nor figures, nor what no key of this scene asks for.
+    rooms = ("sweeps.lab", "engine_dyn.recordings", "sweeps.view.figures", "sweeps.view.texts",
+             "sweeps.view.report", "sweeps.decide", "sweeps.cli", "sweeps.running.reduce",
+             "sweeps.running.join", "sweeps.base.columns.recording", "sweeps.base.columns.formats",
+             "sweeps.scene.design_files", "sweeps.base.netcdf.netcdf_files")  # fmt: skip
+    assert not [name for name in sorted(ours) if name.startswith(rooms)]
+    assert len(ours) <= MOST_MODULES
 
 
 OURS = Path(sweeps.__file__).parent

@@ -18,7 +18,6 @@ from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.plausibility.usual_ranges import RESULT_CHECKS, Check
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, one_line
-from sweeps.base.netcdf.netcdf_files import opened_archive
 
 __all__ = ["ATTRIBUTE", "Watch", "lines_of", "of_results"]
 
@@ -27,6 +26,8 @@ ATTRIBUTE = "warnings"
 
 def lines_of(path: Path) -> list[str]:
     """Lines of an archive that this process has just written."""
+    from sweeps.base.netcdf.netcdf_files import opened_archive
+
     with opened_archive(path, own=True) as file:
         return str(file.getncattr(ATTRIBUTE)).splitlines() if ATTRIBUTE in file.ncattrs() else []
 

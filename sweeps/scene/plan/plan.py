@@ -27,9 +27,7 @@ from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.elasticities import changed_parameters, plan_elasticities
 from sweeps.scene.plan.leaves import leaves_of, points_of
-from sweeps.scene.plan.points_of_several import points_of_several
 from sweeps.scene.plan.shaft_modes import modes_kept
-from sweeps.scene.plan.uncertainty import plan_uncertainty
 from sweeps.scene.plan.variations import Variation
 from sweeps.scene.representations import html_tables, named_some
 
@@ -269,6 +267,8 @@ def make_plan(scene: Scene) -> Plan:
         variation = plan_elasticities(scene, found.stages, leaves, keys, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     if scene.uncertainty is not None:
+        from sweeps.scene.plan.uncertainty import plan_uncertainty
+
         variation = plan_uncertainty(scene, found.stages, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     return plan
@@ -339,6 +339,8 @@ def _plan_of_several(scene: Scene) -> Plan:
 
     Quantities that one of them has not are not asked of it: see `sweeps.scene.reading`.
     """
+    from sweeps.scene.plan.points_of_several import points_of_several
+
     plans = [make_plan(one.scene) for one in scene.beside]
     points, places = points_of_several([made.points for made in plans])
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}
