@@ -111,6 +111,11 @@ CROSSINGS = (
     Crossing("load", "[characteristic]", f"{NOT_WITH} [characteristic], which determines it"),
     Crossing("[indicator]", "an engine that gives its torque", _NOT_OF_TORQUE),
     Crossing(
+        "variable inertia", "an engine that gives its torque",
+        "not allowed: engine {engine} gives its torque, and not the masses that move with its "
+        "pistons; must be constant",
+    ),
+    Crossing(
         "firing_pattern", "an engine that gives its torque",
         "not allowed: engine {engine} gives its torque, not its cylinders",
     ),

@@ -66,6 +66,8 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
         "axes": {"load": [40, 50]}, "indicator": {"file": "pressure.csv"}},
     ("load", "[characteristic]"): {"set": {"load": 50}, "characteristic": {"kind": "diesel"}},
     ("[indicator]", OF_TORQUE): {"engine": "torque.toml", "indicator": {"file": "pressure.csv"}},
+    ("variable inertia", OF_TORQUE): {
+        "engine": "torque.toml", "solver": {"inertia_model": ["constant", "variable"]}},
     ("firing_pattern", OF_TORQUE): {"engine": "torque.toml", "set": {"firing_pattern": "10"}},
     (BURNS, OF_TORQUE): {"engine": "torque.toml", "set": {"misfire": 1}},
     (BURNS, "a compressor or pump"): {"engine": "double.toml", "set": {"misfire": 1}},

@@ -112,6 +112,9 @@ FEATURES: Mapping[str, Feature] = {
         not set(STEPPING).isdisjoint(scene.methods) and "[solver] method = 'thesis'"
     ),
     "another load than a + k omega^alpha": _other_load,
+    "variable inertia": lambda scene: (
+        "variable" in scene.inertia_models and "[solver] inertia_model = 'variable'"
+    ),
     "closure cycle_time": lambda scene: (
         scene.closure == "cycle_time" and "[solver] closure = 'cycle_time'"
     ),
