@@ -46,9 +46,6 @@ __all__ = ["gas_harmonics", "inertia_harmonics", "over_cycles", "velocity_harmon
 MOST = 1024
 """Highest order of smooth curves with an offset."""
 
-ROWS_AT_ONCE = 1024
-"""Diagrams whose coefficients exist at the same time."""
-
 
 def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     """Harmonics of c/(r omega) [1]: -i gamma_nu without offset.
@@ -188,7 +185,8 @@ def gas_harmonics(
     for highest, designs in by_highest_order(columns[0], columns[1]):
         reached = _reached(nu, highest)
         order = designs[np.argsort(below[designs], kind="stable")]
-        begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::ROWS_AT_ONCE]
+        # The coefficients of 1024 diagrams exist at the same time.
+        begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::1024]
         for some in np.split(order, begins[1:]):
             _add_gas(some, columns, below, family, pressure_factor, highest, reached, most, result)
     return _along_orders(result, orders, shape)

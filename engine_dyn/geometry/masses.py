@@ -143,9 +143,6 @@ HIGHEST = (24, 96, 384)
 """Orders up to which the velocity is followed: enough up to crank ratios of 0.45, 0.93 and 0.996
 without offset. Above, the last leaves out less than rho^-384."""
 
-LEFT_OUT = 1e-15
-"""Bound on rho^-m behind the highest order."""
-
 AT_ONCE = 4096
 """Designs whose harmonics exist at the same time."""
 
@@ -159,7 +156,8 @@ def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int,
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = 1.0 / crank_ratio - np.abs(offset)
         rho = reach + np.sqrt(reach * reach - 1.0)
-        enough = [rho ** -float(most) <= LEFT_OUT for most in HIGHEST[:-1]]
+        # The harmonics that are left out are rounding.
+        enough = [rho ** -float(most) <= 1e-15 for most in HIGHEST[:-1]]
     first = np.select([*enough, np.isnan(rho)], [*range(len(enough)), 0], len(enough))
     for number, most in enumerate(HIGHEST):
         designs = np.flatnonzero(first == number)

@@ -14,9 +14,6 @@ from engine_dyn.geometry.cylinders import LARGEST_FACTOR, Cylinders
 
 __all__ = ["with_rods"]
 
-LONGEST = 100.0
-"""Length of articulated rods over the crank radius."""
-
 
 def with_rods(
     engine: Cylinders,
@@ -60,7 +57,8 @@ def with_rods(
     radii = _each("radius", radius, LARGEST_FACTOR, first)
     is_master = [one == 0.0 for one in radii]
     masses = _each("knuckle_mass", knuckle_mass, LARGEST_FACTOR, is_master)
-    lengths = _each("length", 0.0 if length is None else length, LONGEST, is_master)
+    # Articulated rods are at most a hundred crank radii long.
+    lengths = _each("length", 0.0 if length is None else length, 100.0, is_master)
     if angles is not None and len(angles) != count:
         raise ValueError(f"angles: {len(angles)} values for {count} cylinders")
     if not any(radii):

@@ -99,21 +99,6 @@ _UNTHROTTLED = (
 )  # fmt: skip
 """Components that do not depend on the pressure in the cylinder."""
 
-_GROUPS = {
-    "bearings": ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings"),
-    "rings": ("fmep_rings", "fmep_ring_gas_pressure"),
-    "skirt": ("fmep_skirt",),
-    "valve_train": ("fmep_valve_train",),
-    "auxiliaries": ("fmep_auxiliaries",),
-}
-"""Shares of the friction, and the components that they are of."""
-
-_OF_GROUPS = {
-    "bearings": "the bearings and seals of the crankshaft", "rings": "the piston rings",
-    "skirt": "the skirts of the pistons", "valve_train": "the valve train",
-    "auxiliaries": "the auxiliaries",
-}  # fmt: skip
-
 
 def _in_order(names: tuple[str, ...]) -> Callable[..., Any]:
     """Sum in the order of the names, whatever order the needs come in."""
@@ -204,9 +189,16 @@ NODES: tuple[Node, ...] = (
     *(
         Node(
             f"friction_share_{group}", f"s_{{fr,{group[0].upper()}}}", "1",
-            f"share of {_OF_GROUPS[group]} in the friction of all components", PATTON,
+            f"share of {text} in the friction of all components", PATTON,
             needs=(*names, "fmep_components"), make=_share(names),
         )
-        for group, names in _GROUPS.items()
+        for group, text, names in (
+            ("bearings", "the bearings and seals of the crankshaft",
+             ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings")),
+            ("rings", "the piston rings", ("fmep_rings", "fmep_ring_gas_pressure")),
+            ("skirt", "the skirts of the pistons", ("fmep_skirt",)),
+            ("valve_train", "the valve train", ("fmep_valve_train",)),
+            ("auxiliaries", "the auxiliaries", ("fmep_auxiliaries",)),
+        )
     ),
 )  # fmt: skip

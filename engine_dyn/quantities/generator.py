@@ -225,11 +225,6 @@ def _interval(
 
 _TIME: dict[str, Any] = {"removes": ("crank_angle",)}
 
-_STROKES = {
-    "intake": (-2.0 * np.pi, -np.pi), "compression": (-np.pi, 0.0), "expansion": (0.0, np.pi),
-    "exhaust": (np.pi, 2.0 * np.pi),
-}  # fmt: skip
-
 OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
 """Strokes that have no half turn of their own in a two-stroke engine."""
 
@@ -329,7 +324,10 @@ NODES: tuple[Node, ...] = (
             needs=("omega", "crank_angle", "curve_period"),
             make=_duration(begin, end), **_TIME,
         )
-        for stroke, (begin, end) in _STROKES.items()
+        for stroke, begin, end in (
+            ("intake", -2.0 * np.pi, -np.pi), ("compression", -np.pi, 0.0),
+            ("expansion", 0.0, np.pi), ("exhaust", np.pi, 2.0 * np.pi),
+        )
     ),
     Node(
         "interval_duration", "t_{ab}", "s",

@@ -56,10 +56,6 @@ _ARRAYS = (
 )  # fmt: skip
 """Attributes of `RunningGear` that broadcast."""
 
-CANCELLED = 1e-13
-"""Fraction of the sum of all cylinders' forces, by size, below which their vector sum is rounding.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class RunningGear:
@@ -319,7 +315,9 @@ class RunningGear:
         mass = mass + np.abs(self.throw_turning_mass)
         weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
         of_webs = np.abs(self.web_couple if moment else self.webs)
-        return CANCELLED * (mass * self.crank_radius * weights + of_webs)
+        # The vector sum of all cylinders' forces is rounding below this fraction of their sum by
+        # size.
+        return 1e-13 * (mass * self.crank_radius * weights + of_webs)
 
     def _turning(self, moment: bool) -> Any:
         """Amplitude of what turns with the crank."""

@@ -115,9 +115,6 @@ class Mounts:
 
 SOURCE = "this project"
 
-OF_SAMPLES = 100_000
-"""Bytes of the samples of a force, with what they are made from."""
-
 _OFFSET = (
     "crank_ratio", "offset_ratio", "double_radius", "reciprocating_mass", "speed", "cylinder_set",
     "cylinders_by_count",
@@ -198,7 +195,7 @@ def _harmonics(*, roll_moment_harmonics: Any, order: Any, mounts: Any, mount: An
 def _of_cycle(name: str, symbol: str, size: str) -> Node:
     return Node(
         name, symbol, "N", f"{size} vertical force on each mount over the cycle, positive upwards",
-        SOURCE, needs=("mount_force",), removes=("crank_angle",), throws=True, width=OF_SAMPLES,
+        SOURCE, needs=("mount_force",), removes=("crank_angle",), throws=True, width=100_000,
         extreme_of=("mount_force", size),
     )  # fmt: skip
 
