@@ -37,8 +37,7 @@ LIMBS = 67
 _LIMB = (1 << 32) - 1
 _MAGNITUDE = (1 << 63) - 1
 _NO_NUMBER = 0x7FF
-UNITS_IN_ONE = 1 << 1074
-"""The unit of sums is the smallest double."""
+UNITS_IN_ONE = 1 << 1074  # The unit of sums is the smallest double
 
 SMALLEST, LARGEST = 2.0**-64, 2.0**64
 """Magnitudes between which bins tell numbers apart; smaller ones are in the bin of zero."""

@@ -61,8 +61,7 @@ RIM_SPEEDS: Mapping[str, tuple[float, float]] = MappingProxyType(
 DENSITIES: Mapping[str, float] = MappingProxyType({"cast iron": 7200.0, "steel": 7850.0})
 """Usual densities [kg/m3]: handbook values of grey cast iron and of steel."""
 
-DIAMETER_OVER_STROKE = 2.0, 3.0
-"""Usual mean diameter over stroke, from and to. Asgari, eq. 16."""
+DIAMETER_OVER_STROKE = 2.0, 3.0  # Usual mean diameter over stroke, from and to. Asgari, eq. 16.
 
 SHARE_OF_INERTIA = 0.8, 0.9
 """Usual inertia of the flywheel over that of all rotating parts, from and to. Asgari, eq. 18. The
@@ -506,11 +505,9 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     return RequiredInertia(inertia, solved.delta, swing, estimate, triangle, code)
 
 
-MOST_CROSSINGS = 64
-"""Crossings that are told of a design; further ones are left out."""
+MOST_CROSSINGS = 64  # Crossings that are told of a design; further ones are left out
 
-STEPS = 3
-"""Newton steps behind a linear interpolation: the error is that of the polynomial then."""
+STEPS = 3  # Newton steps behind a linear interpolation: the error is that of the polynomial then
 
 
 def net_torque(torque: Any, load: Any) -> Floats:

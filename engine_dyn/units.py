@@ -6,19 +6,14 @@ import math
 
 __all__ = ["BAR", "CUBIC_CENTIMETRE", "DEGREE", "GPA", "MPA", "RPM"]
 
-BAR = 1e5
-"""Pascal in a bar."""
+BAR = 1e5  # Pascal in a bar
 
 MPA = 1e6
 
-GPA = 1e9
-"""Pascal in a megapascal."""
+GPA = 1e9  # Pascal in a megapascal
 
-CUBIC_CENTIMETRE = 1e-6
-"""Cubic metres in a cubic centimetre."""
+CUBIC_CENTIMETRE = 1e-6  # Cubic metres in a cubic centimetre
 
-DEGREE = math.pi / 180.0
-"""Radians in a degree."""
+DEGREE = math.pi / 180.0  # Radians in a degree
 
-RPM = math.pi / 30.0
-"""Radians per second in a revolution per minute."""
+RPM = math.pi / 30.0  # Radians per second in a revolution per minute

@@ -25,8 +25,7 @@ __all__ = [
     "master_loads",
 ]
 
-SAMPLES = 360
-"""Samples of a revolution, for single orders."""
+SAMPLES = 360  # Samples of a revolution, for single orders
 
 
 def inertia_force(

@@ -26,8 +26,7 @@ __all__ = [
     "Sampled", "fill_crests_of_loads",
 ]  # fmt: skip
 
-CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2
-"""Numbers of the loads in kernels."""
+CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2  # Numbers of the loads in kernels
 
 INPUTS = 10
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
@@ -42,8 +41,7 @@ SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE, SIDE = range(6)
 and cosine of its direction from upright; its share in its throw; its factor on the offset."""
 
 
-CRESTS = 8
-"""Most crests that are told of a design, those that reach highest."""
+CRESTS = 8  # Most crests that are told of a design, those that reach highest
 
 MEAN, RMS, COUNT, FIRST = range(4)
 """Rows of what is found: mean and root mean square of the load, number of crests, and of each of

@@ -100,12 +100,10 @@ def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
     return load / (diameter * width)
 
 
-PARTS = 5
-"""Gas pressure, crankcase pressure, reciprocating and rotating masses, throws."""
+PARTS = 5  # Gas pressure, crankcase pressure, reciprocating and rotating masses, throws
 
 DESIGNS_AT_ONCE = 65536
-BYTES_OF_TABLE = 32e6
-"""Bytes of the pressures that are tabulated at a time."""
+BYTES_OF_TABLE = 32e6  # Bytes of the pressures that are tabulated at a time
 
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Largest and mean size of a load [N], crank angle of the largest [rad], root mean square [N]."""

@@ -85,11 +85,9 @@ __all__ = [
 ]
 
 
-GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s2] (CGPM 1901)."""
+GRAVITY = 9.80665  # Standard acceleration of free fall [m/s2] (CGPM 1901)
 
-SAMPLES = 720
-"""Angles of a turn at which a largest value is looked for."""
+SAMPLES = 720  # Angles of a turn at which a largest value is looked for
 
 
 def _sine_and_cosine(phi: npt.ArrayLike, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:

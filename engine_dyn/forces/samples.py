@@ -20,8 +20,7 @@ from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["CurveOfDesigns", "crests", "largest", "sample_angles", "tops"]
 
-WIDEST = np.pi / 360.0
-"""Half a degree, which smooth curves need, and 1/32 degree."""
+WIDEST = np.pi / 360.0  # Half a degree, which smooth curves need, and 1/32 degree
 
 CurveOfDesigns = Callable[[Integers, Floats], Floats]
 """Values of the curves of some designs, each at an angle [rad] of its own: shapes (N,)."""

@@ -51,8 +51,7 @@ MOST_CYLINDERS = 24
 TURN = 2.0 * math.pi
 
 FOUR_STROKE = 2.0 * TURN
-TWO_STROKE = TURN
-"""Angle of the cycle [rad]."""
+TWO_STROKE = TURN  # Angle of the cycle [rad]
 
 SAME_ANGLE = 0.01 * DEGREE
 """Angles this close are the same: files give sevenths and ninths of a turn with few digits."""

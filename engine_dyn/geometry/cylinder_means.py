@@ -26,8 +26,7 @@ __all__ = [
     "value_of_sets",
 ]
 
-SAMPLES = 360
-"""Samples of a revolution, for the means of articulated rods."""
+SAMPLES = 360  # Samples of a revolution, for the means of articulated rods
 
 
 def value_of_sets(

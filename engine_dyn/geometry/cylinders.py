@@ -47,11 +47,9 @@ __all__ = [
     "shortest",
 ]
 
-SEALED = -1.0
-"""Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`."""
+SEALED = -1.0  # Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`
 
-MOST_CYCLES = 64
-"""Cycles after which a firing pattern repeats, at most."""
+MOST_CYCLES = 64  # Cycles after which a firing pattern repeats, at most
 
 Firings = TypeVar("Firings", tuple[float, ...], str)
 """A pattern: a factor, or a letter, for each firing."""
@@ -165,12 +163,10 @@ class OwnCrank(NamedTuple):
     offset: Any
 
 
-EQUAL = Member(0.0, 1.0, 1.0)
-"""Cylinder 1 of an engine whose cylinders are equal."""
+EQUAL = Member(0.0, 1.0, 1.0)  # Cylinder 1 of an engine whose cylinders are equal
 
 
-SMALLEST_RADIUS = 0.1
-"""A throw of less is none."""
+SMALLEST_RADIUS = 0.1  # A throw of less is none
 
 LARGEST_FACTOR = 2.0
 """More than twice the pressure rise or the mass of the others is another engine."""

@@ -69,11 +69,9 @@ __all__ = [
 
 
 MOST_TERMS = 1_000_000
-AT_ONCE = 1024
-"""Terms of series, and designs with their curves, that exist at the same time."""
+AT_ONCE = 1024  # Terms of series, and designs with their curves, that exist at the same time
 
-REMAINDER = 1e-17
-"""Bound on what is left out of a sum, over the sum."""
+REMAINDER = 1e-17  # Bound on what is left out of a sum, over the sum
 
 
 def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:

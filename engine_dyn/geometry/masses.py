@@ -143,8 +143,7 @@ HIGHEST = (24, 96, 384)
 """Orders up to which the velocity is followed: enough up to crank ratios of 0.45, 0.93 and 0.996
 without offset. Above, the last leaves out less than rho^-384."""
 
-AT_ONCE = 4096
-"""Designs whose harmonics exist at the same time."""
+AT_ONCE = 4096  # Designs whose harmonics exist at the same time
 
 
 def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int, Integers]]:

@@ -54,8 +54,7 @@ CRANKS = {
 }
 """Crankshafts whose orders are taken, in words."""
 
-DIGITS = 9
-"""Digits of angles in degrees: sums and differences of turns leave rounding behind."""
+DIGITS = 9  # Digits of angles in degrees: sums and differences of turns leave rounding behind
 
 
 @dataclass(frozen=True)

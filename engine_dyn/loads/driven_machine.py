@@ -53,24 +53,20 @@ __all__ = [
 
 
 REVOLUTION = 2.0 * math.pi
-MOST_REVOLUTIONS = 64
-"""Most revolutions in the period of a torque over an angle."""
+MOST_REVOLUTIONS = 64  # Most revolutions in the period of a torque over an angle
 
 FEWEST_POINTS = 8
-HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
-"""Highest order and most orders of a torque in closed form."""
+HIGHEST_ORDER, MOST_ORDERS = 64.0, 200  # Highest order and most orders of a torque in closed form
 
 LARGEST = 1e12
 """Largest torque and speed of a table, far above those of any machine: nothing may overflow."""
 
-ENDS_TOLERANCE = 0.02
-"""Largest difference of both ends of a period, over the range of the torque."""
+ENDS_TOLERANCE = 0.02  # Largest difference of both ends of a period, over the range of the torque
 
 ROUNDING = 1e-6
 """Fraction of an interval by which rounding may place a speed beyond the ends of a table."""
 
-ALIKE = 1e-9
-"""Fraction of its range within which a torque repeats."""
+ALIKE = 1e-9  # Fraction of its range within which a torque repeats
 
 WHOLE = 1e-5
 """Relative difference up to which a number of repetitions counts as whole, because gear ratios are

@@ -56,8 +56,7 @@ __all__ = [
 ]
 
 
-PANELS = 180
-"""Panels of a stroke over which means are taken."""
+PANELS = 180  # Panels of a stroke over which means are taken
 
 
 def mean_piston_speed(stroke: Any, speed: Any) -> Any:
@@ -245,11 +244,9 @@ class FrictionShape:
 
 KILOPASCAL = 1e3
 
-MM = 1e3
-"""Millimetres in a metre."""
+MM = 1e3  # Millimetres in a metre
 
-ATMOSPHERE = 1.01325 * BAR
-"""Pressure that the intake is compared with [Pa]."""
+ATMOSPHERE = 1.01325 * BAR  # Pressure that the intake is compared with [Pa]
 
 BOUNDARY_SPEED = 1000.0
 """Speed at which friction of mixed lubrication is twice that of a fast engine [rpm]."""

@@ -11,8 +11,7 @@ from engine_dyn.loads.driven_machine import TorqueOverAngle
 __all__ = ["highest_order"]
 
 SAMPLES_OF_TURN = 2048
-SMALLEST_SHARE = 0.01
-"""Amplitude over the largest one that still counts."""
+SMALLEST_SHARE = 0.01  # Amplitude over the largest one that still counts
 
 
 def highest_order(torque: TorqueOverAngle | None) -> float:

@@ -47,8 +47,7 @@ FLOOR = 1e-6
 """Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (48), so that
 an iterate may pass through values that a solution cannot have; a solution below it is a stall."""
 
-ROUNDED = 1.0 + 1e-9
-"""Factor by which rounding may place a speed beyond the ends of a table."""
+ROUNDED = 1.0 + 1e-9  # Factor by which rounding may place a speed beyond the ends of a table
 
 POWER, LINEAR_SQUARE, TABLE, MOTOR = range(4)
 """Numbers of the laws in kernels: their places in `LAWS`."""

@@ -31,11 +31,9 @@ __all__ = [
     "outside",
 ]
 
-AT_ONCE = 1 << 18
-"""Values of one measure that are computed at a time."""
+AT_ONCE = 1 << 18  # Values of one measure that are computed at a time
 
-MOST_CORNERS = 12
-"""Parameters that vary, up to which the corners of their box are looked at."""
+MOST_CORNERS = 12  # Parameters that vary, up to which the corners of their box are looked at
 
 SI_UNITS: Mapping[str, tuple[str, float]] = {
     **dict.fromkeys(("bore", "stroke", "rod", "rod_length", "rod_centre_of_gravity", "pin_offset",
@@ -411,8 +409,7 @@ def _number(value: float) -> str:
 
 # --- indicator diagrams ---------------------------------------------------------------------------
 
-SAMPLES = 720
-"""Angles of a cycle at which the work of a diagram is summed up."""
+SAMPLES = 720  # Angles of a cycle at which the work of a diagram is summed up
 
 
 _FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")

@@ -37,8 +37,7 @@ __all__ = [
 CROSSHEAD = 2.5
 """Stroke over bore from which on an engine has a crosshead; trunk pistons end at about 1.6."""
 
-MOST_DELTA = 0.5
-"""Largest coefficient of speed fluctuation that is not called implausible."""
+MOST_DELTA = 0.5  # Largest coefficient of speed fluctuation that is not called implausible
 
 
 @dataclass(frozen=True)

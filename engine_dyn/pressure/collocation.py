@@ -40,8 +40,7 @@ __all__ = [
 ]
 
 
-POINTS = 12
-"""Points of an interval."""
+POINTS = 12  # Points of an interval
 
 
 def _matrices() -> tuple[Floats, Floats, Floats, Floats]:

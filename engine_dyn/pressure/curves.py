@@ -21,8 +21,7 @@ from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["Curves", "morphed", "on_threads", "pressures_at", "sampled"]
 
-FEWEST = 8
-"""Rows that are worth a thread: each takes some 50 us."""
+FEWEST = 8  # Rows that are worth a thread: each takes some 50 us
 
 FLAT = 1e5
 """Pressure [Pa] of rows without a cycle: a number, so that no other design is touched by them."""

@@ -45,18 +45,15 @@ from engine_dyn.types import Booleans, Floats, Integers
 
 __all__ = ["CycleTable", "ModelledDiagram"]
 
-BYTES_KEPT = 100e6
-"""Size of the rows that are kept beyond those of the last request."""
+BYTES_KEPT = 100e6  # Size of the rows that are kept beyond those of the last request
 
 PLACES = 2.0**24
 """Fractions of rows are multiples of 1/PLACES. A place is the sum of a row and its fraction, which
 so is the same whatever the number of the combination is; loads are rounded to 2e-8 percent."""
 
-EXAMPLES = 256
-"""Combinations that are looked at where something has to be decided for all."""
+EXAMPLES = 256  # Combinations that are looked at where something has to be decided for all
 
-COMMON_STEP = 0.25
-"""Step [degree] of the diagrams of an engine that gives them different ones."""
+COMMON_STEP = 0.25  # Step [degree] of the diagrams of an engine that gives them different ones
 
 
 class ModelledDiagram(NamedTuple):

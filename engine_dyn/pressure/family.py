@@ -51,18 +51,10 @@ ROWS_AT_ONCE = 256
 
 @dataclass(frozen=True, eq=False)
 class TableAxis:
-    """Rows of a table over one parameter: the given values, and equal steps between each two.
+    """Rows of a table over one parameter: the given values, and equal steps between each two."""
 
-    Attributes
-    ----------
-    given : ndarray, shape (K,)
-        Given values, strictly ascending; each of them is a row.
-    steps : ndarray of int64, shape (K - 1,)
-        Number of steps between each two of them.
-    """
-
-    given: Floats
-    steps: Integers
+    given: Floats  # Given values, strictly ascending; each of them is a row; shape (K,)
+    steps: Integers  # Number of steps between each two of them; shape (K - 1,)
 
     @cached_property
     def first(self) -> Integers:

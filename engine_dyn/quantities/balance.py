@@ -15,8 +15,7 @@ from engine_dyn.units import DEGREE
 
 __all__ = ["DIRECTIONS", "FORCE", "MOMENT", "NODES", "PARAMETERS", "running_gear"]
 
-DIRECTIONS = (0.0, 90.0)
-"""Points of `direction` [degree]."""
+DIRECTIONS = (0.0, 90.0)  # Points of `direction` [degree]
 
 
 PARAMETERS = (

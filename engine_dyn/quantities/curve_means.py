@@ -16,8 +16,7 @@ from engine_dyn.quantities.node import Node
 
 __all__ = ["MEAN", "RMS", "curve_mean", "means_of_curves", "root_mean_square"]
 
-RMS, MEAN = "_rms", "_mean"
-"""Endings of the names."""
+RMS, MEAN = "_rms", "_mean"  # Endings of the names
 
 
 def root_mean_square(curve: Any) -> Any:

@@ -165,8 +165,7 @@ def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
     )  # fmt: skip
 
 
-_ENERGY = "Khurmi and Gupta chapter 16"
-"""Source of the definitions of energies."""
+_ENERGY = "Khurmi and Gupta chapter 16"  # Source of the definitions of energies
 
 _SIZED = "sized_flywheel_inertia", "", "kg m2", "inertia of the flywheel that is sized"
 

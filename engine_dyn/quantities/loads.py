@@ -14,8 +14,7 @@ from engine_dyn.quantities.node import Node
 
 __all__ = ["NODES", "NO_TORQUE", "OF_ANGLE", "load_coefficient_unit"]
 
-OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")
-"""Nodes that a load over angle needs."""
+OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")  # Nodes that a load over angle needs
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
 """Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""
@@ -48,8 +47,7 @@ def _at_nominal(law: LawFacts) -> Node:
     )  # fmt: skip
 
 
-NO_TORQUE = -math.inf
-"""Given for a torque that neither load nor driver has at the nominal speed."""
+NO_TORQUE = -math.inf  # Given for a torque that neither load nor driver has at the nominal speed
 
 SMALLEST_LACK = 1e-9
 """Torque over the mean torques of engine, friction and load that counts as none."""

@@ -84,8 +84,7 @@ _PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], ha
 }  # fmt: skip
 """Unit, meaning, needs beside the motion, and the part itself."""
 
-_THREADED = ("gas",)
-"""Parts that take `threads`."""
+_THREADED = ("gas",)  # Parts that take `threads`
 
 _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     "cylinder_": ("cylinder 1", (), (), harmonics.of_first),

@@ -175,5 +175,4 @@ NODES: tuple[Node, ...] = (
     ),
 )  # fmt: skip
 
-JUDGING = frozenset(node.name for node in NODES)
-"""Names of these quantities."""
+JUDGING = frozenset(node.name for node in NODES)  # Names of these quantities

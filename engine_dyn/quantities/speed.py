@@ -165,8 +165,7 @@ def _both_statuses(outcome: Any, search_status: Any) -> Any:
 
 _ANGLES_OF_CURVES = ("crank_angle", "close_angle")
 
-_LAWS = {law.name: law.needs for law in LAWS}
-"""Nodes that each law over speed needs."""
+_LAWS = {law.name: law.needs for law in LAWS}  # Nodes that each law over speed needs
 
 _ANGLES: dict[str, tuple[str, ...]] = {"steady_load": (), "angle_load": OF_ANGLE}
 """Nodes that a load over angle needs."""

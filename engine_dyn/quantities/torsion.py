@@ -26,11 +26,9 @@ from engine_dyn.units import DEGREE, RPM
 
 __all__ = ["NODES"]
 
-COMPLEX = 16
-"""Bytes of a harmonic."""
+COMPLEX = 16  # Bytes of a harmonic
 
-OF_MODES = 6000
-"""Bytes of a shaft of some ten discs with what is referred, and with its matrices."""
+OF_MODES = 6000  # Bytes of a shaft of some ten discs with what is referred, and with its matrices
 
 
 def _slope(name: str) -> Any:

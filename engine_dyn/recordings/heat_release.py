@@ -32,26 +32,15 @@ __all__ = [
     "polytropic_exponent",
 ]
 
-GAMMA = 1.35
-"""Ratio of specific heats where none is given: between unburnt and burnt gas."""
+GAMMA = 1.35  # Ratio of specific heats where none is given: between unburnt and burnt gas
 
 
 class MeanPressures(NamedTuple):
-    """Indicated mean effective pressures of each cycle [Pa], shape (cycles,).
+    """Indicated mean effective pressures of each cycle [Pa], shape (cycles,)."""
 
-    Attributes
-    ----------
-    net : ndarray
-        Over the whole cycle.
-    gross : ndarray
-        Over compression and expansion; of a two-stroke cycle the same as `net`.
-    pumping : ndarray
-        Over the gas exchange, mostly negative; 0 of a two-stroke cycle.
-    """
-
-    net: Floats
-    gross: Floats
-    pumping: Floats
+    net: Floats  # Over the whole cycle
+    gross: Floats  # Over compression and expansion; of a two-stroke cycle the same as `net`
+    pumping: Floats  # Over the gas exchange, mostly negative; 0 of a two-stroke cycle
 
 
 def mean_pressures(cycles: RecordedCycles, geometry: CylinderGeometry) -> MeanPressures:
@@ -134,21 +123,11 @@ def polytropic_exponent(
 
 @dataclass(frozen=True, eq=False)
 class HeatRelease:
-    """Apparent net heat release of cycles: the heat of combustion less that lost to the walls.
+    """Apparent net heat release of cycles: the heat of combustion less that lost to the walls."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (n,)
-        Angles of the closed cylinder [rad].
-    rate : ndarray, shape (cycles, n)
-        dQ/dphi [J/rad].
-    heat : ndarray, shape (cycles, n)
-        Its integral from the first angle on [J].
-    """
-
-    angle: Floats
-    rate: Floats
-    heat: Floats
+    angle: Floats  # Angles of the closed cylinder [rad]; shape (n,)
+    rate: Floats  # dQ/dphi [J/rad]; shape (cycles, n)
+    heat: Floats  # Heat: its integral from the first angle on [J]; shape (cycles, n)
 
 
 def heat_release(

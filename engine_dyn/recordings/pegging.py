@@ -24,8 +24,7 @@ EXPONENT, EXPONENT_DEVIATION = 1.33, 0.02
 """Polytropic exponent of a compression and its standard deviation where it is not fitted: 1.32 to
 1.35 of spark-ignition engines, 1.34 to 1.38 of diesel engines (judgement after Randolph 1990)."""
 
-COMPRESSION = (-100.0 * DEGREE, -40.0 * DEGREE)
-"""Valves closed, not yet burning."""
+COMPRESSION = (-100.0 * DEGREE, -40.0 * DEGREE)  # Valves closed, not yet burning
 
 ITERATIONS = 30
 

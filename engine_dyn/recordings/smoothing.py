@@ -50,24 +50,15 @@ def even_step(cycles: RecordedCycles) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """Smoothed cycles, and what the smoothing does to them.
+    """Smoothed cycles, and what the smoothing does to them."""
 
-    Attributes
-    ----------
-    cycles : RecordedCycles
-        Smoothed.
-    highest_order : float
-        Order of the revolution that is kept by half of its power (-3 dB); higher ones are lost.
-    noise_before, noise_after : float
-        Mean standard deviation of the noise [Pa].
-    imep_change, peak_change : float
-        Mean change of imep and of the largest pressure [Pa].
-    """
-
-    cycles: RecordedCycles
+    cycles: RecordedCycles  # Smoothed
+    # Order of the revolution that is kept by half of its power (-3 dB); higher ones are lost.
     highest_order: float
+    # Mean standard deviation of the noise [Pa].
     noise_before: float
     noise_after: float
+    # Mean change of imep and of the largest pressure [Pa].
     imep_change: float
     peak_change: float
 

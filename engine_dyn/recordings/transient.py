@@ -23,11 +23,9 @@ __all__ = [
     "SpeedOfTrain", "TorqueTrain", "close_train", "fit_train", "follow_train", "train_of_cycles",
 ]  # fmt: skip
 
-MOST_STEPS = 60
-"""Of Newton's or Gauss and Newton's method; three to six are usual."""
+MOST_STEPS = 60  # Steps of Newton's or Gauss and Newton's method; three to six are usual
 
-CLOSE_ENOUGH = 1e-12
-"""Relative change of speed and load coefficient at which the search ends."""
+CLOSE_ENOUGH = 1e-12  # Relative change of speed and load coefficient at which the search ends
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,8 +29,7 @@ __all__ = [
     "check_positive", "family_of",
 ]  # fmt: skip
 
-LOAD_EXPONENT = KEYWORDS["load_exponent"].typical
-"""Exponent of the load torque where none is given."""
+LOAD_EXPONENT = KEYWORDS["load_exponent"].typical  # Exponent of the load torque where none is given
 
 
 @lru_cache(maxsize=8)

@@ -26,8 +26,7 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
 
-ROWS_AT_ONCE = 384
-"""Diagrams whose pressures are tabulated at a time."""
+ROWS_AT_ONCE = 384  # Diagrams whose pressures are tabulated at a time
 
 
 def mean_gas_torque(

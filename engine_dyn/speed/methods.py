@@ -50,13 +50,14 @@ METHOD_NAMES = tuple(method.name for method in METHODS)
 STEPPING = tuple(method.name for method in METHODS if method.steps)
 """Methods that repeat cycles from a start."""
 
-INERTIA_MODELS = ("constant", "variable")
-"""Models of the inertia, in the order of their codes."""
+INERTIA_MODELS = ("constant", "variable")  # Models of the inertia, in the order of their codes
 
 DEVICES = ("cpu", "cuda")
 """What solves designs: the processor, or a GPU as far as `engine_dyn.card` can."""
 
-CLOSURES = ("power_mean", "cycle_time")
-"""What the nominal speed means, in the order of their codes."""
+CLOSURES = (
+    "power_mean",
+    "cycle_time",
+)  # Meanings of the nominal speed, in the order of their codes
 
 POWER_MEAN, CYCLE_TIME = range(len(CLOSURES))

@@ -85,8 +85,7 @@ TORQUE_RESULTS = (
 
 TORQUE_NAMES = tuple(result.name for result in TORQUE_RESULTS)
 
-COMPARED = ("delta", "omega_min")
-"""Results whose difference between two solutions gives the error."""
+COMPARED = ("delta", "omega_min")  # Results whose difference between two solutions gives the error
 
 IDLE = 1e-9
 """If mean torque and constant load differ by no more than this fraction of the torque's range, the

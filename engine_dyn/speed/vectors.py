@@ -25,8 +25,7 @@ __all__ = ["LANES", "Rows", "any_of", "new_plain", "new_rows", "read", "rows_of"
 LANES = 16
 """Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
 
-LINE = 8
-"""Numbers of a line of the cache: rows that straddle two make kernels 12 to 20 % slower."""
+LINE = 8  # Numbers of a line of the cache: rows that straddle two make kernels 12 to 20 % slower
 
 
 class VectorType(types.Type):

@@ -53,14 +53,12 @@ RESULTS = {
 }
 """Names of the results that can be asked for."""
 
-DETUNED = 1e-12
-"""Least |k* + Z| over its terms."""
+DETUNED = 1e-12  # Least |k* + Z| over its terms
 
 SMALL = 1e-6
 """Where |k* + Z| is this part of its terms, and torques act behind it, six digits are lost."""
 
-AT_ONCE = 1024
-"""Cases that a thread takes at once."""
+AT_ONCE = 1024  # Cases that a thread takes at once
 
 
 class _Tree(NamedTuple):

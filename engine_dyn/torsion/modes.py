@@ -37,8 +37,7 @@ __all__ = [
     "zero_crossings",
 ]
 
-WIDE = 1e6
-"""Largest over least omega^2 that is left to eigenvalues, which then have ten digits."""
+WIDE = 1e6  # Largest over least omega^2 that is left to eigenvalues, which then have ten digits
 
 
 class Modes(NamedTuple):

@@ -34,8 +34,7 @@ mean square of the curve."""
 MISSED = 1.5 * 1.5 * 2.5 * 0.5 * 0.5 / 120.0
 """Error of the polynomial half a step away, over d^5 |x'''''|."""
 
-SAMPLES = 16
-"""Samples a period of the highest order that are always enough for `BEND`."""
+SAMPLES = 16  # Samples a period of the highest order that are always enough for `BEND`
 
 LOW = 32
 """Samples of a block: within it cosines are of a table, from block to block they are turned on."""

@@ -21,8 +21,7 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["MOST_DISCS", "ShaftSystem", "matrices", "mean_torques", "shaft_system"]
 
-MOST_DISCS = 64
-"""Most discs of a system; shafts of ships have some 30."""
+MOST_DISCS = 64  # Most discs of a system; shafts of ships have some 30
 
 
 @dataclass(frozen=True, eq=False)

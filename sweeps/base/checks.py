@@ -47,14 +47,12 @@ __all__ = [
     "usable_device",
 ]
 
-DEEPEST = 8
-"""Nesting of tables and lists that is read."""
+DEEPEST = 8  # Nesting of tables and lists that is read
 
 LONGEST_TEXT = 20_000
 """Characters of one text of a scene; the factors of the longest firing pattern take most."""
 
-LONG = 1000
-"""Longer lists stay arrays when they are read, and archives state only their length."""
+LONG = 1000  # Longer lists stay arrays when they are read, and archives state only their length
 
 
 class Strict(BaseModel):
@@ -344,8 +342,7 @@ def known_key(
 
 
 POWERS = {"W": 1.0, "kW": 1e3, "MW": 1e6}
-POWER = re.compile(r"[0-9]{1,20}(\.[0-9]{1,20})? (W|kW|MW)", re.ASCII)
-"""A power with its unit."""
+POWER = re.compile(r"[0-9]{1,20}(\.[0-9]{1,20})? (W|kW|MW)", re.ASCII)  # A power with its unit
 
 
 def number(raw: Any, where: str, node: Node | None = None) -> float:

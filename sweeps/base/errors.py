@@ -29,14 +29,11 @@ NAMED_BADLY = (
 )  # fmt: skip
 """What the system says of a file that the user named badly; all else is a failure of the disk."""
 
-LONGEST = 4000
-"""Characters of a message."""
+LONGEST = 4000  # Characters of a message
 
-LONGEST_NAME = 300
-"""Characters of a name that is like another one."""
+LONGEST_NAME = 300  # Characters of a name that is like another one
 
-MOST_LISTED = 40
-"""Names that a message lists where a command lists them too."""
+MOST_LISTED = 40  # Names that a message lists where a command lists them too
 
 
 class SceneError(ValueError):

@@ -48,8 +48,7 @@ def _beaten_of_pairs(numbers: Floats) -> Booleans:
     return np.concatenate([[False], np.minimum.accumulate(second[:-1]) <= second[1:]])
 
 
-NEAR = 16
-"""Designs next to each other that are compared one by one; a power of two."""
+NEAR = 16  # Designs next to each other that are compared one by one; a power of two
 
 
 def _beaten_of_three(numbers: Floats) -> Booleans:

@@ -22,8 +22,7 @@ _lock = Lock()
 _limits: dict[bool, Any] = {}
 """Limits that hold, by whether SciPy was loaded, which brings a library of its own."""
 
-_inside = 0
-"""How many of those that asked for it, on any thread, are still at work."""
+_inside = 0  # How many of those that asked for it, on any thread, are still at work
 
 
 @lru_cache(maxsize=2)

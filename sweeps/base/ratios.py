@@ -8,13 +8,11 @@ from sweeps.base.errors import plain_number
 
 __all__ = ["BEYOND", "LARGEST", "number_or_ratio", "ratio_text"]
 
-LARGEST = 1e30
-"""Size of numbers of people, in any unit: products of several of them stay finite."""
+LARGEST = 1e30  # Size of numbers of people, in any unit: products of several of them stay finite
 
 BEYOND = f"must be at most {LARGEST:g} in size"
 
-LARGEST_DIVISOR = 100_000
-"""Ratios 1/n are shown as such up to this n."""
+LARGEST_DIVISOR = 100_000  # Ratios 1/n are shown as such up to this n
 
 
 def number_or_ratio(text: str) -> float:

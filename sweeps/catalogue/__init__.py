@@ -6,17 +6,13 @@ from pathlib import Path
 
 __all__ = ["ENGINES", "ENGINE_TEMPLATE", "PACKAGE", "SCENES", "SHAFTS"]
 
-PACKAGE = Path(__file__).resolve().parents[1]
-"""Folder of the package `sweeps`."""
+PACKAGE = Path(__file__).resolve().parents[1]  # Folder of the package `sweeps`
 
-ENGINES = Path(__file__).resolve().parent / "engines"
-"""Folder of the engines' files."""
+ENGINES = Path(__file__).resolve().parent / "engines"  # Folder of the engines' files
 
-SCENES = Path(__file__).resolve().parent / "scenes"
-"""Folder of the built-in scenes."""
+SCENES = Path(__file__).resolve().parent / "scenes"  # Folder of the built-in scenes
 
-SHAFTS = Path(__file__).resolve().parent / "shafts"
-"""Folder of the built-in shafts."""
+SHAFTS = Path(__file__).resolve().parent / "shafts"  # Folder of the built-in shafts
 
 ENGINE_TEMPLATE = Path(__file__).resolve().parent / "templates" / "engine.toml"
 """A commented engine file to start from."""

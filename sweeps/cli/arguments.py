@@ -48,8 +48,7 @@ __all__ = [
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
-SMALLEST_MEMORY = 100e6
-"""Bytes; with less, a block of designs could not be held."""
+SMALLEST_MEMORY = 100e6  # Bytes; with less, a block of designs could not be held
 
 PATH = click.Path(path_type=Path)
 

@@ -32,8 +32,7 @@ __all__ = [
 
 FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
 
-LONGEST_MESSAGE = 2000
-"""Characters of a message about bad input."""
+LONGEST_MESSAGE = 2000  # Characters of a message about bad input
 
 
 def say(text: object, *, err: bool = False) -> None:
@@ -126,8 +125,7 @@ def _message_and_status(error: Exception) -> tuple[str, int]:
     return f"failed: {type(error).__name__}: {one_line(error)} (--debug shows where)", FAILURE
 
 
-NAMESAKE = "sweeps"
-"""Name in the package index, of Weights & Biases."""
+NAMESAKE = "sweeps"  # Name in the package index, of Weights & Biases
 
 _PAGE = "see 'Another package named sweeps' on the page 'Install'"
 

@@ -51,8 +51,7 @@ __all__ = ["extend", "merge", "rerun", "run"]
 LARGEST_TABLE = 200e6
 """Bytes of the variables of an archive up to which published values are printed."""
 
-SHOWN = 10
-"""Designs up to which `run` prints their numbers."""
+SHOWN = 10  # Designs up to which `run` prints their numbers
 
 
 @click.command()

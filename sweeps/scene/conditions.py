@@ -33,8 +33,7 @@ __all__ = [
     "units_of",
 ]
 
-Units = Callable[[str], str | None]
-"""Unit of a name, None where it is not known."""
+Units = Callable[[str], str | None]  # Unit of a name, None where it is not known
 
 _CONDITION = re.compile(r"(\w++)\s*+(<=|>=|<|>)(.*+)")
 
@@ -45,8 +44,7 @@ _WITH_UNIT = re.compile(
 )
 """A number and what may be a unit; `number_with_unit` says whether it is."""
 
-LONGEST = 500
-"""Characters of a condition."""
+LONGEST = 500  # Characters of a condition
 
 _COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": operator.le,

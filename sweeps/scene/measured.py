@@ -124,32 +124,15 @@ _COMPANIONS: Companions = {
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Recordings of the speed that a scene names.
+    """Recordings of the speed that a scene names."""
 
-    Attributes
-    ----------
-    table : MeasuredTable
-        Columns, threshold and so on, as given.
-    paths : tuple of Path
-        The files.
-    files : tuple of str
-        As the scene names them.
-    wheel : Wheel, optional
-        Of teeth and signals.
-    errors : str or ndarray
-        `others`, `all`, `none`, or the relative errors of the intervals.
-    at : dict of ndarray
-        Values of axes that each file belongs to.
-    first : tuple of int or None
-        Place, from 0, of a pulse of each file that is the first tooth, where it is given.
-    """
-
-    table: MeasuredTable
-    paths: tuple[Path, ...]
-    files: tuple[str, ...]
-    wheel: Wheel | None
-    errors: str | Floats
-    at: Mapping[str, Floats]
+    table: MeasuredTable  # Columns, threshold and so on, as given
+    paths: tuple[Path, ...]  # The files
+    files: tuple[str, ...]  # As the scene names them
+    wheel: Wheel | None  # Wheel of teeth and signals
+    errors: str | Floats  # `others`, `all`, `none`, or the relative errors of the intervals
+    at: Mapping[str, Floats]  # Values of axes that each file belongs to
+    # Place, from 0, of a pulse of each file that is the first tooth, where it is given.
     first: tuple[int | None, ...]
 
     @property

@@ -13,8 +13,7 @@ from sweeps.base.errors import one_line
 
 __all__ = ["ends", "html_tables", "named_some", "unit_after"]
 
-FEW = 4
-"""Names that are listed."""
+FEW = 4  # Names that are listed
 
 
 def named_some(names: Iterable[str], few: int = FEW) -> str:

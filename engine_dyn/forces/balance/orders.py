@@ -14,8 +14,7 @@ from engine_dyn.types import Complexes
 __all__ = ["Ellipse", "acceleration_harmonics", "direction_of", "ellipse_of"]
 
 
-MOST = 512
-"""Highest order."""
+MOST = 512  # Highest order
 
 
 def acceleration_harmonics(

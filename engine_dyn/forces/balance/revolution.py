@@ -29,8 +29,7 @@ __all__ = [
     "turns",
 ]
 
-MOTION = 14
-"""Rows of a design's numbers."""
+MOTION = 14  # Rows of a design's numbers
 
 RATIO, OFFSET, RECIPROCATING, SPACING, BANK_OFFSET, LEAST = range(6)
 """lambda; e/r; m r; factors on the places of the lines of force (1 and 0 for forces); size up to
@@ -43,8 +42,7 @@ it, and at twice its speed forwards and backwards."""
 COSINE, SINE, ALONG, ACROSS, PLACE, BANK, RADIUS, SIDE = range(8)
 """Rows of a line of force: its phase; mass and radius factors times its direction; see `Lines`."""
 
-TURN_SAMPLES = 360
-"""Samples of a revolution, between which the largest vector is looked for."""
+TURN_SAMPLES = 360  # Samples of a revolution, between which the largest vector is looked for
 
 FINER = 8
 """The neighbourhood of the largest sample is sampled again, FINER times finer, in ROUNDS rounds;
@@ -228,8 +226,7 @@ def _parabola_top(left: float, middle: float, right: float) -> float:
     return middle + min((right - left) ** 2 / (8.0 * bend), middle)
 
 
-Parabola = tuple[float, float, float]
-"""Square, half its slope and bend, at the fraction 0."""
+Parabola = tuple[float, float, float]  # Square, half its slope and bend, at the fraction 0
 
 
 def least_mean_square(forward: Any, backward: Any, weights: Any, across_weight: float) -> Floats:

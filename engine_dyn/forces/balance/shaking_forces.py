@@ -46,8 +46,7 @@ __all__ = [
 ]
 
 
-CHUNK = 2048
-"""Designs whose samples exist at a time."""
+CHUNK = 2048  # Designs whose samples exist at a time
 
 _ARRAYS = (
     "crank_ratio", "offset", "crank_radius", "reciprocating_mass", "turning_mass",

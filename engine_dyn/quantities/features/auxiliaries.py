@@ -19,8 +19,7 @@ from engine_dyn.types import Floats
 
 __all__ = ["FEATURE", "Auxiliaries", "Auxiliary", "of", "over_crank"]
 
-APART = 1e-9
-"""Angle [rad] within which knots are one."""
+APART = 1e-9  # Angle [rad] within which knots are one
 
 MOST_KNOTS = 200_000
 

@@ -46,12 +46,10 @@ __all__ = [
     "couple", "crankshaft", "largest_bending", "middle_of", "of", "on_journals", "unbalance",
 ]  # fmt: skip
 
-CANCELLED = 1e-13
-"""Part of the sum of sizes below which a vector sum is rounding."""
+CANCELLED = 1e-13  # Part of the sum of sizes below which a vector sum is rounding
 
 
-Pins = Callable[[Cylinders], list[Any]]
-"""Forces on the throws of the cylinders of an engine [N]."""
+Pins = Callable[[Cylinders], list[Any]]  # Forces on the throws of the cylinders of an engine [N]
 
 
 @dataclass(frozen=True, eq=False)

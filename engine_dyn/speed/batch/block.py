@@ -24,14 +24,11 @@ __all__ = [
     "Scratch", "WorkTable", "column_rows", "make_scratch", "repeat_ends", "row_numbers",
 ]  # fmt: skip
 
-HALO = 4
-"""Coarse nodes that are repeated before and behind the period."""
+HALO = 4  # Coarse nodes that are repeated before and behind the period
 
-MANY = 65536.0
-"""More than there are coarse nodes."""
+MANY = 65536.0  # More than there are coarse nodes
 
-MOST_TERMS = 24
-"""Most terms of the polynomial that stands for a law."""
+MOST_TERMS = 24  # Most terms of the polynomial that stands for a law
 
 SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
 """States of a lane: passes go on, they are done, or the design is left to the general solver."""

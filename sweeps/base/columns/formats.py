@@ -37,14 +37,12 @@ __all__ = [
     "read_xlsx",
 ]
 
-HEAD = 200
-"""Rows that are looked at for names and units."""
+HEAD = 200  # Rows that are looked at for names and units
 
 FAR_LONGER = 10
 """Ratio of rows from which on a table further behind is the recording, and the first a summary."""
 
-NAMED = 20
-"""Sheets that are named in a message."""
+NAMED = 20  # Sheets that are named in a message
 
 
 def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
@@ -105,8 +103,7 @@ def _sheet_columns(rows: list[list[Any]], start: tuple[int, int], label: str) ->
     return Contents(columns, first + 1)
 
 
-MOST_INFLATED = 1 << 31
-"""Bytes of all variables, which are compressed in the file."""
+MOST_INFLATED = 1 << 31  # Bytes of all variables, which are compressed in the file
 
 _COMPRESSED = 15  # miCOMPRESSED of the MAT-file format, version 5
 _DEEPEST = 3
@@ -345,8 +342,7 @@ def _tdms_time(channels: list[tuple[str, Any]], columns: list[Column]) -> list[C
     return []
 
 
-_SET_MARK = re.compile(rb"    -1(?= *[\r\n]| *\Z)")
-"""What a data set begins and ends with."""
+_SET_MARK = re.compile(rb"    -1(?= *[\r\n]| *\Z)")  # Beginning and end of a data set
 
 _ABSCISSA = {17: ("time", "s"), 18: ("frequency", "Hz"), 20: ("order", "")}
 """Names and units of abscissas that have no labels, by their numbers in data set 58."""

@@ -24,8 +24,7 @@ _UNIT_WORDS = {
 """Texts that are units and no names, in lower case; blanks and signs of products may be left out
 of them."""
 
-LONGEST_HEAD = 300
-"""Characters of the head of a column that are looked at."""
+LONGEST_HEAD = 300  # Characters of the head of a column that are looked at
 
 _NAMING = re.compile(r"(channel ?)?names?|(kanal)?namen?|kanal|channels?|bezeichnung|signal", re.I)
 _NOTING = re.compile(
@@ -44,11 +43,9 @@ _COMMA_UNIT = re.compile(r"^(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$")
 """Quantity and unit as in Russian tables: "давление, МПа"."""
 
 
-TURNS = (360.0, 6.283185307179586, 1.0)
-"""A turn in the units of angles."""
+TURNS = (360.0, 6.283185307179586, 1.0)  # A turn in the units of angles
 
-RUN = 6
-"""Rows of numbers in a row that make a table."""
+RUN = 6  # Rows of numbers in a row that make a table
 
 
 def number_of(text: str, decimal: str = ".") -> float:

@@ -31,91 +31,53 @@ __all__ = [
     "wanted_pressures",
 ]
 
-MOST_VALUES = 10**8
-"""Values of a recording, all columns together."""
+MOST_VALUES = 10**8  # Values of a recording, all columns together
 
 MISSING = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30)
 """Sizes of numbers that loggers write for missing ones."""
 
-FAR = 0.1
-"""Largest of all other numbers over such a number."""
+FAR = 0.1  # Largest of all other numbers over such a number
 
-FEW = 0.05
-"""Most share of such numbers: two levels of a signal are none."""
+FEW = 0.05  # Most share of such numbers: two levels of a signal are none
 
-MOST_COLUMNS = 20_000
-"""Columns of a recording; a table with a column for each cycle has hundreds."""
+MOST_COLUMNS = 20_000  # Columns of a recording; a table with a column for each cycle has hundreds
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One column of a recording.
+    """One column of a recording."""
 
-    Attributes
-    ----------
-    name : str
-        As the file calls it; "column 3" where it has no names.
-    unit : str
-        As the file writes it, such as "bar" or "deg"; "" where it states none.
-    values : ndarray, shape (samples,) or (cycles, samples)
-        NaN where the file has a blank field, or a text.
-    text : tuple of int and str, optional
-        The first place (from 0) where there is a text and no number, and the text.
-    """
-
-    name: str
-    unit: str
+    name: str  # As the file calls it; "column 3" where it has no names
+    unit: str  # As the file writes it, such as "bar" or "deg"; "" where it states none
+    # NaN where the file has a blank field, or a text; shape (samples,) or (cycles, samples)
     values: Floats
+    # The first place (from 0) where there is a text and no number, and the text.
     text: tuple[int, str] | None = None
 
 
 class Contents(NamedTuple):
-    """Columns and notes that the reader of a format finds in a file.
+    """Columns and notes that the reader of a format finds in a file."""
 
-    Attributes
-    ----------
-    columns : list of Column
-        In the order of the file.
-    first_line : int, optional
-        As `Recording`.
-    said, marks : tuple
-        As `Recording`.
-    """
-
-    columns: list[Column]
-    first_line: int | None = None
+    columns: list[Column]  # In the order of the file
+    first_line: int | None = None  # As `Recording`
+    # As `Recording`.
     said: tuple[str, ...] = ()
     marks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What a laboratory's file holds.
+    """What a laboratory's file holds."""
 
-    Attributes
-    ----------
-    label : str
-        The file as messages call it.
-    sha256 : str
-        Hash of the file's bytes.
-    columns : dict of Column
-        By name, in the order of the file.
-    first_line : int, optional
-        Number of the line (of a sheet: of the row) of the first sample; None for other files.
-    said : tuple of str
-        How the file was read where there was a choice: encoding, sheet, what was left out.
-    remarks : tuple of str
-        Which choices of the user had no meaning for the file.
-    marks : tuple of int
-        Samples (from 0) before which a line MARK stood: time may have passed there.
-    """
-
-    label: str
-    sha256: str
-    columns: dict[str, Column] = field(repr=False)
+    label: str  # The file as messages call it
+    sha256: str  # Hash of the file's bytes
+    columns: dict[str, Column] = field(repr=False)  # By name, in the order of the file
+    # Number of the line (of a sheet: of the row) of the first sample; None for other files.
     first_line: int | None = None
+    # How the file was read where there was a choice: encoding, sheet, what was left out.
     said: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  # Remarks: which choices of the user had no meaning for the file
+    # Samples (from 0) before which a line MARK stood: time may have passed there.
     marks: tuple[int, ...] = ()
 
     def place(self, sample: int) -> str:
@@ -228,33 +190,20 @@ _SPREAD = re.compile(
 
 _CYCLE = re.compile(r"^(cycle|cyc|zyklus|zyk|c)?[ _.#-]*\d+$", re.I)
 
-WIDE = 60
-"""Columns from which on a table of numbers may have a cycle in each row."""
+WIDE = 60  # Columns from which on a table of numbers may have a cycle in each row
 
 
 class Signals(NamedTuple):
-    """Angle and pressure of a recording, as the file has them.
+    """Angle and pressure of a recording, as the file has them."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (samples,), optional
-        None where the file has none.
-    angle_name, angle_unit : str
-        Of its column.
-    pressures : dict of ndarray, shape (samples,) or (cycles, samples)
-        By the names of their columns: one for each cylinder.
-    units : dict of str
-        Unit of each as the file states it.
-    said : list of str
-        What was guessed.
-    """
-
-    angle: Floats | None
+    angle: Floats | None  # None where the file has none; shape (samples,)
+    # Angle name of its column.
     angle_name: str
     angle_unit: str
+    # By the names of their columns: one for each cylinder; shape (samples,) or (cycles, samples)
     pressures: dict[str, Floats]
-    units: dict[str, str]
-    said: list[str]
+    units: dict[str, str]  # Unit of each as the file states it
+    said: list[str]  # Said: what was guessed
 
 
 def signals_of(recording: Recording, options: PressureOptions) -> Signals:

@@ -133,8 +133,7 @@ def read_recording(
 SECONDS, RATE = 30.0, 5e6
 """Time that reading may take on a busy machine, and bytes a second beside it."""
 
-CHILD = __name__
-"""The module that is started as that process."""
+CHILD = __name__  # The module that is started as that process
 
 MEMORY, MEMORY_RATE, MOST_MEMORY = 3 << 28, 40, 6 << 30
 """Bytes of memory that it may take, beside so many for each byte of the file, and at most; the

@@ -27,17 +27,14 @@ __all__ = ["LINES", "encoding_of", "is_text", "read_fixed_width", "read_text"]
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
 
-LINES = 500
-"""Lines of the head that are looked at."""
+LINES = 500  # Lines of the head that are looked at
 
-_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
-"""Bytes that texts do not have."""
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")  # Bytes that texts do not have
 
 _MARK = re.compile(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)')
 """Lines that loggers of engine controllers write where a key is pressed or a page begins."""
 
-_DOS_END = b"\x1a"
-"""What ends a text of DOS."""
+_DOS_END = b"\x1a"  # End of a text of DOS
 
 _BLANK = r"\s+"
 _SEPARATORS = (";", "\t", "|", ",", _BLANK)

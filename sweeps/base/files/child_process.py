@@ -18,11 +18,9 @@ from sweeps.base.errors import SceneError, size_text
 
 __all__ = ["Limits", "answer_apart", "answering", "started", "watched"]
 
-PAUSE = 0.01
-"""Seconds between two looks at its memory."""
+PAUSE = 0.01  # Seconds between two looks at its memory
 
-REFUSED = b"refused "
-"""What an answer begins with that says why there is none."""
+REFUSED = b"refused "  # Beginning of an answer that says why there is none
 
 
 @dataclass

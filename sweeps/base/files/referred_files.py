@@ -28,8 +28,7 @@ __all__ = [
     "text_of_bytes",
 ]
 
-MOST_RECORDING = 1 << 30
-"""Bytes of a recording of a laboratory."""
+MOST_RECORDING = 1 << 30  # Bytes of a recording of a laboratory
 
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 

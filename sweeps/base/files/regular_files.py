@@ -19,11 +19,9 @@ from sweeps.base.errors import SceneError, counted, one_line, size_text
 
 __all__ = ["MOST_ROWS", "MOST_TEXT", "check_rows", "opened_file", "reading", "regular_bytes"]
 
-MOST_TEXT = 1 << 27
-"""Bytes of a scene, an engine file or a table of which an archive keeps a copy."""
+MOST_TEXT = 1 << 27  # Bytes of a scene, an engine file or a table of which an archive keeps a copy
 
-MOST_ROWS = 10**8
-"""Rows of a table of designs."""
+MOST_ROWS = 10**8  # Rows of a table of designs
 
 
 def opened_file(path: Path) -> IO[bytes]:

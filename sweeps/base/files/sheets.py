@@ -18,17 +18,14 @@ from sweeps.base.files.libraries import library, library_reading
 
 __all__ = ["sheets"]
 
-MOST_INFLATED = 1 << 30
-"""Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts."""
+MOST_INFLATED = 1 << 30  # Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts
 
 MOST_CELLS = 2 * 10**7
 MOST_ROWS = 1 << 20  # of a sheet
 
-MOST_TEXT = 1 << 27
-"""Characters of all cells; cells may share one text."""
+MOST_TEXT = 1 << 27  # Characters of all cells; cells may share one text
 
-LONGEST_TEXT = 1 << 15
-"""Characters of a cell that are kept; Excel itself allows no more."""
+LONGEST_TEXT = 1 << 15  # Characters of a cell that are kept; Excel itself allows no more
 
 SECONDS, RATE = 10.0, 1e6
 """Time that reading may take, and bytes of XML a second beside it; openpyxl reads some 8e6."""

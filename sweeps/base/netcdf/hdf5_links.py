@@ -20,8 +20,7 @@ from typing import Any
 
 __all__ = ["external_member", "follows_indexes"]
 
-MOST_MEMBERS = 1000
-"""Variables, dimensions and groups that a file may have."""
+MOST_MEMBERS = 1000  # Variables, dimensions and groups that a file may have
 
 _HARD_LINK, _SOFT_LINK, _VIRTUAL = 0, 1, 3
 

@@ -32,21 +32,17 @@ from sweeps.base.files.child_process import Limits, started, watched
 
 __all__ = ["MEMORY", "OPENED", "OPENING", "SECONDS", "read_apart", "start"]
 
-SECONDS = 10.0
-"""Time that reading may take, beside that for the bytes of the file."""
+SECONDS = 10.0  # Time that reading may take, beside that for the bytes of the file
 
-RATE = 10e6
-"""Bytes a second that are read at least; compressed values are slower than others."""
+RATE = 10e6  # Bytes a second that are read at least; compressed values are slower than others
 
 OPENING = 1 << 29
 """Bytes of memory that the child may take to open a file and its attributes, beside eight times the
 size of the file; its libraries need a fifth of it."""
 
-MEMORY = 3 << 30
-"""Bytes that it may take to read values."""
+MEMORY = 3 << 30  # Bytes that it may take to read values
 
-OPENED = "opened\n"
-"""What it says before it reads the values of a file."""
+OPENED = "opened\n"  # Text that it says before it reads the values of a file
 
 
 class _Child:

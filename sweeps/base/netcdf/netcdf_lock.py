@@ -53,5 +53,4 @@ class _Library:
         self.release()
 
 
-netcdf_library = _Library()
-"""Held while a thread uses netCDF4; a context."""
+netcdf_library = _Library()  # Held while a thread uses netCDF4; a context

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["beside", "compare", "Comparison", "Difference"]
 
-NAMES = ("the first", "the second")
-"""Names of two archives whose files are not known."""
+NAMES = ("the first", "the second")  # Names of two archives whose files are not known
 
 
 @dataclass(frozen=True)

@@ -17,17 +17,13 @@ if TYPE_CHECKING:
 
 __all__ = ["LONGEST", "check_rows", "not_computed", "unit_of", "workbook"]
 
-MOST_ROWS = 1_048_576
-"""Largest number of rows of a sheet of Excel."""
+MOST_ROWS = 1_048_576  # Largest number of rows of a sheet of Excel
 
-HEADS = 2
-"""Rows above the numbers: names and units."""
+HEADS = 2  # Rows above the numbers: names and units
 
-DIGITS = 7
-"""Significant digits that are written: results are not known better."""
+DIGITS = 7  # Significant digits that are written: results are not known better
 
-LONGEST = 32_767
-"""Characters of a cell of Excel."""
+LONGEST = 32_767  # Characters of a cell of Excel
 
 
 def check_rows(rows: int, path: Path) -> None:

@@ -40,8 +40,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "Exported", "check_format", "export"]
 
-ROWS = 1 << 18
-"""Rows that are written at a time, about."""
+ROWS = 1 << 18  # Rows that are written at a time, about
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["MOST", "firing_patterns"]
 
-MOST = 2000
-"""Patterns that are computed at most."""
+MOST = 2000  # Patterns that are computed at most
 
-LONGEST = 24
-"""Firings after which a pattern repeats, at most."""
+LONGEST = 24  # Firings after which a pattern repeats, at most
 
 ALIKE = 1e-3
 """Part by which the factor that keeps the torque may differ from point to point of a scene."""

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COLUMNS", "CONVENTION", "FREQUENCY", "order_table"]
 
-CONVENTION = "order_convention"
-"""Attribute with the lines that say what amplitude and phase mean."""
+CONVENTION = "order_convention"  # Attribute with the lines that say what amplitude and phase mean
 
 FREQUENCY = "order_frequency"
 

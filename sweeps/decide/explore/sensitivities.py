@@ -54,11 +54,9 @@ if TYPE_CHECKING:
 
 __all__ = ["sensitivities"]
 
-MOST_ROWS = 100_000
-"""Designs from which indices are estimated where there is no design made for it."""
+MOST_ROWS = 100_000  # Designs from which indices are estimated where there is no design made for it
 
-LEAST_ROWS = 128
-"""Fewer designs do not tell indices."""
+LEAST_ROWS = 128  # Fewer designs do not tell indices
 
 SALTELLI, GRID, DATA, REDUCED = "saltelli", "grid", "data", "reduced"
 
@@ -69,8 +67,7 @@ _METHODS = {
     REDUCED: "Saltelli's design (Saltelli et al. 2010), reduced; intervals by the jackknife",
 }
 
-Indices = dict[str, Floats]
-"""Arrays over the parameters, by the keys of `NAMES`."""
+Indices = dict[str, Floats]  # Arrays over the parameters, by the keys of `NAMES`
 
 
 @dataclass(frozen=True)

@@ -16,16 +16,14 @@ if TYPE_CHECKING:
 
 __all__ = ["OVER_LIMITS", "BarredSpeeds", "Worst", "barred_speeds", "worst_of_shaft"]
 
-PLACES = ("disc", "shaft")
-"""Dimensions that tell the parts of a shaft apart."""
+PLACES = ("disc", "shaft")  # Dimensions that tell the parts of a shaft apart
 
 OVER_LIMITS = (
     "shaft_stress_over_limit", "shaft_torque_over_limit", "propulsion_stress_over_limit",
 )  # fmt: skip
 """Quantities that are above 1 where speeds are barred."""
 
-LEAST = ("shaft_torque_min",)
-"""Quantities whose lowest value is the worst."""
+LEAST = ("shaft_torque_min",)  # Quantities whose lowest value is the worst
 
 NOT_WORST = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
              "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",

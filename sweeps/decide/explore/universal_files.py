@@ -35,8 +35,7 @@ _SAYS = {
 }
 """Last ID line: what the angle and the phase mean."""
 
-MOST_SETS = 1000
-"""Data sets of a file; other programs list each of them."""
+MOST_SETS = 1000  # Data sets of a file; other programs list each of them
 
 
 def universal_file(

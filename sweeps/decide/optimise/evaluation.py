@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Designs", "Judgement"]
 
 
-MOST_MEMORY = 0.7
-"""Share of the free memory that the designs may take when they are put together."""
+MOST_MEMORY = 0.7  # Share of the free memory that the designs may take when they are put together
 
 Columns = Mapping[str, Any]
 

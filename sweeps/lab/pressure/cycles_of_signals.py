@@ -30,18 +30,15 @@ __all__ = [
     "work_sign",
 ]
 
-SAME = 1e-6
-"""Degrees within which angles are the same."""
+SAME = 1e-6  # Degrees within which angles are the same
 
-MOST_ANGLE = 1e9
-"""[degree]; beyond it, parts of a degree are lost."""
+MOST_ANGLE = 1e9  # [degree]; beyond it, parts of a degree are lost
 
 LONGEST = 30.0
 """Degrees between points of a pressure over volume, beyond which they do not tell what is between.
 """
 
-GAP = 2.5
-"""A step is a gap where it is longer than this many of the steps on both its sides."""
+GAP = 2.5  # A step is a gap where it is longer than this many of the steps on both its sides
 
 
 COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
@@ -49,24 +46,12 @@ COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
 
 
 class CrankAngles(NamedTuple):
-    """Angle of each sample, rising over all cycles.
+    """Angle of each sample, rising over all cycles."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (samples,)
-        [degree], rising.
-    pressures : dict of ndarray, shape (samples,)
-        In the same order.
-    rolls_over : float
-        Degrees after which the file's angle begins again; 0 where it does not.
-    backward : bool
-        Whether the angle was counted backward.
-    """
-
-    angle: Floats
-    pressures: dict[str, Floats]
-    rolls_over: float
-    backward: bool
+    angle: Floats  # [degree], rising; shape (samples,)
+    pressures: dict[str, Floats]  # In the same order; shape (samples,)
+    rolls_over: float  # Degrees after which the file's angle begins again; 0 where it does not
+    backward: bool  # Whether the angle was counted backward
 
 
 def crank_angles(

@@ -20,11 +20,9 @@ from sweeps.scene.engine.indicator_files import HEADER, NOT_PEGGED
 
 __all__ = ["CYCLE_COLUMN", "MOST_CYCLES", "ImportedPressure", "values_on"]
 
-CYCLE_COLUMN = "cycle_{}_bar"
-"""Column of one of several recorded cycles."""
+CYCLE_COLUMN = "cycle_{}_bar"  # Column of one of several recorded cycles
 
-MOST_CYCLES = 1000
-"""Each becomes a diagram with tables of its own, of some tenth of a megabyte."""
+MOST_CYCLES = 1000  # Each becomes a diagram with tables of its own, of some tenth of a megabyte
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,11 +64,9 @@ from sweeps.scene.engine.silenced_warnings import STATED_UNIT
 
 __all__ = ["imported"]
 
-USUAL_CRANK_RATIO = 0.28
-"""Where no engine says it; works depend on it by some percent."""
+USUAL_CRANK_RATIO = 0.28  # Crank ratio where no engine says it; works depend on it by some percent
 
-MOST_PRESSURE = 1e10
-"""[Pa]; no sensor has it."""
+MOST_PRESSURE = 1e10  # [Pa]; no sensor has it
 
 REVERSED = -0.05
 """Work over its absolute area below which an engine's diagram is taken for a reversed one."""

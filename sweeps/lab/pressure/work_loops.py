@@ -27,14 +27,12 @@ __all__ = ["with_loop_angles"]
 OUTSIDE = 1e-3
 """Of the stroke: how far points may lie beyond a dead centre, and are then taken to be there."""
 
-NEAR = 0.02
-"""Of the stroke: how near to a dead centre a loop must come to turn back."""
+NEAR = 0.02  # Part of the stroke: how near to a dead centre a loop must come to turn back
 
 ALIKE = 0.02
 """Of the largest pressure: what points of one travel may differ by, and are then averaged."""
 
-SAME = 1e-9
-"""Of the stroke: travels that are the same."""
+SAME = 1e-9  # Part of the stroke: travels that are the same
 
 _VOLUMES = {
     "m3": 1.0, "dm3": 1e-3, "l": 1e-3, "litre": 1e-3, "liter": 1e-3, "cm3": CUBIC_CENTIMETRE,
@@ -43,8 +41,7 @@ _VOLUMES = {
 }  # fmt: skip
 """Cubic metres of each unit."""
 
-_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
-"""Metres of each unit."""
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # Metres of each unit
 
 _PARTS = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
 """Parts of the stroke of each unit."""

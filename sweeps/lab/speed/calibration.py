@@ -43,14 +43,11 @@ from sweeps.scene.engine.modelled_diagrams import modelled_cycle
 
 __all__ = ["Calibration", "calibrate", "fit"]
 
-STARTS = 9
-"""Starts of the combustion between which a largest pressure is looked for."""
+STARTS = 9  # Starts of the combustion between which a largest pressure is looked for
 
-WALL_FACTORS = 0.2, 5.0
-"""Factors on Woschni's heat transfer that a fuel consumption is fitted by."""
+WALL_FACTORS = 0.2, 5.0  # Factors on Woschni's heat transfer that a fuel consumption is fitted by
 
-GRAMS_PER_KWH = 1e-3 / 3.6e6
-"""kg/J in 1 g/kWh."""
+GRAMS_PER_KWH = 1e-3 / 3.6e6  # kg/J in 1 g/kWh
 
 
 def calibrate(

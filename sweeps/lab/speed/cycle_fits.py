@@ -37,8 +37,7 @@ __all__ = [
     "with_charge",
 ]
 
-GAS_CONSTANT = 287.0
-"""Of air [J/(kg K)]."""
+GAS_CONSTANT = 287.0  # Gas constant of air [J/(kg K)]
 
 
 class NotReached(ValueError):

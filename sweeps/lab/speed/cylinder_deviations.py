@@ -53,20 +53,15 @@ FALSE_ALARMS = 1e-4
 TOOTH_DEVIATION = 0.001
 """Standard deviation of errors of teeth that are not known, in shares of the smallest interval."""
 
-FINE_STEP = 0.5
-"""Largest step of the computed curves [degree]; work is summed by trapezia."""
+FINE_STEP = 0.5  # Largest step of the computed curves [degree]; work is summed by trapezia
 
-FEWEST = 6
-"""Cycles: fewer do not tell their dispersion."""
+FEWEST = 6  # Cycles: fewer do not tell their dispersion
 
-FEWEST_INTERVALS = 4
-"""Of a cycle, for each cylinder."""
+FEWEST_INTERVALS = 4  # Fewest intervals of a cycle, for each cylinder
 
-LASTING = 0.03
-"""Standard deviation of the mean imep of cylinders that are not weak, over the imep."""
+LASTING = 0.03  # Standard deviation of the mean imep of cylinders that are not weak, over the imep
 
-ROUNDS = 4
-"""Of estimating the dispersion, and of leaving missed cycles out of the reference."""
+ROUNDS = 4  # Rounds of estimating the dispersion, and of leaving missed cycles out of the reference
 
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the size of a normally distributed number, over its standard deviation."""
@@ -78,30 +73,28 @@ Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory)."""
 FOURTH_DIFFERENCE = 70.0
 """Variance of the fourth differences of independent numbers of variance 1: 1, 4, 6, 4, 1."""
 
-LEAST_PASSAGE = 1e-5
-"""Smallest error of passages that `WheelNoise` takes."""
+LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` takes
 
-DEAD = 0.5
-"""Of the work of combustion: a weak cylinder that lacks more is called dead."""
+DEAD = 0.5  # Part of the work of combustion: a weak cylinder that lacks more is called dead
 
 
 @dataclass(frozen=True, eq=False)
 class _Found:
     """What one recording tells; pressures in Pa."""
 
-    row: CyclesInARow  # Row: its speeds
+    row: CyclesInARow  # Speeds of the recording
     # Deviations of single cycles from what is usual for their cylinder; shape (cycles, cylinders)
     single: Floats
     single_std: Floats  # Standard deviation of its errors; shape (cylinders,)
     # Deviation of the mean cycle from those of the others; shape (cylinders,)
     lasting: Floats
     lasting_std: Floats
-    # Of cycle of a missed cycle, and of a dead cylinder.
+    # Detection of a missed cycle, and of a dead cylinder.
     of_cycle: Detection
     of_mean: Detection
-    missing: float  # Missing: what a missed cycle lacks
+    missing: float  # Energy that a missed cycle lacks
     dispersion: float  # Standard deviation of the imep of normal cycles
-    passage: float  # Passage of the places of passing teeth, in shares of the smallest interval
+    passage: float  # Errors of the places of passing teeth, in shares of the smallest interval
     reference_cycles: int  # In the mean that single cycles are compared with
 
     @property

@@ -39,8 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Varied", "identify"]
 
-LARGE_SHARE = 0.1
-"""Of a parameter's first value: a large change of it."""
+LARGE_SHARE = 0.1  # Part of a parameter's first value: a large change of it
 
 
 @dataclass(frozen=True)

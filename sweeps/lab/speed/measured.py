@@ -55,14 +55,12 @@ if TYPE_CHECKING:
 
 __all__ = ["ORDERS", "computed_speeds", "design_of", "measured"]
 
-ORDERS = 0.5 * np.arange(1, 13)
-"""Orders of the crank's turn that are compared."""
+ORDERS = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
 
 ROUNDS = 2
 """Of estimating errors: the computed speed is first taken between the teeth as they should be."""
 
-POINT = 1e-9
-"""Width [rad] of a sample that is no mean over an interval."""
+POINT = 1e-9  # Width [rad] of a sample that is no mean over an interval
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,15 +38,12 @@ FEW_HALF_ORDERS = 0.05
 """Half orders over whole ones of the computed speed, root mean square, below which the speed is
 taken to repeat every turn."""
 
-INERTIA_STEP = 0.01
-"""Relative change of the inertia for the dependence of delta on it."""
+INERTIA_STEP = 0.01  # Relative change of the inertia for the dependence of delta on it
 
 
-FAR_SPEED = 0.01
-"""Relative difference of the mean speeds from which a remark says that they differ."""
+FAR_SPEED = 0.01  # Relative difference of the mean speeds from which a remark says that they differ
 
-WRONG_UNIT = 50.0
-"""Ratio of the mean speeds from which on the unit of the times seems wrong."""
+WRONG_UNIT = 50.0  # Ratio of the mean speeds from which on the unit of the times seems wrong
 
 
 def gap_doubts(

@@ -49,8 +49,7 @@ NOT_FOLLOWED: Mapping[str, str] = {
 }
 """Words of scenes whose trains are not followed, and what must hold instead."""
 
-MOST_APART = 2
-"""Cycles by which the recordings of pressure and speed may begin apart."""
+MOST_APART = 2  # Cycles by which the recordings of pressure and speed may begin apart
 
 FEWEST = 2
 """Cycles of which the speed must be measured: one speed does not determine speed and load."""

@@ -30,33 +30,19 @@ LEFT_OUT: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class OneEngine:
-    """An engine with equal cylinders, as the torque over recorded cycles needs it.
+    """An engine with equal cylinders, as the torque over recorded cycles needs it."""
 
-    Attributes
-    ----------
-    bore, stroke, crank_ratio : float
-        [m], [m], [1].
-    reciprocating_mass, inertia : float
-        Per cylinder [kg]; mean of engine and load [kg m2].
-    crankcase_pressure : float
-        Absolute [Pa].
-    firing : tuple of float
-        Angle at which each cylinder fires [rad], the first 0.
-    period : float
-        Of the cycle [rad].
-    symmetry : int
-        How often the torque repeats within the cycle where all cycles are the same.
-    """
-
+    # [m], [m], [1].
     bore: float
     stroke: float
     crank_ratio: float
+    # Per cylinder [kg]; mean of engine and load [kg m2].
     reciprocating_mass: float
     inertia: float
-    crankcase_pressure: float
-    firing: tuple[float, ...]
-    period: float
-    symmetry: int
+    crankcase_pressure: float  # Absolute [Pa]
+    firing: tuple[float, ...]  # Angle at which each cylinder fires [rad], the first 0
+    period: float  # Period of the cycle [rad]
+    symmetry: int  # How often the torque repeats within the cycle where all cycles are the same
 
     def train(
         self, pressure: Floats, friction_torque: float, exponent: float, constant: float

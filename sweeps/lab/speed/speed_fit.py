@@ -40,19 +40,16 @@ NEIGHBOURS = 0.25
 interval badly, and weights that follow the noise make the 95 % intervals too narrow. Where noise is
 of low orders, as that of combustion, a tenth is too few: all its variances are then wrong alike."""
 
-DRAWS = 999
-"""Fits to noise that residuals are compared with."""
+DRAWS = 999  # Fits to noise that residuals are compared with
 
 LEAST_LIKELIHOOD = 1.0 / (1 + DRAWS)
 """Likelihood of noise where none of the draws leaves residuals as large; it may be any smaller."""
 
-AT_BOUND = 1e-6
-"""Distance from a bound, over a parameter's scale, within which a value is at it."""
+AT_BOUND = 1e-6  # Distance from a bound, over a parameter's scale, within which a value is at it
 
 TINY = 1e-300
 
-STEP = 1e-3
-"""Relative step of the central differences; their error is its square."""
+STEP = 1e-3  # Relative step of the central differences; their error is its square
 
 
 @dataclass(frozen=True)

@@ -43,8 +43,7 @@ __all__ = [
     "with_confidential",
 ]
 
-MOST = 1 << 30
-"""Positions along an axis of which an archive may claim to be a part."""
+MOST = 1 << 30  # Positions along an axis of which an archive may claim to be a part
 
 _NEEDED = ("scene", "scene_name", "input_files", "identity")
 

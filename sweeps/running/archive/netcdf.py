@@ -28,13 +28,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "replaced", "slabs", "write"]
 
-CHUNK = 1 << 17
-"""Numbers in a chunk at most, about: a megabyte."""
+CHUNK = 1 << 17  # Numbers in a chunk at most, about: a megabyte
 
 SMALLEST_CHUNK = 1 << 12
 
-WASTE = 0.02
-"""Fraction of the room of all chunks that may be unused, about."""
+WASTE = 0.02  # Fraction of the room of all chunks that may be unused, about
 
 
 def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> None:

@@ -69,17 +69,13 @@ def sync_folder(path: Path) -> None:
             os.close(handle)
 
 
-LONGEST_NAME = 255
-"""Bytes of a file's name that file systems take."""
+LONGEST_NAME = 255  # Bytes of a file's name that file systems take
 
-MOST_HEADER = 1 << 27
-"""Bytes of `run.json`; the scene is in it, of long lists only their length."""
+MOST_HEADER = 1 << 27  # Bytes of `run.json`; the scene is in it, of long lists only their length
 
-MOST_BLOCK = 1 << 32
-"""Bytes of the values of a block at most, where the expected size is not known."""
+MOST_BLOCK = 1 << 32  # Bytes of the values of a block at most, where the expected size is not known
 
-MOST_OTHER = 1 << 20
-"""Bytes of a block that are not its values."""
+MOST_OTHER = 1 << 20  # Bytes of a block that are not its values
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _SCENE, _TRIED = "scene.bin", "tried"

@@ -53,8 +53,7 @@ __all__ = [
 
 PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
 
-LONG = 1 << 14
-"""Bytes from which on the text of a file is compressed."""
+LONG = 1 << 14  # Bytes from which on the text of a file is compressed
 
 
 def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:

@@ -41,21 +41,16 @@ __all__ = ["DaskWorkers", "Lost", "check_address", "connected"]
 
 LOCAL = "local:"
 
-MOST = 1024
-"""Processes of one machine at most."""
+MOST = 1024  # Processes of one machine at most
 
-EACH = 4
-"""Blocks for each worker at least, so that none waits long for the last."""
+EACH = 4  # Blocks for each worker at least, so that none waits long for the last
 
-FEWEST = 64
-"""Blocks of a run at least: more workers may join later."""
+FEWEST = 64  # Blocks of a run at least: more workers may join later
 
-LATE = 60.0
-"""Seconds after which a file that another machine has written is visible."""
+LATE = 60.0  # Seconds after which a file that another machine has written is visible
 
 
-_TICK = 0.05
-"""Seconds between two checks for finished blocks."""
+_TICK = 0.05  # Seconds between two checks for finished blocks
 
 
 class Lost(Exception):

@@ -76,8 +76,7 @@ _Written = tuple[int, Block, Results | None]
 """A block with its number, and its arrays unless they are damaged."""
 
 
-_COUNTED = 1_000_000
-"""Outcomes that are read at a time."""
+_COUNTED = 1_000_000  # Outcomes that are read at a time
 
 
 def run(

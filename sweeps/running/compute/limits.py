@@ -20,8 +20,7 @@ __all__ = [
     "check_room",
 ]
 
-LARGEST_BLOCK = 64e6
-"""Bytes of the arrays of one block, about: larger ones are not quicker."""
+LARGEST_BLOCK = 64e6  # Bytes of the arrays of one block, about: larger ones are not quicker
 
 SMALLEST_BLOCK = 4e6
 

@@ -14,8 +14,7 @@ from sweeps.base.errors import counted
 
 __all__ = ["Finished", "Options", "Stopped"]
 
-_COUNTED = 1_000_000
-"""Outcomes that are counted at a time."""
+_COUNTED = 1_000_000  # Outcomes that are counted at a time
 
 
 class Stopped(Exception):

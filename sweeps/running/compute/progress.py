@@ -13,8 +13,7 @@ __all__ = ["progress_bar"]
 FIRST, BEAT = 2.0, 1.0
 """Seconds until a bar is shown, and from one look to the next where nothing was added."""
 
-WIDTH = 79
-"""Characters of a bar on a terminal that does not know its width."""
+WIDTH = 79  # Characters of a bar on a terminal that does not know its width
 
 
 def progress_bar(**options: Any) -> Any:

@@ -34,8 +34,7 @@ __all__ = [
     "outcomes_given",
 ]
 
-AT_ONCE = 1 << 22
-"""Designs that are compared at a time; each takes some twenty bytes."""
+AT_ONCE = 1 << 22  # Designs that are compared at a time; each takes some twenty bytes
 
 TEXT = "search"
 """Attribute of what is found: how many designs fulfil the conditions, and what was left out."""

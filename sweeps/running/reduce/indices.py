@@ -50,8 +50,7 @@ NAMES = {
 MOST_FAILED = 0.01
 """Share of failed designs up to which dropping their groups leaves indices of the whole ranges."""
 
-CONFIDENCE = 0.95
-"""Probability that the intervals cover."""
+CONFIDENCE = 0.95  # Probability that the intervals cover
 
 BATCHES, FEW_CELLS, FEW_BATCHES = 32, 32, 8
 """Batches of base points up to so many cells, and batches for more cells, to take less memory."""

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["chunks_of", "ranges"]
 
-RANGE = 8e6
-"""Bytes of each variable that are read at a time, about."""
+RANGE = 8e6  # Bytes of each variable that are read at a time, about
 
 
 def ranges(

@@ -22,11 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["FRONT", "Front", "Search"]
 
 
-FRONT = "front"
-"""Dimension along which the designs of a Pareto front lie."""
+FRONT = "front"  # Dimension along which the designs of a Pareto front lie
 
-AT_ONCE = 1 << 16
-"""Designs that are compared at a time, at least."""
+AT_ONCE = 1 << 16  # Designs that are compared at a time, at least
 
 
 class Front:

@@ -27,17 +27,14 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["Statistics"]
 
-FEW_CELLS = 32
-"""Cells that have fine bins."""
+FEW_CELLS = 32  # Cells that have fine bins
 
-MOST_BINS = 64
-"""Bins of a histogram for people."""
+MOST_BINS = 64  # Bins of a histogram for people
 
 WIDE = 16.0
 """Positive values whose largest is so many times the smallest have bins of equal ratio, about."""
 
-AT_ONCE = 1 << 20
-"""Values that are added at a time, about."""
+AT_ONCE = 1 << 20  # Values that are added at a time, about
 
 
 def _bits_of(cells: int) -> int:

@@ -22,8 +22,7 @@ from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one
 
 __all__ = ["ROWS", "DesignColumns", "check_kind", "check_units", "known_columns", "take_numbers"]
 
-ROWS = 1 << 18
-"""Rows of a netCDF or Parquet file that are read at a time."""
+ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
 
 _SPELLINGS = {
     "": "1", "-": "1", "dimensionless": "1", "%": "percent", "deg": "degree", "degrees": "degree",

@@ -70,8 +70,7 @@ KINDS: Mapping[str, Kind] = {
 }
 """Kinds of modelled diagrams by their names in files."""
 
-STEP = 0.5
-"""Degrees between two points of a diagram."""
+STEP = 0.5  # Degrees between two points of a diagram
 
 OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed", "crankcase_pressure")
 """Fields of cycles that come from [values] where a diagram does not have them."""

@@ -17,51 +17,30 @@ __all__ = ["GivenFeature", "with_part"]
 
 @dataclass(frozen=True)
 class GivenFeature:
-    """A table, or tables, of scenes and engine files, and everything that follows from them.
+    """A table, or tables, of scenes and engine files, and everything that follows from them."""
 
-    Attributes
-    ----------
-    feature : Feature
-        Its physics; the table or tables have its name.
-    says : str
-        What is allowed, for messages and schemas.
-    kind : type
-        Type of the tables for pydantic.
-    read : callable
-        From the engine so far, the tables, the folder that their paths start from and what
-        messages begin with, to the engine with the part; raises `SceneError`.
-    table : class, optional
-        Keys of one table for schemas, where `kind` does not say them; a single one may then also be
-        named by a text.
-    scenes_only : bool
-        Engine files do not have it.
-    missing : str
-        What is said where quantities need the part and the engine has none; empty where they do
-        without it.
-    most : int, optional
-        Largest number of tables [[name]]; None for a single table.
-    excludes : tuple of str
-        Parameters that [values] of the same engine file may not have; joined by "or", they are the
-        name of their row in `sweeps.scene.crossings`.
-    dropped : callable
-        Whether the scene's own parameters replace the part of its engine.
-    words : callable
-        From what a scene gives to the words of the feature that it has: one of each group.
-    line : callable, optional
-        From the part to what a list of an engine says of it in one line.
-    """
-
-    feature: Feature[Any]
-    says: str
-    kind: Any
+    feature: Feature[Any]  # Feature: its physics; the table or tables have its name
+    says: str  # Says: what is allowed, for messages and schemas
+    kind: Any  # Type of the tables for pydantic
+    # From the engine so far, the tables, the folder that their paths start from and what messages
+    # begin with, to the engine with the part; raises `SceneError`.
     read: Callable[[Engine, Any, Path, str], Engine]
+    # Keys of one table for schemas, where `kind` does not say them; a single one may then also be
+    # named by a text.
     table: type[Strict] | None = None
-    scenes_only: bool = False
+    scenes_only: bool = False  # Engine files do not have it
+    # Missing: what is said where quantities need the part and the engine has none; empty where they
+    # do without it.
     missing: str = ""
-    most: int | None = None
+    most: int | None = None  # Largest number of tables [[name]]; None for a single table
+    # Parameters that [values] of the same engine file may not have; joined by "or", they are the
+    # name of their row in `sweeps.scene.crossings`.
     excludes: tuple[str, ...] = ()
+    # Whether the scene's own parameters replace the part of its engine.
     dropped: Callable[[GivenValues], bool] = lambda values: False
+    # From what a scene gives to the words of the feature that it has: one of each group.
     words: Callable[[GivenValues], tuple[str, ...]] = lambda values: ()
+    # From the part to what a list of an engine says of it in one line.
     line: Callable[[Any], str] | None = None
 
     @property

@@ -37,8 +37,7 @@ SHAFT = (
     "with such a table"
 )
 
-INERTIA_KEYS = ("inertia", *INERTIA_PARTS)
-"""Parameters that the discs of a shaft replace."""
+INERTIA_KEYS = ("inertia", *INERTIA_PARTS)  # Parameters that the discs of a shaft replace
 
 SHAFT_KEYS = ("load_damping", "load_damping_factor")
 """Parameters of a shaft that belong to no single disc."""

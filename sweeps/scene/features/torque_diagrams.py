@@ -32,8 +32,7 @@ __all__ = [
     "Harmonic", "TorqueDiagram", "harmonics_of", "read_torque_diagram", "torque_warnings",
 ]  # fmt: skip
 
-LOBE = 36
-"""Intervals between two crossings into which an area is divided."""
+LOBE = 36  # Intervals between two crossings into which an area is divided
 
 BALANCE, BALANCE_ROUNDED = 1e-3, 0.01
 """Largest sum of the areas of a cycle, over the largest of them; where they are said to be rounded,

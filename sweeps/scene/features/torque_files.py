@@ -23,8 +23,7 @@ from sweeps.base.files.numbers_with_units import number_with_unit
 
 __all__ = ["torque_of_file"]
 
-ORDER = "order"
-"""The column that tells a table of orders."""
+ORDER = "order"  # The column that tells a table of orders
 
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",

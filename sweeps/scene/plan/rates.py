@@ -8,11 +8,9 @@ from __future__ import annotations
 
 __all__ = ["SECONDS", "SERIAL", "START", "WRITING"]
 
-START = 1.0
-"""Seconds to load what a command needs."""
+START = 1.0  # Seconds to load what a command needs
 
-WRITING = 3e-9
-"""Seconds to write a byte of an archive."""
+WRITING = 3e-9  # Seconds to write a byte of an archive
 
 SECONDS: dict[str, float] = {
     "calls": 0.00872,
