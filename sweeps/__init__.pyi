@@ -4,7 +4,6 @@ from .decide.explore.firing_orders import firing_orders as firing_orders
 from .decide.explore.firing_patterns import firing_patterns as firing_patterns
 from .decide.explore.opening import nearest as nearest
 from .decide.explore.opening import open as open
-from .decide.explore.samples import sample as sample
 from .decide.explore.search import best as best
 from .decide.explore.search import pareto as pareto
 from .decide.explore.sensitivities import sensitivities as sensitivities
@@ -22,6 +21,7 @@ from .running.compute.streaming import stream as stream
 from .scene.model import Scene as Scene
 from .scene.plan.plan import Plan as Plan
 from .scene.reading import read_scene as read_scene
+from .scene.sample import sample as sample
 from .view.report.page import report as report
 
 __version__: str

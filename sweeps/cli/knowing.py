@@ -7,8 +7,14 @@ from pathlib import Path
 import click
 
 from sweeps.base.errors import SceneError, not_known, shown
-from sweeps.cli.arguments import PATH, untrusted_option
-from sweeps.cli.completing import LISTED, complete_engine, complete_list, complete_scene
+from sweeps.cli.arguments import (
+    LISTED,
+    PATH,
+    complete_engine,
+    complete_list,
+    complete_scene,
+    untrusted_option,
+)
 from sweeps.cli.exits import guarded, say, tell, warn
 from sweeps.cli.files import not_written
 

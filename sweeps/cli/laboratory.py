@@ -1,7 +1,8 @@
-"""The command for files of laboratories: import."""
+"""Commands of the laboratory: import, measured, cylinders, train, identify, calibrate."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -9,14 +10,27 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 
 from sweeps.base.errors import SceneError, one_line, plain_number
-from sweeps.cli.arguments import PATH, output_option, overwrite_option, quiet_option
-from sweeps.cli.exits import guarded, tell, warn
-from sweeps.cli.files import check_folder, check_output, same_file, writing
+from sweeps.cli.arguments import (
+    PATH,
+    complete_keys,
+    complete_scene,
+    number_of,
+    output_option,
+    overwrite_option,
+    percentages,
+    quiet_option,
+)
+from sweeps.cli.exits import announce_compiling, guarded, say, tell, warn
+from sweeps.cli.files import check_folder, check_output, files_of, same_file, write_archive, writing
 
 if TYPE_CHECKING:
-    from sweeps.lab.pressure.imported_pressure import ImportedPressure
+    import xarray as xr
 
-__all__ = ["import_"]
+    from sweeps.lab.pressure.imported_pressure import ImportedPressure
+    from sweeps.lab.speed.identification import Varied
+    from sweeps.scene.model import Scene
+
+__all__ = ["calibrate", "cylinders", "identify", "import_", "measured", "train"]
 
 
 class _WithKeys(click.Command):
@@ -142,3 +156,301 @@ def _value(name: str, text: Any) -> Any:
     except ValueError:
         return text
     return text
+
+
+def _read(scene: str, output: Path, overwrite: bool) -> Scene:
+    """The scene, after a look at what would be written."""
+    from sweeps.scene.reading import read_scene
+
+    read = read_scene(scene)
+    check_output(output, overwrite, *files_of(read))
+    return read
+
+
+def _write(
+    make: Callable[[], xr.Dataset], text: Callable[[xr.Dataset], str], output: Path,
+    overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
+    """Compute a result, write it, and tell it."""
+    with writing(output):
+        dataset = make()
+    write_archive(dataset, output, overwrite)
+    if not quiet:
+        say(text(dataset))
+
+
+@click.command()
+@click.argument("scene", shell_complete=complete_scene)
+@output_option()
+@overwrite_option()
+@quiet_option
+@guarded
+def measured(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
+    """Compare the speed computed from SCENE with the recordings in its table [measured].
+
+    Prints the measured delta, raw and corrected for tooth errors, beside the computed delta, and
+    writes all curves to a netCDF archive that `plot` can draw. The page 'Measured speed' explains
+    the keys of the table; `engine-dyn new` writes a scene with an example.
+    """
+    read = _read(scene, output, overwrite)
+    from sweeps.lab.speed.measured import measured as compare
+    from sweeps.view.texts.lab_texts import measured_text
+
+    _write(lambda: compare(read), measured_text, output, overwrite, quiet)
+
+
+@click.command()
+@click.argument("scene", shell_complete=complete_scene)
+@output_option()
+@overwrite_option()
+@quiet_option
+@guarded
+def train(scene: str, output: Path, overwrite: bool, quiet: bool) -> None:
+    """Compute the speed over the consecutive recorded cycles of SCENE.
+
+    These cycles form a train. Initial speed and load are fitted to the speed in [measured], or
+    taken from the mean cycle. Two variants are computed for comparison: the whole train repeated
+    periodically, with the jump in speed that this forces, and each cycle repeated periodically.
+    """
+    read = _read(scene, output, overwrite)
+    from sweeps.lab.speed.recorded_train import follow_cycles
+    from sweeps.view.texts.lab_texts import train_text
+
+    _write(lambda: follow_cycles(read), train_text, output, overwrite, quiet)
+
+
+@click.command()
+@click.argument("scene", shell_complete=complete_scene)
+@click.option(
+    "--false-alarms",
+    default="1e-4",
+    metavar="NUMBER",
+    help="Accepted probability of a false alarm in one engine cycle. Default: 1e-4.",
+)
+@click.option(
+    "--tooth-deviation",
+    default="0.001",
+    metavar="NUMBER",
+    help="Standard deviation of unknown tooth errors, as a fraction of the tooth pitch; it limits "
+    "how well weak cylinders are detected. Default: 0.001.",
+)
+@output_option()
+@overwrite_option()
+@quiet_option
+@guarded
+def cylinders(
+    scene: str, false_alarms: str, tooth_deviation: str, output: Path, overwrite: bool, quiet: bool
+) -> None:
+    """Find misfires and weak cylinders from the speeds in the table [measured] of SCENE.
+
+    Prints for each cylinder how its imep differs from that of the other cylinders, and the
+    threshold below which a cycle counts as a misfire. Writes the deviation of every cycle to a
+    netCDF archive.
+    """
+    read = _read(scene, output, overwrite)
+    rate = number_of(false_alarms, "--false-alarms")
+    deviation = number_of(tooth_deviation, "--tooth-deviation")
+    from sweeps.lab.speed.cylinder_deviations import cylinder_deviations
+    from sweeps.view.texts.lab_texts import deviations_text
+
+    _write(
+        lambda: cylinder_deviations(read, false_alarms=rate, tooth_deviation=deviation),
+        deviations_text, output, overwrite, quiet,
+    )  # fmt: skip
+
+
+@click.command()
+@click.argument("scene", shell_complete=complete_scene)
+@click.option(
+    "--vary",
+    shell_complete=complete_keys,
+    required=True,
+    metavar="KEYS",
+    help="Parameters to fit, such as inertia,gap_angle, with bounds if they are known: "
+    "inertia=0.01..0.05. Besides the keys of scenes: dead_centre_shift, pegging and "
+    "pressure_factor (of the diagrams), gap_angle (of the wheel) and recording_shift (of "
+    "both).",
+)
+@click.option("--own", metavar="KEYS", help="Parameters with a separate value for each recording.")
+@click.option(
+    "--prior",
+    "priors",
+    multiple=True,
+    metavar="KEY=VALUE+-DEVIATION",
+    help="Prior value of a parameter with its standard deviation, such as pegging=0+-0.05. May be "
+    "given several times.",
+)
+@click.option(
+    "--teeth",
+    default="estimated",
+    metavar="TEXT",
+    help="Tooth errors of the wheel: 'estimated' (default), 'perfect', or the standard deviation "
+    "assumed for the estimate, as a fraction of a tooth interval, such as 0.002.",
+)
+@click.option(
+    "--loss",
+    type=click.Choice(["linear", "soft_l1", "huber"]),
+    default="linear",
+    help="Loss function of the residuals. linear is least squares; the others give large "
+    "residuals less weight.",
+)
+@click.option(
+    "--no-predictions",
+    is_flag=True,
+    help="Skip the cross-validation (predicting each recording from the others).",
+)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Archive to write, FIT.nc.")
+@overwrite_option("Replace the result if it exists.")
+@quiet_option
+@guarded
+def identify(
+    scene: str, vary: str, own: str | None, priors: tuple[str, ...], teeth: str, loss: str,
+    no_predictions: bool, output: Path | None, overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
+    """Fit parameters of SCENE to the measured speeds named in its table [measured].
+
+    Prints each value with its 95 % interval, how well the speed determines the parameters, and how
+    well each recording is predicted from the others.
+    """
+    if output is not None:
+        check_output(output, overwrite, Path(scene))
+    wanted = _wanted(vary, own, priors)
+    perfect = teeth in ("estimated", "perfect")
+    deviation = None if perfect else _deviation(teeth)
+    from sweeps.lab.speed.identification import identify as fit
+    from sweeps.view.texts.lab_texts import fit_text
+
+    fitted = fit(
+        scene, wanted, teeth=teeth if perfect else "estimated", tooth_deviation=deviation,
+        loss=loss, predict=not no_predictions,  # type: ignore[arg-type]
+    )  # fmt: skip
+    write_archive(fitted, output, overwrite)
+    if not quiet:
+        say(fit_text(fitted))
+
+
+def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Varied]:
+    """The parameters to fit, read from the texts of the options."""
+    from dataclasses import replace
+
+    from sweeps.lab.speed.identification import Varied
+
+    varied: dict[str, Varied] = {}
+    for part in vary.split(","):
+        key, separator, bounds = (text.strip() for text in part.partition("="))
+        low, dots, high = bounds.partition("..")
+        where = f"--vary {one_line(part.strip(), 60)}"
+        if not key or key in varied or bool(separator) != bool(dots):
+            raise SceneError(f"{where}: must be KEY or KEY=LOW..HIGH, such as inertia=0.01..0.05")
+        how = Varied()
+        if dots:
+            how = Varied(low=_number(low, where), high=_number(high, where))
+        varied[key] = how
+    for text in priors:
+        where = f"--prior {one_line(text, 60)}"
+        key, _, known = (part.strip() for part in text.partition("="))
+        value, sign, deviation = known.partition("+-")
+        if key not in varied or not sign:
+            raise SceneError(
+                f"{where}: must be KEY=VALUE+-DEVIATION, and KEY one of --vary, such as "
+                "pegging=0+-0.05"
+            )
+        varied[key] = replace(
+            varied[key], prior=_number(value, where), deviation=_number(deviation, where)
+        )
+    for key in () if own is None else (part.strip() for part in own.split(",")):
+        if key not in varied:
+            raise SceneError(f"--own {one_line(key, 60)}: must be one of --vary")
+        varied[key] = replace(varied[key], own=True)
+    return varied
+
+
+def _deviation(teeth: str) -> float:
+    """Standard deviation of the teeth's errors, from the option --teeth."""
+    try:
+        return plain_number(teeth)
+    except ValueError:
+        raise SceneError(
+            f"--teeth {one_line(teeth.strip(), 30)}: must be estimated, perfect, or a standard "
+            "deviation of the relative errors, such as 0.002"
+        ) from None
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return plain_number(text)
+    except ValueError:
+        raise SceneError(f"{where}: {one_line(text.strip(), 30)} is not a number") from None
+
+
+@click.command()
+@click.argument("engine", type=PATH)
+@click.option(
+    "--power", metavar="POWER", help="Rated brake power, such as 19kW. Without a unit: kW."
+)
+@click.option("--speed", metavar="SPEED", help="Rated speed. Without a unit: rpm.")
+@click.option(
+    "--peak",
+    metavar="PRESSURE",
+    help="Peak cylinder pressure, absolute. Without a unit: bar.",
+)
+@click.option(
+    "--fuel-consumption",
+    metavar="RATE",
+    help="Brake specific fuel consumption at rated power. Without a unit: g/kWh.",
+)
+@click.option(
+    "--kind",
+    metavar="KIND",
+    help="diesel (default), turbocharged-diesel, spark-ignition or turbocharged-spark-ignition.",
+)
+@click.option(
+    "--loads",
+    metavar="LIST",
+    help="Percentages of the rated mean effective pressure. Default: 10,25,50,75,100.",
+)
+@output_option("The engine file to write.")
+@overwrite_option("Replace the file if it exists.")
+@quiet_option
+@guarded
+def calibrate(
+    engine: Path, power: str | None, speed: str | None, peak: str | None,
+    fuel_consumption: str | None, kind: str | None, loads: str | None, output: Path,
+    overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip  # one parameter for each option
+    """Make an engine file with pressure diagrams from ENGINE, a data sheet (TOML).
+
+    ENGINE is an engine file with bore, stroke and number of cylinders; `engine-dyn new --engine`
+    writes one to fill in. Modelled cycles are fitted to rated power and speed and, if known, to
+    the peak cylinder pressure and the fuel consumption. All assumptions are listed.
+    """
+    from sweeps.lab.speed.calibration import fit
+    from sweeps.lab.speed.rated_point import published
+    from sweeps.scene.engine.data_sheets import files_named, read_data_sheet
+
+    shares = None if loads is None else percentages(loads)
+    sheet = read_data_sheet(engine)
+    if same_file(output, engine):
+        raise SceneError(f"{output}: is the data sheet itself; -o must name another file")
+    check_output(output, overwrite)
+    elsewhere = output.parent.resolve() != engine.parent.resolve()
+    for file in files_named(sheet) if elsewhere else ():
+        raise SceneError(
+            f"{output}: must be in the folder of {engine}, which names the file {file} beside it"
+        )
+    options = {"power": power, "speed": speed, "peak": peak, "fuel_consumption": fuel_consumption}
+    given = published(sheet, "--", options, kind, shares)
+    announce_compiling(quiet)
+    made = fit(sheet, given)
+    text = made.text
+    from sweeps.running.archive.netcdf import replaced
+
+    with writing(output), replaced(output) as partial:
+        partial.write_text(text, encoding="utf-8")
+    if not quiet:
+        from sweeps.view.texts.lab_texts import calibration_text
+
+        say(calibration_text(made))
+        say("")
+        tell(f"{output}: show it with `engine-dyn info {output}`, and start a scene with")
+        tell(f"`engine-dyn new study.toml --for {output}`")

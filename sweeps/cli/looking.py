@@ -15,6 +15,7 @@ from sweeps.cli.arguments import (
     PATH,
     archive_argument,
     axis_slices,
+    complete_engine_or_scene,
     difference,
     file_size,
     format_option,
@@ -27,7 +28,6 @@ from sweeps.cli.arguments import (
     units_option,
     untrusted_option,
 )
-from sweeps.cli.completing import complete_engine_or_scene
 from sweeps.cli.exits import FAILURE, end, guarded, say, tell, terminal_width, warn
 from sweeps.cli.files import (
     check_folder,

@@ -15,14 +15,11 @@ import click
 
 from sweeps.base.errors import one_line
 from sweeps.cli.exits import BAD_INPUT, FAILURE, end, open_closed_streams, replaced, replacing, warn
-from sweeps.cli.identifying import calibrate, identify
 from sweeps.cli.knowing import list_, new, plan, schema
-from sweeps.cli.laboratory import import_
+from sweeps.cli.laboratory import calibrate, cylinders, identify, import_, measured, train
 from sweeps.cli.looking import compare, export, info, plot, report, show
-from sweeps.cli.measuring import cylinders, measured, train
-from sweeps.cli.ordering import firing_orders, firing_patterns
 from sweeps.cli.running import extend, merge, rerun, run
-from sweeps.cli.searching import best, optimise, sensitivities
+from sweeps.cli.searching import best, firing_orders, firing_patterns, optimise, sensitivities
 
 __all__ = ["main"]
 

@@ -15,6 +15,7 @@ from sweeps.base.errors import SceneError, counted, size_text
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
+    complete_scene,
     compression_option,
     memory_size,
     new_points,
@@ -26,7 +27,6 @@ from sweeps.cli.arguments import (
     threads_option,
     untrusted_option,
 )
-from sweeps.cli.completing import complete_scene
 from sweeps.cli.exits import (
     DESIGNS_FAILED,
     announce_compiling,

@@ -9,27 +9,32 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.base.checks import known_key
+from sweeps.base.checks import known_key, plain
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, shown, shown_for_whole
 from sweeps.base.files.libraries import library
 from sweeps.scene.crossings import refused
 from sweeps.scene.distributions import Distribution, read_distribution
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+
 __all__ = [
+    "Drawing",
     "METHODS",
     "SEARCH",
-    "WORDS",
-    "Drawing",
     "Sample",
+    "WORDS",
     "drawn",
     "parameters_of",
     "read_sample",
+    "sample",
     "with_sample",
 ]
 
@@ -284,3 +289,47 @@ class Drawing:
             self.sequence.fast_forward(begin - self.next)
         self.next = begin + count
         return np.asarray(self.sequence.random(count))
+
+
+def sample(
+    parameters: Mapping[str, Any], number: int, *, method: str = "sobol", seed: int = 1
+) -> pd.DataFrame:
+    """Draw designs, as the table [sample] of a scene does.
+
+    Parameters
+    ----------
+    parameters : dict
+        Key of each parameter and what it follows, in the units of scenes: ``{"low": 1.0, "high":
+        12.0}`` (``"spacing": "log"`` beside them: uniform in the logarithm), ``{"low": 0.3, "mode":
+        0.35, "high": 0.45}`` (triangular), ``{"mean": 6.7, "deviation": 0.3, "low": 5.0, "high":
+        8.0}`` (truncated normal), or a list of values that are equally likely; of `engine` and
+        `arrangement` a list of texts.
+    number : int
+        Designs; for "saltelli" base points.
+    method : str, optional
+        "sobol" (a power of two), "latin_hypercube" or "saltelli" (for Sobol' indices).
+    seed : int, optional
+        Of the random numbers: equal seeds give equal samples.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each design, a column for each parameter: the [designs] of a scene.
+
+    Raises
+    ------
+    SceneError
+        In one line, for unknown keys, ranges that are reversed or outside what a key allows, and
+        numbers that the method does not have. Where SciPy or SALib is missing (extra `study`).
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> designs = sweeps.sample({"inertia": {"low": 1.0, "high": 12.0}}, 8)
+    >>> len(designs)
+    8
+    """
+    import pandas as pd
+
+    table = {**plain(parameters, "sample"), "method": method, "number": number, "seed": seed}
+    return pd.DataFrame(drawn(read_sample(table, "sample", words=WORDS)))
