@@ -20,9 +20,8 @@ from subprocess import Popen
 import psutil
 
 from sweeps.base.files.child_process import started
-from sweeps.base.netcdf.hdf5_links import follows_indexes
 from sweeps.base.netcdf.netcdf_child import OPENING
-from sweeps.base.netcdf.netcdf_whole import read_all
+from sweeps.base.netcdf.netcdf_whole import follows_indexes, read_all
 
 __all__ = ["read_in_fork"]
 

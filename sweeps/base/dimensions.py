@@ -5,6 +5,20 @@ Scenes, plans and archives use the same names; each stands here alone.
 
 from __future__ import annotations
 
+import contextlib
+import math
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweeps.base.errors import SceneError, not_known, shown
+from sweeps.base.ratios import number_or_ratio
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 __all__ = [
     "ARRANGEMENT",
     "COMPARED",
@@ -37,6 +51,8 @@ __all__ = [
     "STATUS",
     "TORSION_STATUS",
     "UNCERTAIN",
+    "selected_places",
+    "words_of",
 ]
 
 DESIGN = "design"
@@ -114,3 +130,104 @@ STATUS, TORSION_STATUS = "status", "torsion_status"
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive beside those of the first."""
+
+
+POSITION = re.compile(r"#(\d{1,9})", re.ASCII)
+"""The second of an axis of words is "#2"; a number alone is the label that looks like it."""
+
+
+def words_of(archive: xr.Dataset) -> dict[str, str]:
+    """Coordinates of words: by which name a value of each is given."""
+    return {
+        str(name).removesuffix("_name") if f"{coordinate.dims[0]}_name" == name else str(name): str(
+            name
+        )
+        for name, coordinate in archive.coords.items()
+        if coordinate.ndim == 1 and coordinate.dtype.kind in "UOT"
+    }
+
+
+def selected_places(archive: xr.Dataset, values: Mapping[str, float | str]) -> dict[str, list[int]]:
+    """Find values along their axes: labels, positions such as "#2", or the nearest numbers.
+
+    Parameters
+    ----------
+    archive : Dataset
+        An archive.
+    values : mapping of str to float or str
+        Of axes, and of columns of words along one. Of words the label itself: 110 and "110" both
+        mean the one that is written so. Only where no label is written so, "#2" is the second
+        place. Of numbers the value, which may be a fraction such as "1/200".
+
+    Returns
+    -------
+    dict of list of int
+        Places along each dimension: one, or those of all designs of the labels.
+
+    Raises
+    ------
+    SceneError
+        For a name that is no axis, labels that there are not, what is no finite number, and an axis
+        that is selected twice.
+    """
+    places: dict[str, list[int]] = {}
+    labelled: set[str] = set()
+    for name, value in values.items():
+        dimension, found = _places_of(archive, name, value)
+        both_labels = name != dimension and dimension in labelled
+        if dimension in places and not both_labels:
+            raise SceneError(
+                f"{name}: the axis {dimension} is selected twice; give one value of it"
+            )
+        if both_labels:
+            found = [place for place in found if place in places[dimension]]
+            if not found:
+                raise SceneError(
+                    f"{name} = {shown(value)}: no design has this value together with the others"
+                )
+        if name != dimension:
+            labelled.add(dimension)
+        places[dimension] = found
+    return places
+
+
+def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, list[int]]:
+    words = words_of(archive)
+    if name in words:
+        column = archive[words[name]]
+        return str(column.dims[0]), _places_of_label(name, value, column.values)
+    axes = [str(d) for d in archive.dims if d in archive.coords]
+    if name not in axes:
+        known = [*words, *(a for a in axes if a not in words)]
+        raise SceneError(f"{name}: not an axis of the archive{not_known(name, known)}")
+    number: Any = value
+    if isinstance(value, str):
+        with contextlib.suppress(ValueError):
+            number = number_or_ratio(value)
+    if (
+        isinstance(number, bool)
+        or not isinstance(number, int | float | np.number)
+        or not math.isfinite(number)
+    ):
+        raise SceneError(f"{name} = {shown(value)}: must be a finite number")
+    distances = np.abs(archive[name].values - number)
+    return name, [int(np.argmin(np.where(np.isnan(distances), np.inf, distances)))]
+
+
+def _places_of_label(name: str, value: float | str, labels: Any) -> list[int]:
+    texts = [str(text) for text in labels]
+    written = [value] if isinstance(value, str) else [str(value), shown(value)]
+    for text in written:
+        found = [place for place, label in enumerate(texts) if label == text]
+        if found:
+            return found
+    position = POSITION.fullmatch(written[-1])
+    if position is None:
+        known = list(dict.fromkeys(texts))
+        also = "; '#2' is the second of them" if len(texts) > 1 else ""
+        raise SceneError(f"{name} = {shown(value)}: unknown{not_known(written[-1], known)}{also}")
+    if not 1 <= int(position[1]) <= len(texts):
+        raise SceneError(
+            f"{name} = {shown(value)}: there is no such place; must be '#1' to '#{len(texts)}'"
+        )
+    return [int(position[1]) - 1]

@@ -425,7 +425,7 @@ def calibrate(
     the peak cylinder pressure and the fuel consumption. All assumptions are listed.
     """
     from sweeps.lab.speed.calibration import fit
-    from sweeps.lab.speed.rated_point import published
+    from sweeps.lab.speed.calibration_model import published
     from sweeps.scene.engine.data_sheets import files_named, read_data_sheet
 
     shares = None if loads is None else percentages(loads)

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS
-from sweeps.base.axis_places import words_of
 from sweeps.base.checks import names_given
+from sweeps.base.dimensions import words_of
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.base.files.numbers_with_units import number_with_unit
 from sweeps.base.ratios import number_or_ratio, ratio_text

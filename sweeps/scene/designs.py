@@ -10,7 +10,7 @@ from engine_dyn.types import Floats
 from sweeps.base.checks import check_range, known_key, numbers
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, one_line, shown
-from sweeps.base.files.referred_files import referred
+from sweeps.base.files.regular_files import referred
 
 __all__ = ["read_designs_table"]
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
 from sweeps.base.errors import SceneError, no_laboratory
-from sweeps.base.files.referred_files import (
+from sweeps.base.files.regular_files import (
     add_files_read,
     file_bytes,
     kept,

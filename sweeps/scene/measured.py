@@ -20,7 +20,7 @@ from sweeps.base.checks import Companions, check_companions, number
 from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, shown
-from sweeps.base.files.referred_files import referred
+from sweeps.base.files.regular_files import referred
 from sweeps.scene.values import GivenValues
 
 __all__ = ["KINDS", "Measured", "MeasuredTable", "read_measured"]

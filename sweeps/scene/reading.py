@@ -22,8 +22,7 @@ from engine_dyn.types import Floats
 from sweeps.base.checks import check_structure, plain, shortened
 from sweeps.base.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
 from sweeps.base.errors import SceneError, not_known, one_line, shown, size_text
-from sweeps.base.files.referred_files import kept_files, text_of_bytes
-from sweeps.base.files.regular_files import reading
+from sweeps.base.files.regular_files import kept_files, reading, text_of_bytes
 from sweeps.base.files.toml_files import MOST_BYTES, parse_toml, toml_of_text
 from sweeps.catalogue import SCENES
 from sweeps.scene.axes import read_axes, read_settings

@@ -17,7 +17,7 @@ from sweeps.base.checks import is_ratio
 from sweeps.base.dimensions import DESIGN, INERTIA_MODEL, LABELS, METHOD
 from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
 from sweeps.base.files.csv_tables import CsvTable, read_csv
-from sweeps.base.files.referred_files import referred
+from sweeps.base.files.regular_files import referred
 from sweeps.scene.model import Reference, Scene
 from sweeps.scene.toml_tables import LARGEST_AXIS
 

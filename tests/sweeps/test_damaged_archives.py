@@ -17,7 +17,7 @@ import pytest
 
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.base.netcdf import hdf5_links, netcdf_child
+from sweeps.base.netcdf import netcdf_child, netcdf_whole
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
 from tests.sweeps.processes import COMMAND, ROOT, python
@@ -113,7 +113,7 @@ def test_archives_with_single_flipped_bits(tmp_path: Path, monkeypatch: pytest.M
 def test_a_group_that_holds_itself(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(sound_archive())
-    library = hdf5_links._library()
+    library = netcdf_whole._library()
     if library is None:
         pytest.skip("the library of HDF5 is not found")
     file = library.H5Fopen(os.fsencode(path), 1, 0)
@@ -125,7 +125,7 @@ def test_a_group_that_holds_itself(tmp_path: Path, capfd: pytest.CaptureFixture[
     for command in READING:
         told = refused(*words(command, path, tmp_path))
         assert "perhaps by itself" in told
-    assert hdf5_links.external_member(path)
+    assert netcdf_whole.external_member(path)
     assert capfd.readouterr().err == ""
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import sweeps
 from sweeps.base.netcdf import netcdf_files
-from sweeps.base.netcdf.netcdf_lock import netcdf_library
+from sweeps.base.netcdf.netcdf_files import netcdf_library
 from sweeps.running.archive import partial
 from sweeps.running.archive.partial import Partial
 from sweeps.running.compute import into_archive, limits

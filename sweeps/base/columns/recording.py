@@ -32,8 +32,7 @@ from sweeps.base.columns.recorded_columns import Column, Contents, Recording, re
 from sweeps.base.columns.text_tables import is_text, read_fixed_width, read_text
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.child_process import Limits, answer_apart, answering
-from sweeps.base.files.referred_files import file_bytes
-from sweeps.base.files.regular_files import reading
+from sweeps.base.files.regular_files import file_bytes, reading
 
 __all__ = ["KINDS", "SUFFIXES", "Column", "Recording", "read_apart", "read_recording"]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sweeps.base.errors import SceneError, counted, one_line, plain_number, shown
-from sweeps.base.files.referred_files import read_text
+from sweeps.base.files.regular_files import read_text
 from sweeps.base.ratios import number_or_ratio
 
 __all__ = ["CsvTable", "csv_of_text", "find_header", "parse_rows", "read_csv", "with_line"]

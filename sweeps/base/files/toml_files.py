@@ -9,7 +9,7 @@ from typing import Any
 
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.errors import SceneError, one_line
-from sweeps.base.files.referred_files import read_text
+from sweeps.base.files.regular_files import read_text
 
 __all__ = ["MOST_BYTES", "parse_toml", "toml_of_text"]
 

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.types import Integers
-from sweeps.base.axis_places import selected_places
 from sweeps.base.checks import a_path, check_dataset
-from sweeps.base.dimensions import STATE
+from sweeps.base.dimensions import STATE, selected_places
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.netcdf.netcdf_files import check_file, opened_archive
 from sweeps.base.netcdf.netcdf_files import untrusted as apart_first

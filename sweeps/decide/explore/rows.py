@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
-from sweeps.base.axis_places import words_of
 from sweeps.base.checks import check_dataset
 from sweeps.base.dimensions import (
     DESIGN,
@@ -25,6 +24,7 @@ from sweeps.base.dimensions import (
     REDUCTION,
     SHARE,
     UNCERTAIN,
+    words_of,
 )
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.decide.explore.attributes import axes_of, members_of, of_designs

@@ -1,8 +1,8 @@
-"""From a recording of cylinder pressure to a diagram of the cycle.
+"""Recorded pressure becomes a diagram, and is judged.
 
-measures, encoder_angles, cycles_of_signals  signals over time or teeth become cycles over angle
-pressure, imported_pressure  the steps from a recording to a diagram, and what comes out
-pressure_remarks, work_loops what is remarkable in it
-evaluation                   recorded cycles as a Dataset, for figures
-reading                      the public `sweeps.read_pressure`
+pressure                       the steps from columns to a diagram, in a fixed order
+cycles_of_signals, work_loops  signals over time, teeth or volume become cycles over the crank angle
+imported_pressure              what comes out; measures of the engine; remarks
+evaluation                     what figures of recorded cycles need
+reading                        `sweeps.read_pressure`
 """

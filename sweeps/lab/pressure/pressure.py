@@ -48,16 +48,18 @@ from sweeps.lab.pressure.cycles_of_signals import (
     crank_angles,
     cut_into_cycles,
     is_half_a_cycle_late,
+    with_encoder_angles,
     work_sign,
 )
-from sweeps.lab.pressure.encoder_angles import with_encoder_angles
-from sweeps.lab.pressure.imported_pressure import ImportedPressure, values_on
-from sweeps.lab.pressure.measures import EngineMeasures, measures_of
-from sweeps.lab.pressure.pressure_remarks import (
+from sweeps.lab.pressure.imported_pressure import (
+    EngineMeasures,
+    ImportedPressure,
     level_of,
+    measures_of,
     offer_of,
     too_little_torque,
     unlikely_peak,
+    values_on,
 )
 from sweeps.lab.pressure.work_loops import with_loop_angles
 from sweeps.scene.engine.silenced_warnings import STATED_UNIT

@@ -14,8 +14,12 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from sweeps.base.checks import a_path, check_structure, plain
 from sweeps.base.columns.options import ImportOptions
 from sweeps.base.columns.recording import read_recording
-from sweeps.lab.pressure.imported_pressure import ImportedPressure
-from sweeps.lab.pressure.measures import EngineMeasures, known_ratio, measures_of
+from sweeps.lab.pressure.imported_pressure import (
+    EngineMeasures,
+    ImportedPressure,
+    known_ratio,
+    measures_of,
+)
 from sweeps.lab.pressure.pressure import imported
 from sweeps.scene.engine.engine_files import (
     PERIODS,

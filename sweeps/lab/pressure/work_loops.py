@@ -20,7 +20,7 @@ from sweeps.base.columns.options import PressureOptions
 from sweeps.base.columns.recorded_columns import Recording, named_column, wanted_pressures
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import LONGEST
-from sweeps.lab.pressure.measures import EngineMeasures
+from sweeps.lab.pressure.imported_pressure import EngineMeasures
 
 __all__ = ["with_loop_angles"]
 

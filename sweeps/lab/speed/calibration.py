@@ -21,8 +21,14 @@ from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.base.checks import a_path, mentioned
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
-from sweeps.lab.speed.calibrated_files import engine_file
-from sweeps.lab.speed.calibration_model import Calibration, Point, Published
+from sweeps.lab.speed.calibration_model import (
+    LEAST_LOAD,
+    Calibration,
+    Point,
+    Published,
+    engine_file,
+    published,
+)
 from sweeps.lab.speed.cycle_fits import (
     Friction,
     NotReached,
@@ -35,7 +41,6 @@ from sweeps.lab.speed.cycle_fits import (
     trapped_mass,
     with_charge,
 )
-from sweeps.lab.speed.rated_point import LEAST_LOAD, published
 from sweeps.lab.speed.usual_engines import KINDS, VALUES, EngineKind
 from sweeps.scene.engine.data_sheets import PERIOD, Sheet, described, read_data_sheet
 from sweeps.scene.engine.engine_files import read_values

@@ -1,17 +1,31 @@
-"""What a calibration is fitted to, and what comes out of it: plain data."""
+"""What a calibration is fitted to, the rated point among it, and the engine file that comes out."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from sweeps.base.errors import one_line
+from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.base.checks import number
+from sweeps.base.errors import SceneError, not_known, one_line, shown
+from sweeps.base.files.numbers_with_units import number_with_unit
 from sweeps.lab.speed.usual_engines import KINDS, EngineKind
 from sweeps.scene.engine.data_sheets import Sheet
+from sweeps.scene.engine.diagram_speeds import SPEEDS
+from sweeps.scene.engine.modelled_diagrams import KINDS as DIAGRAM_KINDS
 
-__all__ = ["PUBLISHED", "Calibration", "Point", "Published"]
-
+__all__ = [
+    "LEAST_LOAD",
+    "LOADS",
+    "PUBLISHED",
+    "Calibration",
+    "Point",
+    "Published",
+    "engine_file",
+    "published",
+]
 
 PUBLISHED: Mapping[str, tuple[str, str]] = {
     "power": ("power", "kW"),
@@ -107,3 +121,261 @@ class Calibration:
     def rated(self) -> Point:
         """Point of full load."""
         return next(point for point in self.points if point.load == 100.0)
+
+
+COLUMN = 40
+"""Where comments begin."""
+
+HOLDS = (0.5, 1.2)
+"""Lowest and highest speed for which the diagrams are said to hold, over the rated one."""
+
+_OWN = ("title", "name", "cycle", "source", "assumed", "firing_order")
+
+SOURCES = (
+    "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values and "
+    "the modelled cycle",
+    "A. Kolchin and V. Demidov, Design of Automotive Engines, Mir 1984: masses of the crank "
+    "mechanism",
+    "A. Kakaitsas, Rotational irregularity of piston engines (in Greek), diploma thesis, National "
+    "Technical University of Athens, 2015, eq. 3.9: friction",
+)
+"""Of what is assumed."""
+
+
+def engine_file(made: Calibration) -> str:
+    """Write the engine file of a calibration: TOML that `engine-dyn run` takes."""
+    rest = made.sheet.rest
+    lines = [f"# {line}" for line in heading(made)]
+    lines += ["", *(f"{key} = {_toml(rest[key])}" for key in ("name", "title") if key in rest)]
+    lines.append('cycle = "four-stroke"')
+    if made.order is not None:
+        lines.append(_line("firing_order", list(made.order), "assumed"))
+    elif "firing_order" in rest:
+        lines.append(_line("firing_order", rest["firing_order"], "given"))
+    lines += [f"{key} = {_toml(item)}" for key, item in rest.items() if key not in _OWN]
+    own: Mapping[str, str] = rest.get("assumed", {})
+    lines += ["", "[values]"]
+    for key, value in made.values.items():
+        node = PARAMETERS[key]
+        unit = "" if node.unit in ("", "1") else f"{node.unit}; "
+        whole = node.whole and float(value).is_integer()
+        number = int(value) if whole else value
+        whose = "assumed" if key in made.assumed or key in own else "given"
+        lines.append(_line(key, number, unit + whose))
+    for point in made.points:
+        lines += ["", "[[diagram]]", *_diagram(point.table, made)]
+    lines += ["", *_data_sheet(made), "", "[assumed]"]
+    fitted = "; ".join(f"{key} to {what}" for key, what in made.fitted.items())
+    reasons = {
+        **own,
+        **made.assumed,
+        "diagram": f"Modelled, not measured. Fitted: {fitted}.",
+        SPEEDS: "Half to 1.2 times the rated speed, as for engines of the catalogue.",
+    }
+    lines += [f"{_key(key)} = {_toml(reason)}" for key, reason in reasons.items()]
+    sources = [source["text"] for source in rest.get("source", [])]
+    for text in [*sources, *(s for s in SOURCES if s not in sources)]:
+        lines += ["", "[[source]]", f"text = {_toml(text)}"]
+    return "\n".join(lines) + "\n"
+
+
+def heading(made: Calibration) -> list[str]:
+    """What was done, in lines: what it was fitted to, and what the written numbers make."""
+    given = made.published
+    published = f"{given.power:.6g} kW at {given.speed:.6g} rpm"
+    if given.peak is not None:
+        published += f", largest pressure {given.peak:.6g} bar"
+    if given.fuel_consumption is not None:
+        published += f", {given.fuel_consumption:.6g} g/kWh"
+    lines = [
+        f"Made by `engine-dyn calibrate` from {one_line(made.sheet.path.name, 100)}.",
+        "No diagram of this engine was measured: these are modelled cycles (first law, one zone).",
+        f"Kind: {made.kind.title}. Fitted to {published}.",
+        *(f"  {key}: fitted to {what}" for key, what in made.fitted.items()),
+        "Results; each load is that share of the rated mean effective pressure:",
+        "  load    power  differs   imep   bmep  p_max at degree  compression  air/fuel  fuel",
+        "     %       kW        %    bar    bar    bar                     bar         1  g/kWh",
+    ]
+    for point in made.points:
+        differs = 100.0 * (point.power / point.goal - 1.0)
+        lines.append(
+            f"  {point.load:4.4g} {point.power:8.4g}  {differs:+7.4f} {point.imep:6.2f} "
+            f"{point.bmep:6.2f} {point.peak:6.1f} {point.peak_angle:9.1f} {point.compression:12.1f}"
+            f" {point.air_fuel_ratio:9.1f} {point.fuel_consumption:6.0f}"
+        )
+    if given.peak is not None:
+        differs = 100.0 * (made.rated.peak / given.peak - 1.0)
+        lines.append(f"  The peak pressure differs by {differs:+.4f} % from the given one.")
+    return lines
+
+
+def _diagram(table: Mapping[str, Any], made: Calibration) -> list[str]:
+    """Lines of a [[diagram]]."""
+    lines = []
+    for key, value in table.items():
+        if key in ("load", "kind", "wall"):
+            lines.append(f"{key} = {_toml(value)}")
+            if key == "load":
+                speeds = [float(f"{factor * made.published.speed:.6g}") for factor in HOLDS]
+                lines.append(_line(SPEEDS, speeds, "rpm; assumed"))
+            continue
+        unit = DIAGRAM_KINDS["first_law"].fields[key].unit
+        if key in made.fitted:
+            whose = "fitted"
+        elif key in made.sheet.known:
+            whose = "given"
+        else:
+            whose = "assumed"
+        if key == "premixed_start":
+            whose = "as combustion_start"
+        elif key == "exhaust_pressure" and made.kind.boosted and whose == "assumed":
+            whose = "assumed to follow intake_pressure"
+        elif key == "intake_pressure" and made.kind.boosted and table["load"] != 100.0:
+            whose = "fitted" if made.kind.throttled else "from that at 100 percent"
+        lines.append(_line(key, value, f"{unit}; {whose}"))
+    return lines
+
+
+def _data_sheet(made: Calibration) -> list[str]:
+    """What is known, so that `calibrate` can do the same again."""
+    given = made.published
+    lines = ["[data_sheet]", f"kind = {_toml(given.kind)}"]
+    for name, (key, unit) in PUBLISHED.items():
+        if getattr(given, name) is not None:
+            lines.append(_line(key, getattr(given, name), f"{unit}; given"))
+    lines.append(f"loads = {_toml(list(given.loads))}")
+    if made.sheet.known:
+        lines += ["", "[data_sheet.cycle]"]
+        for key, value in made.sheet.known.items():
+            lines.append(_line(key, value, f"{DIAGRAM_KINDS['first_law'].fields[key].unit}; given"))
+    return lines
+
+
+def _line(key: str, value: Any, comment: str) -> str:
+    return f"{f'{key} = {_toml(value)}':<{COLUMN - 1}} # {comment}"
+
+
+def _toml(value: Any) -> str:
+    """Write a value as TOML: a text, a truth value, a number, a list or an inline table."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(k)} = {_toml(item)}" for k, item in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return f"{value:.1f}"
+    return repr(value)
+
+
+def _key(key: str) -> str:
+    bare = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    return key if bare else json.dumps(key, ensure_ascii=False)
+
+
+LOADS = (10.0, 25.0, 50.0, 75.0, 100.0)
+"""Loads that get a diagram unless others are asked for [percent]."""
+
+LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 120.0, 20
+
+DEFAULT_KIND = "diesel"
+
+_RANGES = {
+    "power": (0.05, 2e5),
+    "speed": (10.0, 30000.0),
+    "peak": (5.0, 400.0),
+    "fuel_consumption": (100.0, 2000.0),
+}
+"""Least and largest of the numbers that data sheets have, in the units of `PUBLISHED`."""
+
+
+def published(
+    sheet: Sheet, prefix: str, given: Mapping[str, float | str | None], kind: str | None,
+    loads: list[float] | None,
+) -> Published:  # fmt: skip
+    """Put together what options say, or else [data_sheet].
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The data sheet.
+    prefix : str
+        Of the names of `given` in messages: "--" for options.
+    given : mapping
+        Numbers, or texts with a unit, by the names that `calibrate` has.
+    kind, loads
+        As `calibrate`.
+
+    Raises
+    ------
+    SceneError
+        For missing numbers and numbers out of any engine's range.
+    """
+    inside = sheet.published
+    found: dict[str, float | None] = {}
+    places: dict[str, str] = {}
+    for name, (key, unit) in PUBLISHED.items():
+        raw: Any = given.get(name)
+        option = prefix + name.replace("_", "-") if prefix else name
+        places[name] = option
+        published, where = getattr(inside, key), f"{sheet.name}: [data_sheet] {key}"
+        if published is not None:
+            _inside(published, where, name, unit)  # also where an option replaces it
+            if raw is None:
+                raw, places[name] = published, where
+        if raw is None and name == "speed" and "speed" in sheet.values:
+            raw, places[name] = sheet.values["speed"], f"{sheet.name}: [values] speed"
+        if raw is None:
+            if name in ("power", "speed"):
+                raise SceneError(
+                    f"{sheet.name}: [data_sheet] {name}: missing; must be a number in {unit}, here "
+                    f"or as {option}"
+                )
+            found[name] = None
+            continue
+        found[name] = _inside(raw, places[name], name, unit)
+    where = f"{prefix}kind"
+    if kind is None:
+        kind, where = inside.kind, f"{sheet.name}: [data_sheet] kind"
+    places["kind"] = where
+    if kind is None:
+        kind, places["kind"] = DEFAULT_KIND, ""
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise SceneError(
+            f"{where} = {shown(kind)}: unknown kind of engine{not_known(str(kind), KINDS)}"
+        )
+    where = f"{prefix}loads" if loads is not None else f"{sheet.name}: [data_sheet] loads"
+    given_loads = loads is not None or inside.loads is not None
+    places["loads"] = where if given_loads else f"{prefix}loads, which are 10,25,50,75,100: load"
+    wanted = _loads(loads if loads is not None else inside.loads, where)
+    power, speed = found["power"], found["speed"]
+    assert power is not None and speed is not None
+    return Published(kind, power, speed, found["peak"], found["fuel_consumption"], wanted, places)
+
+
+def _inside(raw: Any, where: str, name: str, unit: str) -> float:
+    """A published number, checked against its range."""
+    low, high = _RANGES[name]
+    value = number_with_unit(raw, where, unit)
+    if not low <= value <= high:
+        raise SceneError(f"{where} = {shown(raw)}: must be between {low:g} and {high:g} {unit}")
+    return value
+
+
+def _loads(raw: Any, where: str) -> tuple[float, ...]:
+    """Loads, ascending and each once; the rated one is among them."""
+    if raw is None:
+        return LOADS
+    if not isinstance(raw, list) or not 1 <= len(raw) <= MOST_LOADS:
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")
+    found = {100.0}
+    for item in raw:
+        load = number(item, where)
+        if not LEAST_LOAD <= load <= MOST_LOAD:
+            raise SceneError(
+                f"{where} = {load:g}: must be between {LEAST_LOAD:g} and {MOST_LOAD:g} percent"
+            )
+        found.add(load)
+    return tuple(sorted(found))

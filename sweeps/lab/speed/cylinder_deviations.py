@@ -29,12 +29,12 @@ from engine_dyn.units import BAR, DEGREE
 from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
-from sweeps.lab.speed.cycles_in_a_row import CyclesInARow, cycles_in_a_row
+from sweeps.lab.speed.computed_speeds import OneEngine, engine_of, values_of
 from sweeps.lab.speed.labelled import labelled_dataset, of_recordings
 from sweeps.lab.speed.measured import computed_speeds, design_of
 from sweeps.lab.speed.measured_doubts import far_speed_remark
 from sweeps.lab.speed.measured_files import records_of
-from sweeps.lab.speed.scene_values import OneEngine, engine_of, values_of
+from sweeps.lab.speed.recorded_speeds import CyclesInARow, cycles_in_a_row
 from sweeps.scene.consistency.features import check_crossings
 from sweeps.scene.consistency.pressure import check_motored
 from sweeps.scene.keywords import Tables, tables_in_signature

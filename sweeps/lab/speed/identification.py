@@ -19,8 +19,7 @@ from sweeps.lab.speed.computed_speeds import (
     OF_WHEEL,
     SpeedsOfRecordings,
 )
-from sweeps.lab.speed.fit_results import Prediction, SpeedFit, fit_dataset
-from sweeps.lab.speed.fitted_recordings import FittedRecordings
+from sweeps.lab.speed.fit_results import FittedRecordings, Prediction, SpeedFit, fit_dataset
 from sweeps.lab.speed.speed_fit import (
     LARGEST_CONDITION,
     Loss,

@@ -23,10 +23,10 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
-from sweeps.lab.speed.cycles_in_a_row import CyclesInARow, cycles_in_a_row
+from sweeps.lab.speed.computed_speeds import LEFT_OUT, OneEngine, engine_of, values_of
 from sweeps.lab.speed.labelled import labelled_dataset
 from sweeps.lab.speed.measured_files import records_of
-from sweeps.lab.speed.scene_values import LEFT_OUT, OneEngine, engine_of, values_of
+from sweeps.lab.speed.recorded_speeds import CyclesInARow, cycles_in_a_row
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene

@@ -18,8 +18,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.checks import shortened
 from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION
 from sweeps.base.errors import SceneError, one_line
-from sweeps.base.files.referred_files import MOST_RECORDING
-from sweeps.base.files.regular_files import reading, regular_bytes
+from sweeps.base.files.regular_files import MOST_RECORDING, reading, regular_bytes
 from sweeps.base.netcdf.netcdf_files import DAMAGE, check_format, opened_archive
 from sweeps.catalogue import PACKAGE
 from sweeps.running.archive.provenance import (

@@ -15,8 +15,13 @@ import numpy.typing as npt
 
 from sweeps.base.checks import a_path
 from sweeps.base.errors import SceneError
-from sweeps.base.netcdf.netcdf_files import check_format, check_structure, close, slabs
-from sweeps.base.netcdf.netcdf_lock import netcdf_library
+from sweeps.base.netcdf.netcdf_files import (
+    check_format,
+    check_structure,
+    close,
+    netcdf_library,
+    slabs,
+)
 from sweeps.running.archive.partial import made_folder, sync_folder
 from sweeps.running.archive.warnings import ATTRIBUTE
 from sweeps.scene.plan.blocks import STEP

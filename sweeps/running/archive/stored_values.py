@@ -15,8 +15,7 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.netCDF4_ import NetCDF4ArrayWrapper
 from xarray.core.indexing import LazilyIndexedArray
 
-from sweeps.base.netcdf.netcdf_files import damaged_values
-from sweeps.base.netcdf.netcdf_lock import netcdf_library
+from sweeps.base.netcdf.netcdf_files import damaged_values, netcdf_library
 
 __all__ = ["dataset_from"]
 

@@ -43,7 +43,7 @@ from sweeps.base.checks import (
     plain,
 )
 from sweeps.base.errors import SceneError, not_known, one_line, shown
-from sweeps.base.files.referred_files import add_files_read, kept, kept_files, referred
+from sweeps.base.files.regular_files import add_files_read, kept, kept_files, referred
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import ENGINES
 from sweeps.scene.crossings import exclusive_pair, refused

@@ -13,7 +13,7 @@ from engine_dyn.units import BAR, DEGREE
 from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError
 from sweeps.base.files.csv_tables import CsvTable, csv_of_text, read_csv, with_line
-from sweeps.base.files.referred_files import file_bytes
+from sweeps.base.files.regular_files import file_bytes
 from sweeps.base.ratios import BEYOND, LARGEST
 
 __all__ = [

@@ -21,7 +21,7 @@ from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft, Table
 from sweeps.base.checks import Strict, check_range, check_structure, mentioned, number, plain
 from sweeps.base.errors import SceneError, not_known, shown
-from sweeps.base.files.referred_files import kept, referred
+from sweeps.base.files.regular_files import kept, referred
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import SHAFTS
 from sweeps.scene.features.feature import GivenFeature, with_part

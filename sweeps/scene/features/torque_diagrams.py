@@ -26,7 +26,7 @@ from engine_dyn.loads.driven_machine import (
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import Strict, check_structure, mentioned
 from sweeps.base.errors import SceneError
-from sweeps.base.files.referred_files import referred
+from sweeps.base.files.regular_files import referred
 
 __all__ = [
     "Harmonic", "TorqueDiagram", "harmonics_of", "read_torque_diagram", "torque_warnings",

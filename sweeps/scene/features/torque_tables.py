@@ -25,7 +25,7 @@ from engine_dyn.units import DEGREE, RPM
 from sweeps.base.checks import Strict, check_structure, mentioned
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.csv_tables import CsvTable, read_csv, with_line
-from sweeps.base.files.referred_files import referred
+from sweeps.base.files.regular_files import referred
 from sweeps.scene.features.torque_diagrams import Harmonic, harmonics_of
 
 __all__ = ["TORQUE_TABLE_KEYS", "LoadInClosedForm", "TorqueTables", "read_torque_tables"]

@@ -13,8 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
-from sweeps.base.axis_places import selected_places, words_of
-from sweeps.base.dimensions import DESIGN, RANK, REDUCTION, SEARCHED
+from sweeps.base.dimensions import DESIGN, RANK, REDUCTION, SEARCHED, selected_places, words_of
 from sweeps.base.errors import SceneError, outside_axis
 from sweeps.base.ratios import number_or_ratio
 from sweeps.view.figures.options import Options, check_targets, with_angle_from_zero

@@ -18,8 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
-from sweeps.base.axis_places import words_of
-from sweeps.base.dimensions import COUNTED
+from sweeps.base.dimensions import COUNTED, words_of
 from sweeps.base.errors import SceneError, one_line
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.readable_units import converted, unit_choices

@@ -255,7 +255,7 @@ def _recording(one: xr.Dataset) -> str:
 
 def calibration_text(made: Calibration) -> str:
     """Describe a calibration in lines without a final line feed."""
-    from sweeps.lab.speed.calibrated_files import heading
+    from sweeps.lab.speed.calibration_model import heading
 
     lines = heading(made)
     if made.sheet.diagrams:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.base.axis_places import words_of
+from sweeps.base.dimensions import words_of
 from sweeps.base.errors import SceneError, counted, one_line, outside_axis
 from sweeps.base.ratios import number_or_ratio
 from sweeps.decide.explore.rows import Rows

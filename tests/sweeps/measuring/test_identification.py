@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.lab.speed.computed_speeds import SpeedsOfRecordings
-from sweeps.lab.speed.fitted_recordings import FittedRecordings, Seen
+from sweeps.lab.speed.fit_results import FittedRecordings, Seen
 from sweeps.lab.speed.identification import Varied
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw

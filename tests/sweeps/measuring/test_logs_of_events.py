@@ -15,8 +15,8 @@ import xarray as xr
 import sweeps
 from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from sweeps.base.errors import SceneError
-from sweeps.lab.speed.cycles_in_a_row import cycles_in_a_row
 from sweeps.lab.speed.measured_files import records_of
+from sweeps.lab.speed.recorded_speeds import cycles_in_a_row
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import draw
 from sweeps.view.texts.lab_texts import measured_text

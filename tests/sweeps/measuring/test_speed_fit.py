@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sweeps.lab.speed.fit_intervals import Unbound, beside_bounds
-from sweeps.lab.speed.speed_fit import Inseparable, MeasuredCycles, Parameter, fit_speeds
+from sweeps.lab.speed.speed_fit import (
+    Inseparable,
+    MeasuredCycles,
+    Parameter,
+    Unbound,
+    beside_bounds,
+    fit_speeds,
+)
 from tests.support.measured_speeds import INTERVALS, LOADS, TEETH, WIDTH, Case, model, random_case
 
 pytest.importorskip("scipy")
