@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from sweeps.decide.explore.export import Exported
 
-__all__ = ["ArchiveAccessor"]
-
 
 @xr.register_dataset_accessor("dyn")
 class ArchiveAccessor:

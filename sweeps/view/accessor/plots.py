@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Plots", "said_in_python", "units_text"]
 
 _HELP = """Draw {shows}.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,19 +12,17 @@ from engine_dyn import status as outcome
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import COUNTED
 from sweeps.view.figures.marks import line_style, lost_handle, mark_lost, target_lines
-from sweeps.view.figures.scales import crank_axis
-from sweeps.view.figures.sheet import WIDTH, Entries, no_ordinate
+from sweeps.view.figures.scales import crank_axis, set_log
+from sweeps.view.figures.sheet import WIDTH, Entries, multiples, no_ordinate, y_label
 from sweeps.view.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View
 from sweeps.view.figures.wording import with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 FRICTION = "friction_torque"
-
-RMS = "_rms"
-"""Ending of the root mean square of a curve."""
 
 
 def over_angle(view: View, name: str) -> bool:
@@ -74,15 +73,15 @@ def _start_angle(view: View, index: Mapping[str, int]) -> float | None:
 
 
 def draw_curves(
-    axes: Axes,
-    view: View,
-    name: str,
-    axis: StudyAxis,
-    fixed: Mapping[str, int],
-    entries: Entries,
-    change: Callable[[Floats], Floats] | None = None,
-) -> list[Floats]:
-    """Lines of one variable, one per (picked) value of an axis; the ordinates are returned."""
+    axes: Axes, view: View, name: str, axis: StudyAxis, fixed: Mapping[str, int] | None = None,
+    entries: Entries | None = None, change: Callable[[Floats], Floats] | None = None,
+    log: bool = False,
+) -> list[Floats]:  # fmt: skip
+    """Lines of one variable, one for each picked value of an axis; the ordinates are returned.
+
+    They are of the slice at `fixed`, after a `change`, and over a logarithmic ordinate if `log`.
+    """
+    fixed, entries = fixed or {}, {} if entries is None else entries
     places = axis.picked()
     drawn = []
     cell = axes.get_subplotspec()
@@ -110,12 +109,14 @@ def draw_curves(
         no_ordinate(axes)
     elif change is None:
         target_lines(axes, view, [name], entries)
+    if log:
+        set_log(axes, "y")
     axes.set_xlim(*_cycle(view))
     return drawn
 
 
 def draw_lines(
-    panel: Axes, view: View, names: Sequence[str], index: Mapping[str, int], entries: Entries,
+    panel: Axes, entries: Entries, view: View, names: Sequence[str], index: Mapping[str, int],
     look: Callable[[str], dict[str, Any]] | None = None,
 ) -> None:  # fmt: skip
     """Lines of several variables, in their own looks or told apart by their rank.
@@ -147,9 +148,9 @@ def line_or_mark(
 
 def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
     """The root mean square of a curve, where the archive has it."""
-    if not view.has(name + RMS):
+    if not view.has(name + "_rms"):
         return ""
-    array = view.at(name + RMS, place)
+    array = view.at(name + "_rms", place)
     if array.ndim or not np.isfinite(float(array.values)):
         return ""
     return f", rms {with_unit(array, float(array.values))}"
@@ -171,6 +172,39 @@ def set_cycle(
     for panel in panels:
         panel.set_xlim(*limits)
         crank_axis(panel, view.array("crank_angle"), room, named=panel in lowest)
+
+
+@dataclass(frozen=True)
+class AnglePanel:
+    """A panel over the crank angle: what draws its lines, its own ordinate, and its title."""
+
+    draw: Callable[..., object]
+    ordinate: str = ""
+    title: str = ""
+
+
+def angle_figure(
+    view: View, panels: Sequence[AnglePanel], title: str, notes: Iterable[str], *,
+    size: tuple[float, float], room: float, columns: int | None = None, share: bool | str = False,
+    ordinate: str = "", tall: float = 0.0, one_turn: bool = False, **around: Any,
+) -> Figure:  # fmt: skip
+    """Draw panels, by rows, that share the crank angle.
+
+    `size` are the inches of height without the rows and of each row, `room` those of the width of
+    a row, `tall` those of a panel for the label of its ordinate; `ordinate` labels the first
+    column where panels have no label of their own. `around` goes to `Multiples.finish`.
+    """
+    sheet = multiples(len(panels), *size, columns=columns, sharex=True, sharey=share)
+    for panel, content in zip(sheet.panels, panels, strict=True):
+        content.draw(panel, entries=sheet.entries)
+        if content.title:
+            panel.set_title(content.title)
+        if content.ordinate:
+            y_label(panel, content.ordinate, tall)
+    set_cycle(sheet.panels, view, room / sheet.columns, sheet.lowest, one_turn)
+    if ordinate:
+        sheet.label_y(ordinate, tall)
+    return sheet.finish(title, notes, view.caption, **around)
 
 
 def load_at(view: View, x: Floats) -> Floats | None:

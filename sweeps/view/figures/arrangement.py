@@ -21,10 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-SAME = 0.5
-"""Degrees within which directions are drawn as one."""
-
-PIN, BLOCK, TOP = 1.0, 1.9, 2.7
+BLOCK, TOP = 1.9, 2.7
 """Distances from the shaft in crank radii of cylinder 1: its pin, both ends of a cylinder."""
 
 
@@ -86,7 +83,7 @@ def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
     radii = np.asarray(one.get("radius_factor", np.ones(len(throws))))
     silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
     blank(panel, TOP + 0.6)
-    circle(panel, PIN, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
+    circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
     for angle, members in gathered(banks):
         _cylinder(panel, angle, all(i in silent for i in members))
         label(panel, angle, TOP + 0.12, members)
@@ -148,7 +145,8 @@ def gathered(angles: Iterable[float]) -> Iterator[tuple[float, list[int]]]:
     left = dict(enumerate(float(angle) for angle in angles))
     while left:
         angle = next(iter(left.values()))
-        members = [i for i, a in left.items() if abs((a - angle + 180.0) % 360.0 - 180.0) < SAME]
+        # Directions within half a degree are drawn as one.
+        members = [i for i, a in left.items() if abs((a - angle + 180.0) % 360.0 - 180.0) < 0.5]
         yield angle, members
         for i in members:
             left.pop(i)
@@ -215,14 +213,11 @@ def _degrees(angle: float) -> str:
     return f"{number_text(round(float(angle), 2))}°"
 
 
-WEB, JOURNAL, PIN_HEIGHT = 0.14, 0.2, 0.16
+WEB, JOURNAL = 0.14, 0.2
 """Half thickness of the webs along the shaft, half heights of journals and pins, in crank radii."""
 
 PITCH = 2.0
 """Distance of two throws in crank radii: the drawing is not to scale along the shaft."""
-
-NEAR, FAR = "#d9d9d9", "#f2f2f2"
-"""Throws towards the viewer, and away."""
 
 
 def has_throws(one: Mapping[str, Any]) -> bool:
@@ -287,10 +282,11 @@ def _side_view(panel: Axes, throws: Sequence[Throw], fraction: float) -> None:
         for _, angle, radius, members in here:
             height = radius * np.cos(np.radians(angle))
             nearer = np.sin(np.radians(angle)) > -1e-6
-            shade = NEAR if nearer else FAR
+            # Throws towards the viewer are darker than those behind the shaft.
+            shade = "#d9d9d9" if nearer else "#f2f2f2"
             for web in (begin + WEB, begin + wide + 3.0 * WEB):
                 _web(panel, web, height, shade, fraction)
-            _box(panel, begin + 2.0 * WEB, begin + 2.0 * WEB + wide, height, PIN_HEIGHT, zorder=3.0,
+            _box(panel, begin + 2.0 * WEB, begin + 2.0 * WEB + wide, height, 0.16, zorder=3.0,
                  facecolor=shade)  # fmt: skip
             above = height >= -1e-6
             panel.text(
@@ -332,9 +328,6 @@ def _star(panel: Axes, throws: Sequence[Throw]) -> None:
     sense(panel, 0.55)
 
 
-TURN = 180.0
-"""Degrees of a stroke."""
-
 Look = dict[str, Any]
 
 POWER: Look = {"facecolor": "#e8b08f", "edgecolor": "black"}
@@ -342,10 +335,8 @@ COMPRESSION: Look = {"facecolor": "#c9d6e8", "edgecolor": "black"}
 EXCHANGE: Look = {"facecolor": "white", "edgecolor": "black"}
 MISSING: Look = {"facecolor": "white", "edgecolor": "#999999", "hatch": "////"}
 
-FOUR = (("power", POWER), ("exhaust", EXCHANGE), ("intake", EXCHANGE), ("compression", COMPRESSION))
-TWO = (("expansion, gas exchange", POWER), ("gas exchange, compression", COMPRESSION))
 DRIVEN = (("expansion, suction", EXCHANGE), ("compression, delivery", COMPRESSION))
-"""Strokes from a cylinder's firing dead centre on; of a compressor, from its top dead centre."""
+"""Strokes of a compressor from its top dead centre on."""
 
 
 def has_strokes(one: Mapping[str, Any]) -> bool:
@@ -379,9 +370,11 @@ def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
 def _strokes_of(view: View, one: Mapping[str, Any]) -> Sequence[tuple[str, Look]]:
     """Names of the strokes from firing dead centre on."""
     if one["period"] == 720.0:
-        return FOUR
-    given = json.loads(view.data.attrs.get("parameters", "{}"))
-    return DRIVEN if "motor_breakdown_torque" in given else TWO
+        return (("power", POWER), ("exhaust", EXCHANGE), ("intake", EXCHANGE),
+                ("compression", COMPRESSION))  # fmt: skip
+    if "motor_breakdown_torque" in json.loads(view.data.attrs.get("parameters", "{}")):
+        return DRIVEN
+    return (("expansion, gas exchange", POWER), ("gas exchange, compression", COMPRESSION))
 
 
 def _range(view: View, period: float) -> tuple[xr.Variable, float, float]:
@@ -398,14 +391,14 @@ def _strokes_of_cylinder(
     panel: Any, row: int, firing: float, low: float, named: Sequence[tuple[str, Look]], fires: bool
 ) -> None:
     """Draw one cylinder's strokes; those that the ends of the axis cut are in two parts."""
-    period = TURN * len(named)
+    period = 180.0 * len(named)
     for number, (text, look) in enumerate(named):
         if number == 0 and not fires:
             text, look = "no firing", MISSING
-        start = (firing + TURN * number - low) % period + low
-        parts = [(start, min(start + TURN, low + period))]
-        if start + TURN > low + period + 1e-6:
-            parts.append((low, start + TURN - period))
+        start = (firing + 180.0 * number - low) % period + low
+        parts = [(start, min(start + 180.0, low + period))]
+        if start + 180.0 > low + period + 1e-6:
+            parts.append((low, start + 180.0 - period))
         for begin, end in parts:
             panel.barh(row, end - begin, left=begin, height=0.7, linewidth=0.7, **look)
         begin, end = max(parts, key=lambda part: part[1] - part[0])

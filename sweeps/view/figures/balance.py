@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["shaking", "vector_names"]
 
 VECTORS = {
     "force": ("reciprocating_force", "shaking_force", "shaking_force_first",
@@ -44,22 +43,9 @@ PARTS: dict[str, tuple[str, str, Any]] = {
 }
 """What the shaking force is made of: label, colour and dashes; the sum is drawn with two others."""
 
-OF_PARTS = "Components of the shaking force"
 
 MOST_PANELS = 6
 
-LOOKS: tuple[tuple[str, Any, float], ...] = (
-    ("#9a9a9a", "-", 1.6),
-    ("#000000", "-", 1.6),
-    ("#d1541b", DASHES[1], 1.2),
-    ("#1b4f9c", DASHES[3], 1.4),
-)
-"""Colour, dashes and width; lightness differs as well as hue."""
-
-LABELS = ("Reciprocating masses alone", "After balancing", "First order after balancing",
-          "Second order after balancing")  # fmt: skip
-ALONE = ("Reciprocating masses alone", "Exact", "First order", "Second order")
-"""Labels of a figure without the reciprocating masses alone."""
 
 NOTHING = 1e-9
 """Fraction of the largest value of a figure below which a value is rounding."""
@@ -67,8 +53,6 @@ NOTHING = 1e-9
 SMALLEST = 1e-6
 """N or N m, and kN; less is rounding of sums that cancel."""
 
-LINE = 1e-3
-"""Second singular value of a curve over its first, below which it is a line."""
 
 Pair = tuple[Floats, Floats]
 """Components along cylinder 1 and across it, over one turn."""
@@ -79,14 +63,13 @@ Line = tuple[str, Floats, dict[str, Any]]
 Looks = Mapping[str, tuple[str, dict[str, Any]]]
 """The same without the ordinates, for each variable."""
 
-DIRECTION = "direction"
 SIDES = ("Along cylinder 1", "Across")
 
 
 def vector_names(view: View) -> list[str]:
     """Shaking forces and moments that are there with both components."""
     named = dict.fromkeys([*VECTORS["force"], *VECTORS["moment"], *PARTS])
-    over = {"crank_angle", DIRECTION}
+    over = {"crank_angle", "direction"}
     return [name for name in named if view.has(name) and over <= set(view.array(name).dims)]
 
 
@@ -106,7 +89,7 @@ def _vector(study: Study, kind: str, names: Sequence[str], present: Sequence[str
     """Figures of the shaking force, or of the moment."""
     base = names[1]
     main = [name for name in names[:2] if name in present] or present
-    view = study.view.only(present, [DIRECTION])
+    view = study.view.only(present, ["direction"])
     nothing = _nothing(view, present)
     if not nothing:
         looks = {name: _look(name, names, present) for name in present}
@@ -116,10 +99,10 @@ def _vector(study: Study, kind: str, names: Sequence[str], present: Sequence[str
     varied = [
         (whole, along)
         for whole, along in study.views_by_axis(main)
-        if along not in (None, DIRECTION) and whole.varies(main, along)
+        if along not in (None, "direction") and whole.varies(main, along)
     ]
     for whole, along in varied:
-        view = whole.only(main, [along, DIRECTION])
+        view = whole.only(main, [along, "direction"])
         if _nothing(view, main):
             continue
         cases = "_cases" if along == "design" else ""
@@ -141,18 +124,19 @@ def _parts(study: Study, names: Sequence[str]) -> NamedFigures:
         for name, (label, colour, dashes) in PARTS.items()
         if name in names
     }
-    axes = [(whole, along) for whole, along in study.views_by_axis(names) if along != DIRECTION]
+    axes = [(whole, along) for whole, along in study.views_by_axis(names) if along != "direction"]
     for whole, along in axes or [(study.view, None)]:
-        view = whole.only(names, [along, DIRECTION])
+        view = whole.only(names, [along, "direction"])
         if _nothing(view, names):
             continue
         axis = view.axis(along)
-        figure = _parts_along(view, axis, looks) if axis else _by_side(view, looks, OF_PARTS)
+        title = "Components of the shaking force"
+        figure = _parts_along(view, axis, looks, title) if axis else _by_side(view, looks, title)
         cases = "_cases" if along == "design" else ""
         yield stem_of(f"shaking_force_parts{cases}", whole, along), figure
 
 
-def _parts_along(view: View, axis: StudyAxis, looks: Looks) -> Figure:
+def _parts_along(view: View, axis: StudyAxis, looks: Looks, title: str) -> Figure:
     """Parts along cylinder 1, a panel for each value of an axis."""
     drawn = []
     for index in axis.picked(MOST_PANELS):
@@ -161,7 +145,7 @@ def _parts_along(view: View, axis: StudyAxis, looks: Looks) -> Figure:
     sheet = _over_turn(view, drawn, 0.5, 1.75)
     sheet.label_y(_ordinate(view, next(iter(looks))), 1.5)
     notes = [*view.notes(looks), axis.picked_text(MOST_PANELS), SIDES[0].lower()]
-    return sheet.finish(axis.by(OF_PARTS), notes, view.caption)
+    return sheet.finish(axis.by(title), notes, view.caption)
 
 
 def _by_side(view: View, looks: Looks, title: str) -> Figure:
@@ -284,12 +268,13 @@ def _is_line(up: Floats, side: Floats) -> bool:
     if not both.size or np.abs(both).max() < SMALLEST:
         return True
     sizes = np.linalg.svd(both, compute_uv=False)
-    return bool(sizes[1] < LINE * sizes[0])
+    # The ratio of the singular values tells a line from a loop.
+    return bool(sizes[1] < 1e-3 * sizes[0])
 
 
 def _components(view: View, name: str, index: Mapping[str, int]) -> Pair:
     """Components along and across over one turn, closed by the first point."""
-    array = view.at(name, index).transpose(DIRECTION, "crank_angle")
+    array = view.at(name, index).transpose("direction", "crank_angle")
     along, across = np.asarray(array.values, dtype=float)
     return np.append(along, along[0]), np.append(across, across[0])
 
@@ -307,10 +292,15 @@ def _angles(view: View) -> Floats:
 
 
 def _look(name: str, names: Sequence[str], present: Sequence[str]) -> tuple[str, dict[str, Any]]:
-    place = names.index(name)
-    colour, dashes, width = LOOKS[place]
-    labels = LABELS if names[0] in present else ALONE
-    return labels[place], {"color": colour, "linestyle": dashes, "linewidth": width}
+    """Label and look of a vector, by its place among `names`; lightness differs as well as hue."""
+    label, exact, colour, dashes, width = (
+        ("Reciprocating masses alone", "", "#9a9a9a", "-", 1.6),
+        ("After balancing", "Exact", "#000000", "-", 1.6),
+        ("First order after balancing", "First order", "#d1541b", DASHES[1], 1.2),
+        ("Second order after balancing", "Second order", "#1b4f9c", DASHES[3], 1.4),
+    )[names.index(name)]
+    look = {"color": colour, "linestyle": dashes, "linewidth": width}
+    return label if names[0] in present else exact, look
 
 
 def _ordinate(view: View, name: str) -> str:

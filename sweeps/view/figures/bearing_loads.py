@@ -16,7 +16,7 @@ from sweeps.view.figures.views import MOST_PANELS, View, facet_of, stem_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SPEED, JOURNALS = "speed", "main_bearing"
+JOURNALS = "main_bearing"
 
 BEARINGS = {
     "crank_pin": "crank pin, cylinder 1",
@@ -25,8 +25,6 @@ BEARINGS = {
 }
 """Beginnings of the names, and what bears."""
 
-LOAD, PRESSURE = "load", "pressure"
-"""Words of the names: the load of a bearing, or its pressure over the projected area."""
 
 SIZES = {"_max": "largest", "_mean": "mean"}
 """Endings, and what of the cycle they are."""
@@ -34,17 +32,17 @@ SIZES = {"_max": "largest", "_mean": "mean"}
 
 def bearing_load_names(view: View) -> list[str]:
     """Largest and mean loads over the speed, if there are two or more."""
-    return _over_speed(view, LOAD)
+    return _over_speed(view, "load")
 
 
 def bearing_pressure_names(view: View) -> list[str]:
     """Largest and mean pressures over the speed, if there are two or more."""
-    return _over_speed(view, PRESSURE)
+    return _over_speed(view, "pressure")
 
 
 def _over_speed(view: View, what: str) -> list[str]:
     names = [f"{bearing}_{what}{size}" for bearing in BEARINGS for size in SIZES]
-    found = [name for name in names if view.has(name) and SPEED in view.array(name).dims]
+    found = [name for name in names if view.has(name) and "speed" in view.array(name).dims]
     return found if len(found) > 1 else []
 
 
@@ -54,21 +52,21 @@ def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
     Of the main journals, the one whose largest load is greatest over all speeds is drawn, and the
     legend names it.
     """
-    yield from _figures(study, names, LOAD)
+    yield from _figures(study, names, "load")
 
 
 def bearing_pressures(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the same of the pressures over the projected area."""
-    yield from _figures(study, names, PRESSURE)
+    yield from _figures(study, names, "pressure")
 
 
 def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
     for whole, along in study.views_by_axis(names):
-        if along != SPEED or not whole.varies(names, along):
+        if along != "speed" or not whole.varies(names, along):
             continue
-        facet = facet_of(whole, names, [SPEED, JOURNALS])
-        view = whole.only(names, [SPEED, JOURNALS, facet])
-        speed, across = view.axis(SPEED), view.axis(facet)
+        facet = facet_of(whole, names, ["speed", JOURNALS])
+        view = whole.only(names, ["speed", JOURNALS, facet])
+        speed, across = view.axis("speed"), view.axis(facet)
         shown = across.picked(MOST_PANELS)
         base, each = (0.5, 1.85) if across else (3.3, 0.0)
         sheet = multiples(len(shown), base, each, sharex=True, sharey=True)
@@ -84,12 +82,12 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
         title = f"{what.capitalize()}s of the bearings over the speed"
         notes = [*view.notes(names), across.picked_text(MOST_PANELS)]
         drawn = sheet.finish(title, notes, view.caption, below=bool(across))
-        yield stem_of(f"bearing_{what}s", view, SPEED), drawn
+        yield stem_of(f"bearing_{what}s", view, "speed"), drawn
 
 
 def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: Entries) -> None:
     """Draw one line for each variable: a colour for each bearing, dashes for means."""
-    speed = view.axis(SPEED).values
+    speed = view.axis("speed").values
     for rank, (bearing, said_of) in enumerate(BEARINGS.items()):
         load = f"{bearing}_{what}"
         journal, text = _most_loaded(view, names, load), said_of

@@ -38,12 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SECOND = "#c05a1c"
-MOST_BARS = 30
-MOST_OVER = 3
-"""Values of a second axis that are drawn in one figure."""
-
-OF_POINT = "Difference (%)"
-OF_LARGEST = "Difference (% of the largest)"
 
 
 def compared_names(view: View) -> list[str]:
@@ -75,7 +69,7 @@ def compared(study: Study, names: Sequence[str]) -> NamedFigures:
                     figure = _line_figure(whole, name, along)
                     yield stem_of(f"compared_{name}", whole, along), figure
     if single:
-        yield "compared_numbers", _bar_figure(study.view, single[:MOST_BARS])
+        yield "compared_numbers", _bar_figure(study.view, single[:30])
 
 
 def labels_of(view: View) -> tuple[str, str]:
@@ -122,7 +116,7 @@ def _finished(
 ) -> Figure:
     panels[1].axhline(0.0, color=GREY, linewidth=0.6)
     y_label(panels[0], view.label(name), 2.6)
-    y_label(panels[1], OF_LARGEST if largest else OF_POINT, 1.7)
+    y_label(panels[1], "Difference (% of the largest)" if largest else "Difference (%)", 1.7)
     first, second = labels_of(view)
     notes = [*view.notes([name]), f"difference: {second} less {first}"]
     figure = panels[0].figure
@@ -166,7 +160,8 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     _, panels = _pair_of_panels()
     entries: Entries = {}
     every: list[Floats] = []
-    for rank, index in enumerate(other.picked(MOST_OVER)):
+    # More values of a second axis would not be told apart.
+    for rank, index in enumerate(other.picked(3)):
         place = other.place(index)
         curves = view.numbers(name, place), view.numbers(name + COMPARED, place)
         said = f", {other.tag(index)}" if other else ""
@@ -207,7 +202,7 @@ def _bar_figure(view: View, names: Sequence[str]) -> Figure:
     span = high - low or 1.0
     panel.set_xlim(low - 0.05 * span, high + 0.9 * span)  # room for the numbers
     panel.grid(False, axis="y")
-    x_label(panel, OF_POINT, 5.0)
+    x_label(panel, "Difference (%)", 5.0)
     first, second = labels_of(view)
     notes = [*view.notes(names), f"difference: {second} less {first}"]
     return finish(figure, f"Values of {first} and {second}", notes, caption=view.caption)

@@ -37,14 +37,13 @@ from sweeps.view.figures.wording import number_text, symbol_of, with_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TANGENTIAL = "tangential_force"
 
 FORCES: dict[str, tuple[str, Any]] = {
     "gas_force": ("#d1541b", (0, (6, 1.5))),
     "inertia_force": ("#1b4f9c", (0, (4, 1.2, 1, 1.2))),
     "rod_force": ("#000000", "-"),
     "wall_thrust": ("#7b2d8b", (0, (1.2, 1))),
-    TANGENTIAL: ("#2f7d55", (0, (9, 3))),
+    "tangential_force": ("#2f7d55", (0, (9, 3))),
     "radial_force": ("#8a6d00", (0, (3, 1, 1, 1, 1, 1))),
 }
 """Colour and dashes of each force."""
@@ -52,8 +51,6 @@ FORCES: dict[str, tuple[str, Any]] = {
 LONGEST = 1.9
 """Crank radii of the longest arrow."""
 
-SHORTEST = 0.02
-"""Share of the longest force below which no arrow is drawn."""
 
 PISTON = 0.5
 """Half height of the piston in crank radii."""
@@ -72,7 +69,7 @@ class Mechanism:
 def train_force_names(view: View) -> list[str]:
     """Forces of one cylinder, if the tangential one is there with one on the piston."""
     names = [name for name in FORCES if over_angle(view, name)]
-    known = TANGENTIAL in names and len(names) > 2 and "crank_ratio" in _given(view)
+    known = "tangential_force" in names and len(names) > 2 and "crank_ratio" in _given(view)
     return names if known and _rod_known(view) else []
 
 
@@ -101,9 +98,9 @@ def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
     """
     rod = ["rod_angle"] if over_angle(study.view, "rod_angle") else []
     view = study.view.only([*names, *rod], ())
-    unit = view.array(TANGENTIAL).attrs.get("units")
+    unit = view.array("tangential_force").attrs.get("units")
     names = [name for name in names if view.array(name).attrs.get("units") == unit]
-    angle, tangential, lost = trace(view, TANGENTIAL, {})
+    angle, tangential, lost = trace(view, "tangential_force", {})
     if lost:
         return
     at = chosen_angle(view, angle, tangential)
@@ -123,7 +120,7 @@ def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
     right.axvline(angle[at], color=rc("text.color"), linewidth=1.0)
     right.set_title(f"over the cycle, {said} marked")
     set_cycle([right], view, 3.6, [right])
-    y_label(right, "Force in cylinder 1" + view.unit(TANGENTIAL), 3.7)
+    y_label(right, "Force in cylinder 1" + view.unit("tangential_force"), 3.7)
     why = "" if view.options.at is not None else "at the largest tangential force"
     title, notes = f"Crank train with its forces at {said} crank angle", [*view.notes(names), why]
     drawn = finish(figure, title, notes, entries, caption=view.caption, below=True)
@@ -145,7 +142,7 @@ def mechanism(view: View, at: int) -> Mechanism:
     """Find the places of the parts at one point of the crank angle."""
     given = _given(view)
     zero = float(view.array("crank_angle").attrs.get("zero_at", 0.0))
-    angle = trace(view, TANGENTIAL, {})[0][at] + zero
+    angle = trace(view, "tangential_force", {})[0][at] + zero
     phi = np.radians(angle)
     if over_angle(view, "rod_angle"):
         beta = np.radians(trace(view, "rod_angle", {})[1][at])
@@ -168,7 +165,7 @@ def directions(place: Mechanism) -> dict[str, tuple[Floats, Floats]]:
         "inertia_force": (head + np.array([0.5 * place.half_bore, 0.0]), down),
         "rod_force": (place.pin, rod / np.hypot(*rod)),
         "wall_thrust": (place.wrist, aside),
-        TANGENTIAL: (place.pin, np.array([np.cos(turned), -np.sin(turned)])),
+        "tangential_force": (place.pin, np.array([np.cos(turned), -np.sin(turned)])),
         "radial_force": (place.pin, -place.pin),
     }
 
@@ -198,7 +195,8 @@ def _drawing(
                zorder=0)  # fmt: skip
     largest = _largest(values)
     for name, (start, direction) in directions(place).items():
-        if name in values and abs(values[name]) > SHORTEST * largest:
+        # Smaller forces would be arrow heads alone.
+        if name in values and abs(values[name]) > 0.02 * largest:
             vector = LONGEST * values[name] / largest * direction
             if name == "wall_thrust":  # outside the liner, where it can be seen
                 start = start + np.sign(vector[0]) * np.array([half, 0.0])
@@ -243,7 +241,7 @@ def _scale(panel: Axes, view: View, values: dict[str, float]) -> None:
     length = max(step * power for step in (0.5, 1.0, 2.0, 5.0) if step * power <= 0.8 * largest)
     half = 0.5 * LONGEST * length / largest
     panel.plot([-half, half], [-1.4, -1.4], color=GREY, linewidth=1.0, marker="|", markersize=5.0)
-    said = with_unit(view.array(TANGENTIAL), length)
+    said = with_unit(view.array("tangential_force"), length)
     panel.text(0.0, -1.6, said, ha="center", va="top", color=GREY, fontsize=7.0)
     panel.update_datalim([(0.0, -1.8)])
     panel.autoscale_view()

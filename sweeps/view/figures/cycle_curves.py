@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from engine_dyn.types import Floats
 from sweeps.base.dimensions import COUNTED
 from sweeps.view.figures.angle_lines import (
     FRICTION,
+    AnglePanel,
+    angle_figure,
     draw_curves,
     draw_lines,
     load_at,
@@ -20,29 +23,29 @@ from sweeps.view.figures.angle_lines import (
     trace,
 )
 from sweeps.view.figures.marks import DASHES, lost_handle, mark_lost
-from sweeps.view.figures.scales import comparable, crank_axis, set_log
+from sweeps.view.figures.scales import comparable
 from sweeps.view.figures.sheet import (
     GREY,
     OWN_ORDINATES,
     Entries,
-    Multiples,
     NamedFigures,
     finish,
-    multiples,
     new_sheet,
     rc,
     y_label,
 )
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.views import MOST_LINES, MOST_PANELS, StudyAxis, View, facet_of, stem_of
+from sweeps.view.figures.views import MOST_LINES, MOST_PANELS, View, facet_of, stem_of
 from sweeps.view.figures.wording import middle_of_sentence, symbol_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 MOST_TOGETHER = 6
+"""Panels of a figure with several variables in each: more would be too small."""
+
+DEVIATION = "Deviation from the mean over the cycle (%)"
 
 GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "piston_forces": (
@@ -87,8 +90,7 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
 }  # fmt: skip
 """What is drawn in one panel: file, title, ordinate and variables."""
 
-REVERSING = ("combined_rod_load",)
-"""Loads whose reversal is marked."""
+# ---- several variables in one panel --------------------------------------------------------------
 
 
 def grouped_names(view: View) -> list[str]:
@@ -102,7 +104,7 @@ def groups(study: Study, names: Sequence[str]) -> NamedFigures:
         members = _members_of_group(study.view, stem)
         for whole, along in study.views_by_axis(members) if members else ():
             if along is None or whole.varies(members, along):
-                figure = together(whole, members, along, title, ordinate)
+                figure = _together(whole, members, along, title, ordinate)
                 yield stem_of(stem, whole, along), figure
 
 
@@ -111,7 +113,7 @@ def _members_of_group(view: View, stem: str) -> list[str]:
     return names if len(names) > 1 else []
 
 
-def together(
+def _together(
     whole: View, names: Sequence[str], along: str | None, title: str, ordinate: str,
     look: Callable[[str], dict[str, Any]] | None = None,
 ) -> Figure:  # fmt: skip
@@ -121,101 +123,89 @@ def together(
     places = [axis.place(index) for index in axis.picked(MOST_TOGETHER)]
     curves = [name for name in names if over_angle(view, name)]
     share = comparable([[trace(view, name, place)[1] for name in curves] for place in places])
-    base, each = (0.5, 1.75) if axis else (3.3, 0.0)
-    sheet = multiples(len(places), base, each, sharex=True, sharey=share)
-    for panel, place in zip(sheet.panels, places, strict=True):
-        draw_lines(panel, view, names, place, sheet.entries, look)
-        for name in REVERSING:
-            if name in curves:
-                _shade_reversal(panel, view.title(name), trace(view, name, place), sheet.entries)
-        panel.set_title(axis.heading(place))
-    set_cycle(sheet.panels, view, (6.3 if axis else 4.6) / sheet.columns, sheet.lowest)
-    sheet.label_y(ordinate + view.unit(names[0]), 1.5 if axis else 2.8)
+
+    draw = partial(_draw_group, view=view, names=names, look=look)
+    panels = [AnglePanel(partial(draw, place=place), title=axis.heading(place)) for place in places]
     notes = [*view.notes(names), axis.picked_text(MOST_TOGETHER), "" if share else OWN_ORDINATES]
-    return sheet.finish(axis.by(title), notes, view.caption, below=bool(axis))
+    return angle_figure(
+        view, panels, axis.by(title), notes,
+        size=(0.5, 1.75) if axis else (3.3, 0.0), room=6.3 if axis else 4.6, share=share,
+        ordinate=ordinate + view.unit(names[0]), tall=1.5 if axis else 2.8, below=bool(axis),
+    )  # fmt: skip
 
 
-def _shade_reversal(
-    panel: Axes, title: str, curve: tuple[Floats, Floats, str], entries: Entries
-) -> None:
-    """Shade the angles at which a load has the direction that it has for fewer of them."""
-    x, load, _ = curve
-    pushing = load > 0.0
-    if pushing.all() or not pushing.any():
+def _draw_group(
+    panel: Axes, entries: Entries, view: View, names: Sequence[str], place: Mapping[str, int],
+    look: Callable[[str], dict[str, Any]] | None,
+) -> None:  # fmt: skip
+    """Lines of several variables; a rod load is shaded where it has its rarer direction."""
+    draw_lines(panel, entries, view, names, place, look)
+    if "combined_rod_load" not in names:
         return
-    reversed_there = pushing if pushing[:-1].mean() < 0.5 else ~pushing
-    entries[f"{title}: reversed"] = panel.fill_between(
-        x, 0.0, np.where(reversed_there, load, 0.0), color="#d9d9d9", linewidth=0.0, zorder=0
-    )
+    x, load, _ = trace(view, "combined_rod_load", place)
+    pushing = load > 0.0
+    if pushing.any() and not pushing.all():
+        rarer = pushing if pushing[:-1].mean() < 0.5 else ~pushing
+        entries[f"{view.title('combined_rod_load')}: reversed"] = panel.fill_between(
+            x, 0.0, np.where(rarer, load, 0.0), color="#d9d9d9", linewidth=0.0, zorder=0
+        )
 
 
-DEVIATION = "Deviation from the mean over the cycle (%)"
+# ---- one variable, a line for each value of an axis ----------------------------------------------
 
 
 def curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the crank angle, along each axis that changes it."""
-    together = torque_and_speed_names(study.view)  # which draws the nominal design
+    with_speed = torque_and_speed_names(study.view)  # their figure has the nominal design
     for name in names:
         found = list(study.views_of(name))
         others = [(view, along) for view, along in found if along not in COUNTED]
         for view, along in others or [(found[0][0], None)]:
             parts = any(dim in view.array(name).dims for dim in COUNTED)
-            if along is not None or parts or name not in together:
+            if along is not None or parts or name not in with_speed:
                 yield stem_of(name, view, along), curve_figure(view, name, along)
 
 
 def curve_figure(view: View, name: str, along: str | None) -> Figure:
-    """One variable over the crank angle: a line for each value of one axis, and facets."""
+    """One variable over the crank angle: a line for each value of one axis, and facets.
+
+    Where lines are far apart, their deviations from their means are drawn too, or in their place.
+    """
     # Parts of the engine, such as its throws, have a panel each, whatever else there is.
     parts = [dim for dim in COUNTED if dim in view.array(name).dims]
     facet = parts[0] if parts else facet_of(view, [name], [along]) if along else None
     view = view.only([name], [along, facet])
     axis, across = view.axis(along), view.axis(facet)
-    notes = [*view.notes([name]), axis.picked_text()]
+    places = [across.place(index) for index in across.picked(MOST_PANELS)]
+    traced = [[trace(view, name, place | axis.place(i))[1] for i in axis.picked()]
+              for place in places]  # fmt: skip
+    apart = any(far_apart(lines) for lines in traced)
+    if across and apart:
+        traced = [[deviation(line) for line in lines] for lines in traced]
+    share = bool(across) and comparable(traced)
+    draw = partial(draw_curves, view=view, name=name, axis=axis)
+    label = view.label(name)
     if across:
-        sheet, share = _facets(view, name, axis, across)
-        notes += ["" if share else OWN_ORDINATES, across.picked_text(MOST_PANELS)]
+        label = DEVIATION if apart else label
+        draw = partial(draw, change=deviation if apart else None)
+        panels = [
+            AnglePanel(partial(draw, fixed=place), title=across.tag(place.get(across.name, 0)))
+            for place in places
+        ]
     else:
-        sheet = _one_panel(view, name, axis)
-    for panel in sheet.panels:
-        room = 6.3 / sheet.columns if across else 5.0
-        crank_axis(panel, view.array("crank_angle"), room, named=panel in sheet.lowest)
-    return sheet.finish(
-        axis.by(view.title(name)), notes, view.caption,
-        legend=bool(axis) or name in view.options.targets,
-        legend_title=axis.label, below=bool(across),
+        panels = [AnglePanel(draw, label)]
+        panels += [AnglePanel(partial(draw, change=deviation), DEVIATION)] * apart
+    notes = [*view.notes([name]), axis.picked_text(), "" if share or not across else OWN_ORDINATES,
+             across.picked_text(MOST_PANELS)]  # fmt: skip
+    return angle_figure(
+        view, panels, axis.by(view.title(name)), notes,
+        size=(0.5, 1.75) if across else (4.9, 0.0) if apart else (3.3, 0.0), share=share,
+        columns=None if across else 1, room=6.3 if across else 5.0,
+        ordinate=label if across else "",
+        tall=1.4 if across else 2.2 if apart else 2.8,
+        legend=bool(axis) or name in view.options.targets, legend_title=axis.label,
+        below=bool(across),
     )  # fmt: skip
-
-
-def _one_panel(view: View, name: str, axis: StudyAxis) -> Multiples:
-    """Lines of all values in one panel; below it their deviations, where they are far apart."""
-    apart = far_apart([trace(view, name, axis.place(i))[1] for i in axis.picked()])
-    sheet = multiples(2, 4.9, 0.0, columns=1, sharex=True) if apart else multiples(1, 3.3, 0.0)
-    both = ((None, view.label(name)), (deviation, DEVIATION))
-    for panel, (change, label) in zip(sheet.panels, both, strict=False):
-        draw_curves(panel, view, name, axis, {}, sheet.entries, change)
-        y_label(panel, label, 2.2 if apart else 2.8)
-    return sheet
-
-
-def _facets(view: View, name: str, axis: StudyAxis, across: StudyAxis) -> tuple[Multiples, bool]:
-    """A panel for each value of a second axis, and whether they have one ordinate."""
-    shown = across.picked(MOST_PANELS)
-    traces = [
-        [trace(view, name, {across.name: i, **axis.place(j)})[1] for j in axis.picked()]
-        for i in shown
-    ]
-    change, label = None, view.label(name)
-    if any(far_apart(lines) for lines in traces):
-        change, label = deviation, DEVIATION
-        traces = [[deviation(line) for line in lines] for lines in traces]
-    share = comparable(traces)
-    sheet = multiples(len(shown), 0.5, 1.75, sharex=True, sharey=share)
-    for panel, index in zip(sheet.panels, shown, strict=True):
-        draw_curves(panel, view, name, axis, {across.name: index}, sheet.entries, change)
-        panel.set_title(across.tag(index))
-    sheet.label_y(label, 1.4)
-    return sheet, share
 
 
 def far_apart(curves: Sequence[Floats]) -> bool:
@@ -237,8 +227,7 @@ def deviation(values: Floats) -> Floats:
     return np.asarray(100 * (values / mean - 1))
 
 
-KINEMATICS = ("position", "velocity", "acceleration", "rod_angle")
-PRESSURES = ("pressure",)
+# ---- several variables above each other ----------------------------------------------------------
 
 
 def kinematics(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -263,77 +252,71 @@ def _stacked(
     for whole, along in found:
         view = whole.only(names, [along])
         axis = view.axis(along)
-        figure, panels = new_sheet(len(drawn), 1, 0.5 + 1.6 * len(drawn), sharex=True)
-        entries: Entries = {}
-        for number, (panel, name) in enumerate(zip(panels, drawn, strict=True)):
-            draw_curves(panel, view, name, axis, {}, entries)
-            y_label(panel, view.label(name), 1.6)
-            if name in drawn[:number] and np.nanmin(view.numbers(name), initial=np.inf) > 0:
-                set_log(panel, "y")
-        set_cycle(panels, view, 5.0, panels[-1:], one_turn)
-        notes, legend = [*view.notes(names), axis.picked_text()], axis.label
-        shown = entries if axis else {}
-        finished = finish(figure, axis.by(title), notes, shown, legend, view.caption)
+        panels = []
+        for number, name in enumerate(drawn):
+            again = name in drawn[:number] and np.nanmin(view.numbers(name), initial=np.inf) > 0
+            draw = partial(draw_curves, view=view, name=name, axis=axis, log=again)
+            panels.append(AnglePanel(draw, view.label(name)))
+        finished = angle_figure(
+            view, panels, axis.by(title), [*view.notes(names), axis.picked_text()],
+            size=(0.5, 1.6), columns=1, room=5.0, tall=1.6, one_turn=one_turn,
+            legend=bool(axis), legend_title=axis.label, below=False,
+        )  # fmt: skip
         yield stem_of(base, view, along, len(found) == 1), finished
-
-
-LOAD_AXIS = "load"
-"""The axis that is taken where there is one."""
-
-LOAD_CURVES = ("pressure", "gas_torque", "torque", "load_torque", "omega")
-"""What is drawn over the angle, a panel for each, from above."""
-
-BESIDE = {"gas_torque": "inertia_torque"}
-"""What is drawn in a panel too where it is the same for all loads (Kakaitsas, Fig 5.8)."""
 
 
 def load_curve_names(view: View) -> list[str]:
     """Those of pressure, torques and speed that are curves, if there are two of them."""
-    names = [name for name in LOAD_CURVES if over_angle(view, name)]
+    wanted = ("pressure", "gas_torque", "torque", "load_torque", "omega")
+    names = [name for name in wanted if over_angle(view, name)]
     return names if len(names) > 1 else []
 
 
 def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw pressure, torques and speed over the angle, a line for each load.
 
-    Without loads, the lines are those of another axis of few values.
+    Without loads, the lines are those of another axis of few values. Where only one variable
+    changes, a general kind draws it.
     """
     found = {along: view for view, along in study.views_by_axis(names) if along is not None}
     few = [axis for axis, view in found.items() if view.axis(axis).size <= MOST_LINES]
-    along = LOAD_AXIS if LOAD_AXIS in found else few[0] if few else None
-    if along is None:
+    along = "load" if "load" in found else few[0] if few else None
+    whole = found.get(along, study.view)
+    shown = [name for name in names if along is not None and whole.varies([name], along)]
+    if along is None or len(shown) < 2:
         return
-    whole = found[along]
-    shown = [name for name in names if whole.varies([name], along)]
-    if len(shown) < 2:
-        return  # which a general kind draws
-    beside = {
-        name: also
-        for name, also in BESIDE.items()
-        if name in shown and over_angle(whole, also) and not whole.varies([also], along)
-    }
-    view = whole.only([*shown, *beside.values()], [along])
+    # Where the inertia torque is the same for all loads, it is drawn once (Kakaitsas, Fig 5.8).
+    once = "inertia_torque"
+    alone = "gas_torque" in shown and over_angle(whole, once) and not whole.varies([once], along)
+    view = whole.only([*shown, *([once] if alone else [])], [along])
     axis = view.axis(along)
-    figure, panels = new_sheet(len(shown), 1, 0.6 + 1.7 * len(shown), sharex=True)
-    entries: Entries = {}
-    for panel, name in zip(panels, shown, strict=True):
+
+    def panel_of(name: str) -> AnglePanel:
         lines = [trace(view, name, {along: index})[1] for index in axis.picked()]
         apart = name == "omega" and far_apart(lines)
-        draw_curves(panel, view, name, axis, {}, entries, deviation if apart else None)
         changed = f"{view.title(name)}: {middle_of_sentence(DEVIATION)}"
-        y_label(panel, changed if apart else view.label(name), 1.6)
-        if name in beside:
-            x, y, _ = trace(view, beside[name], {along: 0})
-            also = view.title(beside[name])
-            entries[also] = panel.plot(x, y, color=GREY, linestyle=":", linewidth=1.4)[0]
-    set_cycle(panels, view, 5.0, panels[-1:])
-    title, notes = axis.by("Curves of the cycle"), [*view.notes(shown), axis.picked_text()]
-    drawn = finish(figure, title, notes, entries, axis.label, view.caption)
+
+        def draw(panel: Axes, entries: Entries) -> None:
+            change = deviation if apart else None
+            draw_curves(panel, view, name, axis, entries=entries, change=change)
+            if alone and name == "gas_torque":
+                x, y, _ = trace(view, once, {along: 0})
+                (entries[view.title(once)],) = panel.plot(
+                    x, y, color=GREY, linestyle=":", linewidth=1.4
+                )
+
+        return AnglePanel(draw, changed if apart else view.label(name))
+
+    drawn = angle_figure(
+        view, [panel_of(name) for name in shown], axis.by("Curves of the cycle"),
+        [*view.notes(shown), axis.picked_text()], size=(0.6, 1.7), columns=1, room=5.0, tall=1.6,
+        legend_title=axis.label, below=False,
+    )  # fmt: skip
     yield f"{along}_curves{view.suffix}", drawn
 
 
-COMPONENTS = ("gas_torque", "inertia_torque", FRICTION)
-LOAD_LAW = ("load_exponent", "load_offset")
+# ---- torques -------------------------------------------------------------------------------------
+
 TORQUES: dict[str, tuple[str, Any, float]] = {
     "torque": ("", "-", 1.6),
     "gas_torque": ("#d1541b", (0, (6, 1.5)), 1.2),
@@ -352,9 +335,10 @@ def _torque_look(name: str) -> dict[str, Any]:
 
 def component_names(view: View) -> list[str]:
     """Components of the torque, their sum and the load torque, if a component is a curve."""
-    if not any(over_angle(view, name) for name in COMPONENTS):
+    components = ("gas_torque", "inertia_torque", FRICTION)
+    if not any(over_angle(view, name) for name in components):
         return []
-    return [name for name in (*COMPONENTS, "torque", "load_torque") if view.has(name)]
+    return [name for name in (*components, "torque", "load_torque") if view.has(name)]
 
 
 def torque_components(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -362,14 +346,14 @@ def torque_components(study: Study, names: Sequence[str]) -> NamedFigures:
     sums = [name for name in names if name != "load_torque"]
     load = [name for name in names if name == "load_torque" and over_angle(study.view, name)]
     title, base = "Components of the torque", "torque_components"
-    yield base, together(study.view, sums, None, title, "Torque", _torque_look)
+    yield base, _together(study.view, sums, None, title, "Torque", _torque_look)
     for whole, along in study.views_by_axis([*sums, *load]):
         if along is None:
             continue
         if whole.varies(sums, along):
-            drawn = together(whole, [*sums, *load], along, title, "Torque", _torque_look)
+            drawn = _together(whole, [*sums, *load], along, title, "Torque", _torque_look)
             yield stem_of(base, whole, along), drawn
-        elif load and along in LOAD_LAW:
+        elif load and along in ("load_exponent", "load_offset"):
             yield stem_of(base, whole, along), _load_law(whole, sums, along, title)
 
 
@@ -377,20 +361,23 @@ def _load_law(whole: View, sums: Sequence[str], along: str, title: str) -> Figur
     """Where only the load torque changes: components once, load torque for each value."""
     view = whole.only([*sums, "load_torque"], [along])
     axis = view.axis(along)
-    figure, panels = new_sheet(2, 1, 4.9, sharex=True)
-    entries: Entries = {}
-    draw_lines(panels[0], view, sums, {along: axis.nominal or 0}, entries, _torque_look)
-    lines: Entries = {}
-    draw_curves(panels[1], view, "load_torque", axis, {}, lines)
-    set_cycle(panels, view, 4.6, panels[-1:])
-    y_label(panels[0], "Torque" + view.unit(sums[0]), 2.0)
-    y_label(panels[1], view.label("load_torque"), 2.0)
-    panels[0].set_title(f"the same for every {axis.called}")
-    for text, line in lines.items():
+
+    def loads(panel: Axes, entries: Entries) -> None:
+        lines: Entries = {}
+        draw_curves(panel, view, "load_torque", axis, entries=lines)
         sign = "" if axis.words else f"{symbol_of(axis.variable) or axis.called} = "
-        entries[f"Load torque, {sign}{text}"] = line
+        entries.update({f"Load torque, {sign}{text}": line for text, line in lines.items()})
+
+    unchanged = f"the same for every {axis.called}"
+    place = axis.place(axis.nominal or 0)
+    components = partial(draw_lines, view=view, names=sums, index=place, look=_torque_look)
+    panels = [AnglePanel(components, "Torque" + view.unit(sums[0]), unchanged),
+              AnglePanel(loads, view.label("load_torque"))]  # fmt: skip
     notes = [*view.notes([*sums, "load_torque"]), axis.picked_text()]
-    return finish(figure, axis.by(title), notes, entries, caption=view.caption)
+    return angle_figure(
+        view, panels, axis.by(title), notes, size=(4.9, 0.0), columns=1, room=4.6, tall=2.0,
+        below=False,
+    )  # fmt: skip
 
 
 def torque_and_speed_names(view: View) -> list[str]:
@@ -406,7 +393,7 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
     figure, (left,) = new_sheet(1, 1, 3.3)
     right = left.twinx()
     entries: Entries = {}
-    draw_lines(left, view, [name for name in names if name != "omega"], {}, entries, _torque_look)
+    draw_lines(left, entries, view, [n for n in names if n != "omega"], {}, _torque_look)
     x, torque, _ = trace(view, "torque", {})
     load = load_at(view, x) if "load_torque" in names else None
     if load is not None:
@@ -433,11 +420,10 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def cylinders_names(view: View) -> list[str]:
     """Torque and speed, where engines with different numbers of cylinders have them."""
-    names = torque_and_speed_names(view)
     several = view.data.sizes.get("cylinders", 1) > 1 or (
         "cylinders" in view.data.coords and view.array("cylinders").dims == ("design",)
     )
-    return names if several else []
+    return torque_and_speed_names(view) if several else []
 
 
 def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -449,23 +435,30 @@ def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
         view = whole.only(names, [along])
         axis = view.axis(along)
         rows = axis.picked(MOST_TOGETHER)
-        figure, panels = new_sheet(len(rows), 2, 0.8 + 1.15 * len(rows), sharex=True, sharey="col")
-        entries: Entries = {}
-        for panel, (index, name) in zip(panels, ((i, n) for i in rows for n in names), strict=True):
-            x, y, lost = trace(view, name, {along: index})
-            panel.set_title(axis.tag(index) + (f": {lost}" if lost else ""))
-            if lost:
-                mark_lost(panel, lost)
-                continue
-            panel.plot(x, y, color="black", linewidth=1.1)
-            mean = float(np.nanmean(y[:-1]))
-            line = panel.axhline(mean, color="#c05a1c", linewidth=0.9, linestyle=DASHES[1])
-            entries["Mean over the cycle"] = line
-        set_cycle(panels, view, 3.0, panels[-2:])
-        for panel, name in zip(panels[:2], names, strict=True):
-            text = view.label(name)
-            panel.set_title(f"{text}\n{panel.get_title(loc='left')}", linespacing=1.5)
-        notes = [*view.notes(names), axis.picked_text(MOST_TOGETHER)]
-        title = "Torque and speed for different numbers of cylinders"
-        drawn = finish(figure, title, notes, entries, caption=view.caption, below=True)
+        panels = []
+        for index in rows:
+            for name in names:
+                tag = (f"{view.label(name)}\n" if index == rows[0] else "") + axis.tag(index)
+                place = axis.place(index)
+                draw = partial(_with_mean, view=view, name=name, tag=tag, place=place)
+                panels.append(AnglePanel(draw))
+        drawn = angle_figure(
+            view, panels, "Torque and speed for different numbers of cylinders",
+            [*view.notes(names), axis.picked_text(MOST_TOGETHER)], size=(0.8, 1.15), columns=2,
+            room=6.0, share="col",
+        )  # fmt: skip
         yield stem_of("cylinders", view, None), drawn
+
+
+def _with_mean(
+    panel: Axes, entries: Entries, view: View, name: str, tag: str, place: Mapping[str, int]
+) -> None:
+    """One variable of one engine, with its mean over the cycle."""
+    x, y, lost = trace(view, name, place)
+    panel.set_title(tag + (f": {lost}" if lost else ""), linespacing=1.5)
+    if lost:
+        mark_lost(panel, lost)
+        return
+    panel.plot(x, y, color="black", linewidth=1.1)
+    look: dict[str, Any] = {"color": "#c05a1c", "linewidth": 0.9, "linestyle": DASHES[1]}
+    entries["Mean over the cycle"] = panel.axhline(float(np.nanmean(y[:-1])), **look)

@@ -20,10 +20,6 @@ from sweeps.view.figures.wording import middle_of_sentence, name_of, with_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["distribution_names", "distributions", "statistics_names"]
-
-HISTOGRAM, BIN = "_histogram", "_bin"
-
 
 def statistics_names(view: View) -> set[str]:
     """Variables of a reduced archive that hold no values of designs."""
@@ -38,16 +34,16 @@ def distribution_names(view: View) -> list[str]:
     known = statistics_names(view)
     return [
         str(name) for name, v in view.data.data_vars.items()
-        if name in known and str(name).endswith(HISTOGRAM)
-        and str(name).removesuffix(HISTOGRAM) + BIN in v.dims
+        if name in known and str(name).endswith("_histogram")
+        and str(name).removesuffix("_histogram") + "_bin" in v.dims
     ]  # fmt: skip
 
 
 def distributions(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the histogram of each quantity, with its mean and quantiles."""
     for name in names:
-        quantity = name.removesuffix(HISTOGRAM)
-        along, beside = quantity + BIN, [f"{quantity}_{key}" for key in ("mean", "quantile")]
+        quantity = name.removesuffix("_histogram")
+        along, beside = quantity + "_bin", [f"{quantity}_{key}" for key in ("mean", "quantile")]
         facet = facet_of(study.view, [name], (along,))
         view = study.view.only([name, *beside], [along, facet, "quantile"])
         axis = view.axis(facet)

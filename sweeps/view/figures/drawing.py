@@ -110,12 +110,7 @@ def drawing(
 def kinds_of(dataset: xr.Dataset, options: Options | None = None) -> list[tuple[Kind, list[str]]]:
     """Every kind with the variables of an archive that it draws; no variables: it draws nothing.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An archive.
-    options : Options, optional
-        Slices may take from a kind the axis that it needs.
+    Slices of the options may take from a kind the axis that it needs.
     """
     options = options or Options()
     return taken_by_kinds(study_of(dataset, options.select, options))
@@ -247,15 +242,7 @@ def _together(folder: Path) -> Iterator[dict[Path, Path]]:
 
 
 def kinds_text(dataset: xr.Dataset, options: Options | None = None) -> str:
-    """List what `plot --only` can draw of an archive, and what the other kinds need.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An archive.
-    options : Options, optional
-        Slices and quantities that are chosen.
-    """
+    """List what `plot --only` can draw of an archive, and what the other kinds need."""
     found = kinds_of(dataset, options)
     wide = max(len(kind.name) for kind, _ in found)
     given = [f"  {kind.name:{wide}}  {kind.shows}" for kind, names in found if names]

@@ -20,13 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-RANKS = ("rank", "rank_sum")
-
-MOST_NAMED = 8
-"""Orders of practice that are told apart where there are too many orders for a row each."""
-
-KNOWN, OTHER = "Engines with this order are known", "No engine with this order is known"
-
 
 def order_names(view: View) -> list[str]:
     """Ranks and criteria of an archive of `engine-dyn firing-orders`."""
@@ -34,13 +27,13 @@ def order_names(view: View) -> list[str]:
         return []
     by = json.loads(view.data.attrs[OF_ORDERS])["by"]
     found = [name for name in by if view.has(name) and ARRANGEMENT in view.array(name).dims]
-    return [*found, *(name for name in RANKS if view.has(name))] if found else []
+    return [*found, *(name for name in ("rank", "rank_sum") if view.has(name))] if found else []
 
 
 def firing_orders(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a row of dots for each order; of very many, where those of practice lie."""
     view = study.view
-    criteria = [name for name in names if name not in RANKS]
+    criteria = [name for name in names if name not in ("rank", "rank_sum")]
     if not criteria or "rank" not in names:
         return
     place = np.argsort(view.array("rank").values, kind="stable")
@@ -79,7 +72,10 @@ def _rows(
     for number, (panel, name) in enumerate(zip(panels, criteria, strict=True)):
         x = values[name]
         panel.hlines(rows, np.nanmin(x), x, color="#c8c8c8", linewidth=0.8)
-        for text, some, face in ((KNOWN, known, shade(0.2)), (OTHER, ~known, "white")):
+        for text, some, face in (
+            ("Engines with this order are known", known, shade(0.2)),
+            ("No engine with this order is known", ~known, "white"),
+        ):
             if some.any():
                 (points,) = panel.plot(
                     x[some], rows[some], linestyle="none", marker="o", markersize=5.0,
@@ -110,7 +106,8 @@ def _strips(
     figure, panels = new_sheet(len(criteria), 1, 0.3 + 0.62 * len(criteria))
     entries: Entries = {}
     backwards = np.array([text.endswith("other way)") for text in builders])
-    named = np.flatnonzero(known & ~backwards)[:MOST_NAMED]  # of both senses most is the same
+    # More orders of practice would not be told apart.
+    named = np.flatnonzero(known & ~backwards)[:8]  # of both senses most is the same
     for panel, name in zip(panels, criteria, strict=True):
         x = values[name]
         (marks,) = panel.plot(

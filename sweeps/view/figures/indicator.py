@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-PRESSURE, VOLUME, TRAVEL, RATIO = "pressure", "cylinder_volume", "position", "compression_ratio"
-
-VOLUMES = (VOLUME, "relative_volume", "displaced_volume", "relative_displaced_volume")
+VOLUMES = ("cylinder_volume", "relative_volume", "displaced_volume", "relative_displaced_volume")
 """Of a recorded pressure; the first two with the clearance volume."""
 
 SHEET = (
@@ -32,16 +30,12 @@ SHEET = (
 )  # fmt: skip
 """What the sheet of a recorded pressure draws beside mean pressure and volume."""
 
-MOST_CYCLES = 60
-"""Thin lines of single cycles; more are one grey surface."""
 
 NEAR = (-60.0, 90.0)
 """Crank angles around firing dead centre, in degrees."""
 
-MOST_EXPONENT = 5.0
-"""A polytrope that is no gas's is not drawn."""
 
-CYCLES, BAND, MEAN = "#b0b0b0", "#d1541b", "#000000"
+MEAN = "#000000"
 
 
 # --- any archive -------------------------------------------------------------------------------
@@ -49,10 +43,10 @@ CYCLES, BAND, MEAN = "#b0b0b0", "#d1541b", "#000000"
 
 def work_names(view: View) -> list[str]:
     """Pressure and what it is drawn over: the volume, or the travel of the piston."""
-    if not over_angle(view, PRESSURE) or recorded_names(view):
+    if not over_angle(view, "pressure") or recorded_names(view):
         return []
-    over = [name for name in (VOLUME, TRAVEL) if over_angle(view, name)][:1]
-    return [PRESSURE, *over] if over else []
+    over = [name for name in ("cylinder_volume", "position") if over_angle(view, name)][:1]
+    return ["pressure", *over] if over else []
 
 
 def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -62,11 +56,11 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     for whole, along in found:
         view = whole.only(names, [along])
         axis = view.axis(along)
-        logarithmic = names[1] == VOLUME or _ratio(view, axis.place(0)) is not None
+        logarithmic = names[1] == "cylinder_volume" or _ratio(view, axis.place(0)) is not None
         sheet = multiples(1 + logarithmic, 3.2, 0.0)
         for panel, entries in zip(sheet.panels, (sheet.entries, {}), strict=False):
             _work_lines(panel, view, names[1], axis, entries)
-            y_label(panel, view.label(PRESSURE), 2.6)
+            y_label(panel, view.label("pressure"), 2.6)
             x_label(panel, _volume_label(view, names[1], logarithmic), 6.0 / sheet.columns)
         if logarithmic:
             _logarithmic(sheet.panels[1])
@@ -79,15 +73,15 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _volume_label(view: View, name: str, logarithmic: bool) -> str:
-    if name == VOLUME:
-        return view.label(VOLUME)
+    if name == "cylinder_volume":
+        return view.label("cylinder_volume")
     return "Volume over swept volume" if logarithmic else "Swept part of the stroke"
 
 
 def _volume(view: View, name: str, place: Mapping[str, int], ratio: float | None) -> Floats:
     """Abscissa: the volume itself, or from the piston's travel over the swept volume."""
     values = trace(view, name, place)[1]
-    if name == VOLUME:
+    if name == "cylinder_volume":
         return values
     swept = values / np.nanmax(values)
     return swept if ratio is None else swept + 1.0 / (ratio - 1.0)
@@ -95,11 +89,11 @@ def _volume(view: View, name: str, place: Mapping[str, int], ratio: float | None
 
 def _ratio(view: View, place: Mapping[str, int]) -> float | None:
     """Compression ratio at a place: of an axis, or what the scene sets; None if not known."""
-    if RATIO in view.data.coords:
-        value = view.at(RATIO, place)
+    if "compression_ratio" in view.data.coords:
+        value = view.at("compression_ratio", place)
         return float(value.values) if value.ndim == 0 else None
     try:
-        ratio = float(json.loads(view.data.attrs["parameters"])[RATIO])
+        ratio = float(json.loads(view.data.attrs["parameters"])["compression_ratio"])
     except (KeyError, TypeError, ValueError):
         return None
     return ratio if 1.0 < ratio < 1e3 else None
@@ -110,7 +104,7 @@ def _work_lines(panel: Axes, view: View, abscissa: str, axis: StudyAxis, entries
     places = axis.picked()
     for rank, index in enumerate(places):
         place = axis.place(index)
-        _, p, lost = trace(view, PRESSURE, place)
+        _, p, lost = trace(view, "pressure", place)
         nominal = axis.mark(index)
         style = line_style(rank, len(places), bool(nominal))
         style["markevery"] = max(p.size // 8, 1)
@@ -131,9 +125,9 @@ def _logarithmic(panel: Axes) -> None:
 
 def recorded_names(view: View) -> list[str]:
     """Variables of an evaluated recording (`sweeps.lab.pressure.evaluation`)."""
-    if not (over_angle(view, PRESSURE) and over_angle(view, SHEET[0])):
+    if not (over_angle(view, "pressure") and over_angle(view, SHEET[0])):
         return []
-    return [PRESSURE, *(n for n in (*VOLUMES, *SHEET) if view.has(n))]
+    return ["pressure", *(n for n in (*VOLUMES, *SHEET) if view.has(n))]
 
 
 def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -180,17 +174,18 @@ def _near(view: View) -> Booleans:
 def _pressure_lines(panel: Axes, view: View, entries: Entries, at: Booleans, band: bool) -> None:
     """Single cycles and their mean, at some angles; `band`: where 90 % of many cycles are."""
     angle, every = view.numbers("crank_angle")[at], _cycles(view)[:, at]
-    some = every[pick(len(every), MOST_CYCLES)]
+    # More lines of single cycles would be one grey surface.
+    some = every[pick(len(every), 60)]
     if len(every) > 1:
-        lines = panel.plot(angle, some.T, color=CYCLES, linewidth=0.4, rasterized=True, zorder=1)
+        lines = panel.plot(angle, some.T, color="#b0b0b0", linewidth=0.4, rasterized=True, zorder=1)
         entries.setdefault(f"single cycles ({len(some)} shown)", lines[0])
         if len(every) >= 20 and band:
             for edge in np.percentile(every, [5.0, 95.0], axis=0):
                 (line,) = panel.plot(
-                    angle, edge, color=BAND, linewidth=0.8, linestyle=(0, (4, 1.5))
+                    angle, edge, color="#d1541b", linewidth=0.8, linestyle=(0, (4, 1.5))
                 )
                 entries.setdefault("5 and 95 % of the cycles", line)
-    (line,) = panel.plot(angle, view.numbers(PRESSURE)[at], color=MEAN, linewidth=1.2, zorder=3)
+    (line,) = panel.plot(angle, view.numbers("pressure")[at], color=MEAN, linewidth=1.2, zorder=3)
     entries.setdefault("mean of the cycles" if len(every) > 1 else "recorded cycle", line)
 
 
@@ -199,13 +194,13 @@ def _whole_cycle(panel: Axes, view: View, entries: Entries) -> Drawn:
     _pressure_lines(panel, view, entries, np.ones(angle.size, dtype=bool), False)
     panel.set_xlim(float(angle[0]), float(2.0 * angle[-1] - angle[-2]))
     crank_axis(panel, view.array("crank_angle"), 2.7)
-    return "Whole cycle", PRESSURE
+    return "Whole cycle", "pressure"
 
 
 def _near_dead_centre(panel: Axes, view: View, entries: Entries) -> Drawn:
     _pressure_lines(panel, view, entries, _near(view), True)
     _near_axis(panel, view)
-    return "Around firing dead centre", PRESSURE
+    return "Around firing dead centre", "pressure"
 
 
 def _near_axis(panel: Axes, view: View) -> None:
@@ -219,7 +214,7 @@ def _loop(panel: Axes, view: View) -> tuple[Floats, Floats]:
     """Closed loop of volume and mean pressure; the abscissa gets its label."""
     volume = next(name for name in VOLUMES if view.has(name))
     x_label(panel, view.label(volume), 2.9)
-    v, p = view.numbers(volume), view.numbers(PRESSURE)
+    v, p = view.numbers(volume), view.numbers("pressure")
     return np.append(v, v[0]), np.append(p, p[0])
 
 
@@ -227,7 +222,7 @@ def _over_volume(panel: Axes, view: View, entries: Entries) -> Drawn:
     panel.plot(*_loop(panel, view), color=MEAN)
     panel.set_xlim(left=0.0)
     panel.set_ylim(bottom=0.0)
-    return "p - V", PRESSURE
+    return "p - V", "pressure"
 
 
 def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
@@ -244,7 +239,8 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
         ("expansion_exponent", "#2f7d55", (0, (6, 1.5))),
     ):
         exponent = float(view.numbers(name)) if view.has(name) else 0.0
-        if not 0.0 < exponent < MOST_EXPONENT:
+        # Another exponent is not that of a gas.
+        if not 0.0 < exponent < 5.0:
             continue
         start, end = (float(view.array(name).attrs[key]) for key in ("from_angle", "to_angle"))
         at = (angle >= start) & (angle <= end) & (p > 0.0)
@@ -260,7 +256,7 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
     if low > 0.0:
         panel.set_ylim(0.8 * low, 1.3 * high)
     _logarithmic(panel)
-    return "log p - log V", PRESSURE
+    return "log p - log V", "pressure"
 
 
 def _heat_line(panel: Axes, view: View, name: str) -> None:

@@ -46,123 +46,53 @@ from dataclasses import dataclass
 from typing import Any
 
 from sweeps.base.dimensions import EXPLAINED, FAILED_DRAWS, PUBLISHED, SHARE, UNCERTAIN
-from sweeps.view.figures.angle_lines import over_angle
-from sweeps.view.figures.arrangement import (
-    arrangements,
-    arrangements_of,
-    crank_stars,
-    has_banks,
-    has_strokes,
-    has_throws,
-    strokes,
-)
-from sweeps.view.figures.balance import shaking, vector_names
-from sweeps.view.figures.bearing_loads import (
-    bearing_load_names,
+from sweeps.view.figures import (
+    angle_lines,
+    arrangement,
+    balance,
     bearing_loads,
-    bearing_pressure_names,
-    bearing_pressures,
-)
-from sweeps.view.figures.compared import compared, compared_names
-from sweeps.view.figures.crank_train import crank_train, train_force_names
-from sweeps.view.figures.cycle_curves import (
-    KINEMATICS,
-    PRESSURES,
-    component_names,
-    curves,
-    cylinders,
-    cylinders_names,
-    grouped_names,
-    groups,
-    indicator_diagrams,
-    kinematics,
-    load_curve_names,
-    load_curves,
-    torque_and_speed,
-    torque_and_speed_names,
-    torque_components,
-)
-from sweeps.view.figures.distributions import (
-    distribution_names,
+    compared,
+    crank_train,
+    cycle_curves,
     distributions,
-    statistics_names,
-)
-from sweeps.view.figures.firing_orders import firing_orders, order_names
-from sweeps.view.figures.indicator import recorded_names, recording_sheet, work_diagrams, work_names
-from sweeps.view.figures.maps import outcome_names, outcomes_map
-from sweeps.view.figures.measured_speeds import fitted_speeds, measured_speeds
-from sweeps.view.figures.numbers import numbers, says_something
-from sweeps.view.figures.orders import orders, waterfall_names, waterfalls
-from sweeps.view.figures.parameter_bars import (
-    friction_components,
-    friction_names,
-    index_names,
-    sensitivities,
-    share_names,
-    tornado_names,
-    tornados,
-    uncertain_values,
-)
-from sweeps.view.figures.parameter_lines import band_names
-from sweeps.view.figures.pareto import pareto_names, paretos
-from sweeps.view.figures.polar import polar_diagrams, polar_names
-from sweeps.view.figures.published import published, published_names
-from sweeps.view.figures.recorded_cycles import deviations, recorded_train
-from sweeps.view.figures.shaft_modes import campbell, campbell_names, mode_shape_names, mode_shapes
-from sweeps.view.figures.shaft_response import (
-    shaft_cycle_names,
-    shaft_cycles,
-    shaft_load_names,
-    shaft_loads,
-    shaft_order_names,
-    shaft_orders,
+    firing_orders,
+    indicator,
+    maps,
+    measured_speeds,
+    numbers,
+    orders,
+    parameter_bars,
+    parameter_lines,
+    pareto,
+    polar,
+    published,
+    recorded_cycles,
+    shaft_modes,
+    shaft_response,
+    turning_moment,
 )
 from sweeps.view.figures.sheet import NamedFigures
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.turning_moment import turning_moment, turning_names
 from sweeps.view.figures.views import RUNNING, View
-
-__all__ = ["KINDS", "Kind", "figures_of"]
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of figure.
+    """A kind of figure."""
 
-    Parameters
-    ----------
-    name : str
-        Its name for people and for ``--only``: an identifier in small letters.
-    shows : str
-        What is drawn, as one line for people.
-    needs : str
-        What an archive must have for it, as the end of a sentence: "it needs ...".
-    takes : callable
-        Names of the variables of a view that it can draw; nothing is drawn where there are none.
-    draw : callable
-        Figures of a study, each with the name of its file, from the names that `takes` gave. The
-        first one is what `sweeps.view.figures.drawing.figure` returns.
-    shared : bool
-        Whether its variables get figures of general kinds too.
-    general : bool
-        Whether it draws only variables that no other kind takes for itself.
-    own_angle : bool
-        Whether it has an abscissa of its own: the options about the crank angle do not hold.
-    """
-
-    name: str
-    shows: str
-    needs: str
-    takes: Callable[[View], Sequence[str]]
-    draw: Callable[[Study, Sequence[str]], NamedFigures]
-    shared: bool = False
-    general: bool = False
-    own_angle: bool = False
+    name: str  # for people and for `--only`: an identifier in small letters
+    shows: str  # what is drawn, as one line for people
+    needs: str  # what an archive must have for it, as the end of "it needs ..."
+    takes: Callable[[View], Sequence[str]]  # variables that it can draw; none: it draws nothing
+    draw: Callable[[Study, Sequence[str]], NamedFigures]  # figures of what `takes` gave, by file
+    shared: bool = False  # whether its variables get figures of general kinds too
+    general: bool = False  # whether it draws only what no other kind takes for itself
+    own_angle: bool = False  # whether it has an abscissa of its own: options of the angle end here
 
 
 def _over_angle(*names: str) -> Callable[[View], list[str]]:
     """Take those of some variables that are curves over the crank angle."""
-    return lambda view: [name for name in names if over_angle(view, name)]
+    return lambda view: [name for name in names if angle_lines.over_angle(view, name)]
 
 
 def _all_of(*names: str) -> Callable[[View], list[str]]:
@@ -176,7 +106,7 @@ def _all_of(*names: str) -> Callable[[View], list[str]]:
 
 def _described(usable: Callable[[Mapping[str, Any]], bool]) -> Callable[[View], list[str]]:
     """Take the attribute that describes arrangements, where one of them can be drawn."""
-    return lambda view: ["arrangement"] if arrangements_of(view, usable) else []
+    return lambda view: ["arrangement"] if arrangement.arrangements_of(view, usable) else []
 
 
 def _running(dimension: str | None) -> Callable[[View], list[str]]:
@@ -191,137 +121,145 @@ def _running(dimension: str | None) -> Callable[[View], list[str]]:
 
 
 KINDS = (
-    Kind("arrangement", "crankshaft, banks and firing star",
-         "two cylinders or more", _described(has_banks), arrangements),
+    Kind("arrangement", "crankshaft, banks and firing star", "two cylinders or more",
+         _described(arrangement.has_banks), arrangement.arrangements),
     Kind("crank_star", "side view of the crankshaft and star of its throws",
-         "two cylinders or more", _described(has_throws), crank_stars),
+         "two cylinders or more", _described(arrangement.has_throws), arrangement.crank_stars),
     Kind("strokes", "strokes of all cylinders over the crank angle, in firing order",
-         "two cylinders or more", _described(has_strokes), strokes),
+         "two cylinders or more", _described(arrangement.has_strokes), arrangement.strokes),
     Kind("kinematics", "travel, velocity and acceleration of the piston, angle of the rod",
-         "position, velocity, acceleration or rod_angle", _over_angle(*KINEMATICS), kinematics),
-    Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic",
-         "pressure", _over_angle(*PRESSURES), indicator_diagrams),
+         "position, velocity, acceleration or rod_angle",
+         _over_angle("position", "velocity", "acceleration", "rod_angle"), cycle_curves.kinematics),
+    Kind("indicator_diagrams", "pressure over the crank angle, linear and logarithmic", "pressure",
+         _over_angle("pressure"), cycle_curves.indicator_diagrams),
     Kind("work_diagrams", "pressure over the volume, linear and logarithmic",
-         "pressure, and cylinder_volume or position", work_names, work_diagrams, shared=True),
+         "pressure, and cylinder_volume or position", indicator.work_names, indicator.work_diagrams,
+         shared=True),
     Kind("recorded_pressure",
          "recorded pressure on one page: cycles, work diagrams, heat release, spread",
-         "an evaluated recording (engine-dyn import)", recorded_names, recording_sheet,
-         own_angle=True),
+         "an evaluated recording (engine-dyn import)", indicator.recorded_names,
+         indicator.recording_sheet, own_angle=True),
     Kind("torque_components", "gas, inertia and friction torque with their sum",
          "gas_torque, inertia_torque or friction_torque over the crank angle",
-         component_names, torque_components),
+         cycle_curves.component_names, cycle_curves.torque_components),
     Kind("torque_and_speed", "torque, load torque and speed of the nominal design",
-         "torque and omega", torque_and_speed_names, torque_and_speed, shared=True),
+         "torque and omega", cycle_curves.torque_and_speed_names, cycle_curves.torque_and_speed,
+         shared=True),
     Kind("turning_moment",
          "turning-moment diagram: torque, load, areas of excess and deficit, energy levels",
-         "torque over the crank angle", turning_names, turning_moment, shared=True),
-    Kind("load_curves", "pressure, torque and speed over the crank angle, a line for each load",
-         "two of pressure, torque and omega over the crank angle", load_curve_names, load_curves,
+         "torque over the crank angle", turning_moment.turning_names, turning_moment.turning_moment,
          shared=True),
+    Kind("load_curves", "pressure, torque and speed over the crank angle, a line for each load",
+         "two of pressure, torque and omega over the crank angle", cycle_curves.load_curve_names,
+         cycle_curves.load_curves, shared=True),
     Kind("cylinders", "torque and speed of engines with different numbers of cylinders",
-         "torque and omega over the axis cylinders", cylinders_names, cylinders, shared=True),
+         "torque and omega over the axis cylinders", cycle_curves.cylinders_names,
+         cycle_curves.cylinders, shared=True),
     Kind("shaking", "shaking forces and moments over the crank angle, and their hodographs",
-         "shaking_force or shaking_moment", vector_names, shaking),
+         "shaking_force or shaking_moment", balance.vector_names, balance.shaking),
     Kind("measured_speed", "measured speed beside the computed one",
          "a comparison with a recording (engine-dyn measured)",
-         _all_of("omega_measured", "omega_through_wheel"), measured_speeds, own_angle=True),
+         _all_of("omega_measured", "omega_through_wheel"), measured_speeds.measured_speeds,
+         own_angle=True),
     Kind("fitted_speed", "fit to measured speeds: curves, residuals, predictions, correlations",
          "a fit (engine-dyn identify)", _all_of("omega_through_wheel", "residual", "value"),
-         fitted_speeds, own_angle=True),
+         measured_speeds.fitted_speeds, own_angle=True),
     Kind("recorded_train",
          "train of recorded cycles: in sequence, train repeated, each cycle repeated",
          "a train of recorded cycles (engine-dyn train)", _all_of("omega_followed", "omega_closed"),
-         recorded_train, own_angle=True),
+         recorded_cycles.recorded_train, own_angle=True),
     Kind("cylinder_deviations",
          "imep deviation of each cylinder from the measured speed: misfires, weak cylinders",
          "deviations of single cylinders (engine-dyn cylinders)",
-         _all_of("imep_deviation_of_cycle", "missed_threshold"), deviations, own_angle=True),
+         _all_of("imep_deviation_of_cycle", "missed_threshold"), recorded_cycles.deviations,
+         own_angle=True),
     Kind("firing_orders", "firing orders side by side, by every criterion",
-         "ranked firing orders (engine-dyn firing-orders)", order_names, firing_orders),
+         "ranked firing orders (engine-dyn firing-orders)", firing_orders.order_names,
+         firing_orders.firing_orders),
     Kind("mechanism_forces", "forces of the crank mechanism in one panel",
-         "two forces of the piston or the mechanism", grouped_names, groups),
+         "two forces of the piston or the mechanism", cycle_curves.grouped_names,
+         cycle_curves.groups),
     Kind("crank_train", "crank train with its forces to scale at one crank angle",
          "tangential_force and two more of gas_force, inertia_force, rod_force, wall_thrust and "
          "radial_force over the crank angle; with offsets also rod_angle",
-         train_force_names, crank_train, shared=True),
+         crank_train.train_force_names, crank_train.crank_train, shared=True),
     Kind("bearing_polar", "loads of pins and journals as polar diagrams",
-         "both components of a load over the crank angle", polar_names, polar_diagrams),
+         "both components of a load over the crank angle", polar.polar_names, polar.polar_diagrams),
     Kind("bearing_loads", "largest and mean loads of pins and journals over the speed",
-         "two loads of pins or journals along an axis speed", bearing_load_names, bearing_loads,
-         shared=True),
+         "two loads of pins or journals along an axis speed", bearing_loads.bearing_load_names,
+         bearing_loads.bearing_loads, shared=True),
     Kind("bearing_pressures",
          "largest and mean pressures of pins and journals over their projected area",
-         "two pressures of pins or journals along an axis speed", bearing_pressure_names,
-         bearing_pressures, shared=True),
+         "two pressures of pins or journals along an axis speed",
+         bearing_loads.bearing_pressure_names, bearing_loads.bearing_pressures, shared=True),
     Kind("friction_components",
          "friction of rings, skirts, bearings, valve train and auxiliaries, stacked",
-         "three components of the friction, such as fmep_rings", friction_names,
-         friction_components),
-    Kind("mode_shapes", "mode shapes of the shaft, with nodes", "mode_shape", mode_shape_names,
-         mode_shapes),
+         "three components of the friction, such as fmep_rings", parameter_bars.friction_names,
+         parameter_bars.friction_components),
+    Kind("mode_shapes", "mode shapes of the shaft, with nodes", "mode_shape",
+         shaft_modes.mode_shape_names, shaft_modes.mode_shapes),
     Kind("campbell", "natural frequencies and orders over the speed, with their crossings",
          "natural_frequency or damped_natural_frequency, an order such as mode_vector_sum, and an "
-         "axis speed",
-         campbell_names, campbell),
+         "axis speed", shaft_modes.campbell_names, shaft_modes.campbell),
     Kind("shaft_orders", "strongest orders of torque and angle of the shaft over the speed",
          "shaft_torque_order or disc_angle_order along an axis speed",
-         shaft_order_names, shaft_orders),
+         shaft_response.shaft_order_names, shaft_response.shaft_orders),
     Kind("shaft_loads", "torque, stress, twist, angle and power lost over the speed, with limits",
-         "a half range or shaft_loss along an axis speed", shaft_load_names, shaft_loads),
+         "a half range or shaft_loss along an axis speed", shaft_response.shaft_load_names,
+         shaft_response.shaft_loads),
     Kind("shaft_cycle", "torque and angle of the shaft over the cycle, as sums of orders",
-         "order and phase of shaft_torque or disc_angle", shaft_cycle_names, shaft_cycles),
+         "order and phase of shaft_torque or disc_angle", shaft_response.shaft_cycle_names,
+         shaft_response.shaft_cycles),
     Kind("curves", "any other variable over the crank angle",
          "a variable over the crank angle that no other kind draws", _running("crank_angle"),
-         curves, general=True),
+         cycle_curves.curves, general=True),
     Kind("orders", "any other variable over the order",
-         "a variable over the order, such as torque_order", _running("order"), orders,
+         "a variable over the order, such as torque_order", _running("order"), orders.orders,
          general=True),
     Kind("waterfall", "amplitudes over order and speed, a row of stems for each speed",
-         "amplitudes over order and three speeds or more", waterfall_names, waterfalls,
-         shared=True),
+         "amplitudes over order and three speeds or more", orders.waterfall_names,
+         orders.waterfalls, shared=True),
     Kind("numbers", "any other variable with a number for each design",
-         "a number that differs between designs and repeats no axis",
-         _running(None), numbers, general=True),
+         "a number that differs between designs and repeats no axis", _running(None),
+         numbers.numbers, general=True),
     Kind("pareto", "all designs over two objectives, with the Pareto front",
          "ten designs or more at one speed and load, and two conflicting objectives, such as "
-         "inertia and delta; quantities= names any two in Python",
-         pareto_names, paretos, shared=True),
+         "inertia and delta; quantities= names any two in Python", pareto.pareto_names,
+         pareto.paretos, shared=True),
     Kind("tornado", "elasticities: how much each parameter changes a result",
-         "an elasticity, such as delta_elasticity", tornado_names, tornados),
+         "an elasticity, such as delta_elasticity", parameter_bars.tornado_names,
+         parameter_bars.tornados),
     Kind("sensitivities", "Sobol' indices: share of each parameter in the variance of a result",
-         "Sobol' indices (engine-dyn sensitivities)", index_names, sensitivities, own_angle=True),
+         "Sobol' indices (engine-dyn sensitivities)", parameter_bars.index_names,
+         parameter_bars.sensitivities, own_angle=True),
     Kind("uncertainty", "share of each uncertain value in the variance of a result",
-         "results with bands (engine-dyn run --uncertainty)", share_names, uncertain_values),
+         "results with bands (engine-dyn run --uncertainty)", parameter_bars.share_names,
+         parameter_bars.uncertain_values),
     Kind("distributions", "histogram of a quantity over all designs, with mean and quantiles",
-         "statistics of [reduce]", distribution_names, distributions),
-    Kind("outcomes", "status of the designs over two axes",
-         "two axes, and designs that failed", outcome_names, outcomes_map),
+         "statistics of [reduce]", distributions.distribution_names, distributions.distributions),
+    Kind("outcomes", "status of the designs over two axes", "two axes, and designs that failed",
+         maps.outcome_names, maps.outcomes_map),
     Kind("compared", "two archives in one chart, and their difference in percent",
-         "a second archive (engine-dyn compare --figures)", compared_names, compared),
+         "a second archive (engine-dyn compare --figures)", compared.compared_names,
+         compared.compared),
     Kind("published", "computed against published values", "a scene's [reference]",
-         published_names, published, shared=True),
+         published.published_names, published.published, shared=True),
 )  # fmt: skip
 """Every kind of figure. This is the only list of them."""
 
 
 def uncertainty_names(view: View) -> set[str]:
     """Variables of `run --uncertainty`, which are drawn beside their quantities."""
-    of_bands = {end for name in view.data.data_vars for end in band_names(str(name))}
+    of_bands = {
+        end for name in view.data.data_vars for end in parameter_lines.band_names(str(name))
+    }
     found = {str(n) for n, v in view.data.data_vars.items() if UNCERTAIN in v.dims}
     found |= {name.removesuffix(SHARE) + EXPLAINED for name in found}
     return found | of_bands | {FAILED_DRAWS} if found else set()
 
 
 def figures_of(study: Study, only: Sequence[str] = ()) -> NamedFigures:
-    """All figures of an archive with the names of their files; nothing for what is not there.
-
-    Parameters
-    ----------
-    study : Study
-        From `sweeps.view.figures.study.study_of`.
-    only : sequence of str
-        Names of the kinds to draw; all of them if empty.
-    """
+    """All figures of a study, or those of some kinds, with the names of their files."""
     for kind, names in taken_by_kinds(study):
         if names and (not only or kind.name in only):
             yield from kind.draw(study.unturned() if kind.own_angle else study, names)
@@ -332,7 +270,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
     found = {kind.name: list(kind.takes(study.view)) for kind in KINDS}
     special = [kind.name for kind in KINDS if not (kind.general or kind.shared)]
     taken = {name for kind in special for name in found[kind]}
-    beside = uncertainty_names(study.view) | statistics_names(study.view)
+    beside = uncertainty_names(study.view) | distributions.statistics_names(study.view)
     chosen = study.view.options.quantities
     for kind in KINDS:
         if kind.general:
@@ -344,7 +282,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 and "flag_meanings" not in study.view.array(name).attrs  # a verdict is a word
                 and name not in beside
                 and (name in chosen if chosen else name not in taken)
-                and (kind.draw is not numbers or says_something(study.view, name))
+                and (kind.draw is not numbers.numbers or numbers.says_something(study.view, name))
             ]
         elif chosen:
             found[kind.name] = [name for name in found[kind.name] if name in chosen]

@@ -36,11 +36,6 @@ Draw = Callable[["Axes", View, int], Entries]
 MEASURED, COMPUTED = 0.0, 0.75
 """Where on the scale of lightness both stand."""
 
-SAME = 0.01
-"""Relative difference up to which recordings are not told apart by a value."""
-
-PERCENT = "Deviation from the mean (%)"
-
 
 def with_recordings(view: View) -> View:
     """The view with its dimension `recording`, which was cut away where there is only one."""
@@ -75,7 +70,8 @@ def recording_tag(view: View, place: int) -> str:
         values = coordinate.values
         if coordinate.dtype.kind not in "if":
             return shorten(str(values[place]))
-        if values.size == 1 or np.ptp(values) > SAME * np.abs(values).max():
+        # Recordings that differ by less than 1 % are not told apart by the value.
+        if values.size == 1 or np.ptp(values) > 0.01 * np.abs(values).max():
             return value_text(coordinate.variable, str(key), float(values[place]))
     return file_label(str(view.data["file"].values[place]))
 
@@ -165,8 +161,8 @@ def delta_figure(
 
 
 def recording_panels(
-    view: View, title: str, draw: Draw, ordinate: str, notes: Sequence[str],
-    tag: Callable[[View, int], str],
+    view: View, title: str, draw: Draw, notes: Sequence[str], tag: Callable[[View, int], str],
+    ordinate: str = "Deviation from the mean (%)",
 ) -> Figure:  # fmt: skip
     """A panel for each recording over the crank angle, on one ordinate."""
     shown = shown_recordings(view)
@@ -220,10 +216,6 @@ DELTAS_MEASURED = (
           MEASURED),
     Delta("delta", "", "computed", "^", COMPUTED),
 )  # fmt: skip
-DELTAS_ALONE = (replace(DELTAS_MEASURED[2], text="measured"), DELTAS_MEASURED[3])
-"""What is drawn of the deltas, and where no tooth errors were taken out."""
-
-DIFFERENCE = "Measured less computed (% of the mean)"
 
 
 def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -232,19 +224,19 @@ def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     wheel, notes = str(view.data.attrs.get("wheel", "")), _measured_notes(view)
     yield (
         "measured_speed",
-        recording_panels(
-            view, "Measured and computed speed", _corrected, PERCENT, notes, _measured_title
-        ),
+        recording_panels(view, "Measured and computed speed", _corrected, notes, _measured_title),
     )
     if wheel:
         title = f"Raw speed and computed speed seen through the wheel {wheel}"
-        yield "measured_speed_raw", recording_panels(view, title, _raw, PERCENT, notes, _title_raw)
+        yield "measured_speed_raw", recording_panels(view, title, _raw, notes, _title_raw)
     yield "measured_difference", recording_panels(
-        view, "Difference of measured and computed speed", _differences, DIFFERENCE, notes,
-        _title_raw if wheel else _measured_title,
+        view, "Difference of measured and computed speed", _differences, notes,
+        _title_raw if wheel else _measured_title, "Measured less computed (% of the mean)",
     )  # fmt: skip
     yield "measured_orders", _orders(view)
-    rows, step = (DELTAS_MEASURED, 0.14) if _has_errors(view) else (DELTAS_ALONE, 0.2)
+    rows, step = DELTAS_MEASURED, 0.14
+    if not _has_errors(view):  # there is one measured delta then
+        rows, step = (replace(rows[2], text="measured"), rows[3]), 0.2
     yield "measured_delta", delta_figure(
         view, rows, step, r"Coefficient of speed fluctuation $\delta$",
         "Speed fluctuation, measured and computed", [*notes, "bars: standard error"],
@@ -347,8 +339,6 @@ def _has_errors(view: View) -> bool:
 NORMAL = 1.96
 """Standard deviations to each side of a 95 % interval."""
 
-MOST_PARAMETERS = 24
-"""Of the map of correlations."""
 
 DELTAS_FITTED = (
     Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
@@ -358,9 +348,6 @@ DELTAS_FITTED = (
 )  # fmt: skip
 """What is drawn of the deltas: measured, fitted, and predicted from the other recordings."""
 
-DARK = 0.55
-"""Size of a correlation from which its number is written in white."""
-
 
 def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a fit: curves, residuals, delta, parameters, and the teeth where they were fitted."""
@@ -369,17 +356,12 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     yield (
         "fitted_speed",
         recording_panels(
-            view,
-            "Measured and fitted speed",
-            _speeds,
-            PERCENT,
-            ["±: 95 % intervals", *notes],
-            _fit_title,
+            view, "Measured and fitted speed", _speeds, ["±: 95 % intervals", *notes], _fit_title
         ),
     )
     yield "fit_residuals", recording_panels(
-        view, "Residuals of the fit", _residuals, "Measured less fitted (standard errors)",
-        _of_noise(view), recording_tag,
+        view, "Residuals of the fit", _residuals, _of_noise(view), recording_tag,
+        "Measured less fitted (standard errors)",
     )  # fmt: skip
     raw = "Raw coefficient" if "wheel" in view.data.attrs else "Coefficient"
     yield "fit_delta", delta_figure(
@@ -388,7 +370,8 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         "Speed fluctuation, measured, fitted and predicted", ["bars and ±: 95 % intervals", *notes],
         NORMAL,
     )  # fmt: skip
-    if "parameter" in view.data.dims and view.data.sizes["parameter"] <= MOST_PARAMETERS:
+    # A map of more correlations could not be read.
+    if "parameter" in view.data.dims and view.data.sizes["parameter"] <= 24:
         yield "fit_correlations", _correlations(view)
     if "tooth_error" in names:
         yield "tooth_errors", tooth_figure(
@@ -471,8 +454,9 @@ def _correlations(view: View) -> Figure:
     for row, column in np.ndindex(size.shape):
         value = size[row, column]
         text = f"{value:.2f}".replace("-", "\N{MINUS SIGN}") if np.isfinite(value) else ""
+        # Numbers on dark cells are white.
         panel.text(column, row, text, ha="center", va="center", size=7.0,
-                   color="white" if abs(value) > DARK else "black")  # fmt: skip
+                   color="white" if abs(value) > 0.55 else "black")  # fmt: skip
     panel.set_xticks(range(len(names)), names, rotation=35, ha="right", rotation_mode="anchor")
     panel.set_yticks(range(len(names)), names)
     panel.grid(False)

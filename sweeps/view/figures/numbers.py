@@ -182,10 +182,6 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
     return sheet.finish(title, notes, legend=told_apart(entries))
 
 
-ALIKE = 1e-3
-"""Relative difference up to which a quantity repeats an axis or another quantity."""
-
-SPEED, MEAN_SPEED = "speed", "omega_mean"
 PER_RPM = {"rpm": 1.0, "rad s-1": RPM}
 """Units of speeds, and what one revolution a minute is in them."""
 
@@ -204,7 +200,7 @@ def repeats_an_axis(view: View, name: str) -> bool:
     values, array = _values(view, name), view.array(name)
     if values is None or not np.isfinite(values).any():
         return False
-    if name == MEAN_SPEED and not (SPEED in view.data.coords and view.data[SPEED].ndim):
+    if name == "omega_mean" and not ("speed" in view.data.coords and view.data["speed"].ndim):
         return _equal(values, np.full_like(values, np.nanmean(values)))
     for key, coordinate in view.data.coords.items():
         if key == name or not coordinate.dims or coordinate.dtype.kind not in "iuf":
@@ -222,7 +218,7 @@ def repeats_an_axis(view: View, name: str) -> bool:
 def _equal(one: Floats, other: Floats) -> bool:
     known = np.isfinite(one)
     size = np.abs(np.asarray(other, dtype=float)[known])
-    return bool(np.all(np.abs(one - other)[known] <= ALIKE * size))
+    return bool(np.all(np.abs(one - other)[known] <= 1e-3 * size))
 
 
 def without_twins(study: Study, names: Sequence[str]) -> tuple[Study, list[str]]:
@@ -275,9 +271,9 @@ def _changed(study: Study, change: Callable[[View], View]) -> Study:
 
 def _with_deviations(view: View, names: Sequence[str]) -> View:
     data = view.data
-    if SPEED not in data.coords or not data.coords[SPEED].dims:
+    if "speed" not in data.coords or not data.coords["speed"].dims:
         return view
-    nominal = data.coords[SPEED].variable
+    nominal = data.coords["speed"].variable
     new = {}
     for name in names:
         array = view.array(name)
@@ -302,12 +298,6 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
     return replace(view, data=data.assign(new)) if new else view
 
 
-ON_COMMON_AXES = {
-    "omega_extremes": ("omega_max", "omega_mean", "omega_min"),
-    "torque_extremes": ("torque_max", "torque_mean", "torque_min"),
-}
-"""Variables that share a figure if they depend on the same axes, by the name of its file."""
-
 MAIN = ("delta",)
 """What a study is made for: it is drawn against each of its axes, even where there is a map."""
 
@@ -316,12 +306,6 @@ UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 
 WHOLE = (*COUNTED, "cylinders", "passes", "truncation")
 """Dimensions of whole numbers: there is nothing between them that a map could show."""
-
-DIRECTION = "direction"
-"""Two directions of one vector: no axis to draw along where there is another."""
-
-FEWEST_OF_MAP = 5
-"""Values of an axis below which lines show more than a map."""
 
 
 def says_something(view: View, name: str) -> bool:
@@ -369,7 +353,8 @@ def _groups(view: View, names: Sequence[str]) -> list[tuple[str, list[str]]]:
     """Variables that share axes, by the name of their figure; all others alone."""
     groups: list[tuple[str, list[str]]] = []
     taken: set[str] = set()
-    for stem, members in ON_COMMON_AXES.items():
+    for what in ("omega", "torque"):
+        stem, members = f"{what}_extremes", [f"{what}_{end}" for end in ("max", "mean", "min")]
         found = [name for name in members if name in names]
         alike = {(view.array(n).dims, view.array(n).attrs.get("units")) for n in found}
         if len(found) > 1 and len(alike) == 1:
@@ -383,7 +368,8 @@ def _study_figures(view: View, name: str) -> NamedFigures:
     idle = [dim for dim in view.axes([name]) if view.idle([name], dim)]
     axes = [dim for dim in view.axes([name]) if dim not in idle]
     numbers = [dim for dim in axes if not view.axis(dim).words]
-    wide = [d for d in numbers if view.data.sizes[d] >= FEWEST_OF_MAP and d not in WHOLE]
+    # Lines show more than a map over an axis of few values.
+    wide = [d for d in numbers if view.data.sizes[d] >= 5 and d not in WHOLE]
     stem = name
     if len(wide) >= 2:
         # the two longest, in the order of the archive
@@ -398,10 +384,10 @@ def _study_figures(view: View, name: str) -> NamedFigures:
             over = min((d for d in axes if d != dim), key=lambda d: view.data.sizes[d])
             yield f"{name}_{dim}{view.suffix}", line_figure(view, [name], dim, over)
         return
-    pool = [dim for dim in numbers if dim != DIRECTION] or axes
+    pool = [dim for dim in numbers if dim != "direction"] or axes
     along = max(
         pool,
-        key=lambda d: (d in COUNTED, d not in (*WHOLE, DIRECTION), view.data.sizes[d]),
+        key=lambda d: (d in COUNTED, d not in (*WHOLE, "direction"), view.data.sizes[d]),
     )
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None

@@ -19,8 +19,6 @@ import xarray as xr
 from sweeps.base.errors import SceneError, did_you_mean, one_line, shown, size_text
 from sweeps.base.ratios import number_or_ratio
 
-__all__ = ["ZEROS", "Options", "Target", "options_of"]
-
 SMALLEST, LARGEST = 60.0, 1200.0
 """Millimetres of a side of a figure; smaller ones have no room for their labels."""
 

@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST_NESTED = 3
-"""Values of an axis whose bars stand in front of each other; more get a panel each."""
-
 NOTHING = 1e-9
 """Fraction of the largest order of a figure below which an order is not drawn."""
 
@@ -55,7 +52,7 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
     None where every order is zero.
     """
     facet = facet_of(view, [name], [along]) if along else None
-    if along and view.data.sizes[along] > MOST_NESTED:
+    if along and view.data.sizes[along] > 3:
         facet, along = along, None  # bars of many values hide each other
     view = view.only([name], [along, facet])
     axis, across = view.axis(along), view.axis(facet)
@@ -136,28 +133,21 @@ def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floa
     return known & (size > NOTHING * np.nanmax(size, initial=0.0))
 
 
-SPEED, ORDER = "speed", "order"
-
-LEAST_ROWS, MOST_STEMS = 3, 24
+MOST_STEMS = 24
 """Speeds: fewer are told apart as stems side by side, more hide each other."""
-
-STEM = 0.95
-"""Of the usual distance of two rows: the height of the largest stem, so that none hides another."""
-
-DRAWN = 2e-3
-"""Share of the largest amplitude below which a stem is no more than its base line."""
 
 
 def waterfall_names(view: View) -> list[str]:
     """Amplitudes over order and speed."""
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
+    # Fewer speeds are told apart as stems side by side.
     return [
         name
         for name in names
-        if {SPEED, ORDER} <= set(view.array(name).dims)
+        if {"speed", "order"} <= set(view.array(name).dims)
         and "mode" not in view.array(name).dims  # critical speeds, which the Campbell diagram has
-        and view.data.sizes[SPEED] >= LEAST_ROWS
-        and not view.axis(SPEED).words
+        and view.data.sizes["speed"] >= 3
+        and not view.axis("speed").words
         and view.array(name).attrs.get("units") != "degree"  # phases have no height
     ]
 
@@ -166,23 +156,24 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each amplitude over order and speed; other axes are cut at one slice."""
     for name in names:
         for whole, along in study.views_by_axis([name]):
-            if along != SPEED:
+            if along != "speed":
                 continue
-            view = at_largest(whole, name).only([name], [SPEED])
-            axis = view.axis(SPEED)
+            view = at_largest(whole, name).only([name], ["speed"])
+            axis = view.axis("speed")
             rows = axis.picked(MOST_STEMS)
             speeds = axis.values[rows]
-            values = view.array(name).transpose(SPEED, ORDER).values[rows]
+            values = view.array(name).transpose("speed", "order").values[rows]
             amplitudes = np.abs(np.asarray(values, dtype=float))
             largest = float(np.nanmax(amplitudes, initial=0.0))
             if not largest:
                 continue
             figure, (panel,) = new_sheet(1, 1, min(2.2 + 0.22 * len(rows), 6.0))
             gap = float(np.median(np.diff(np.sort(speeds))))
-            factor = STEM * gap / largest  # speed that one unit of amplitude is drawn as
-            _stems(panel, view.numbers(ORDER), speeds, amplitudes, factor)
+            # The largest stem almost reaches the next row, so that none hides another.
+            factor = 0.95 * gap / largest  # speed that one unit of amplitude is drawn as
+            _stems(panel, view.numbers("order"), speeds, amplitudes, factor)
             _scale(panel, unit_text(str(view.array(name).attrs.get("units", ""))), largest, factor)
-            x_label(panel, view.label(ORDER), 5.0)
+            x_label(panel, view.label("order"), 5.0)
             y_label(panel, axis.label, 3.0)
             title = f"{view.title(name)} over order and speed"
             notes = [*view.notes([name]), axis.picked_text(MOST_STEMS)]
@@ -192,7 +183,8 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, factor: float) -> None:
     """Draw one row of stems at each speed, the highest speed first and so behind the others."""
-    least = DRAWN * float(np.nanmax(amplitudes))
+    # Smaller stems are no more than their base line.
+    least = 2e-3 * float(np.nanmax(amplitudes))
     step = float(np.min(np.diff(order), initial=1.0))
     for place, row in enumerate(np.argsort(-speeds, kind="stable")):
         colour = shade(row / max(len(speeds) - 1, 1))

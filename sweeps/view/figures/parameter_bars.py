@@ -34,27 +34,6 @@ if TYPE_CHECKING:
 MOST_BARS = 14
 """Parameters of one chart; those that matter least are left out, and counted."""
 
-ENDINGS = (ELASTICITY, *(f"{ELASTICITY}_{end}" for end in ("error", "below", "above", "kind")))
-"""Endings of the variables that one tornado diagram shows, or that belong to it."""
-
-DERIVATIVE = "_derivative"
-
-LEAST = 1e-3
-"""Share of the largest elasticity below which a bar could not be seen."""
-
-SIDES_DIFFER = 1
-"""What `<quantity>_elasticity_kind` says where both sides differ."""
-
-FIRST, TOTAL, CONFIDENCE, CONDITIONAL = "_first", "_total", "_confidence", "_conditional"
-
-TEXTS = {FIRST: "First-order index: by itself", TOTAL: "Total index: with all interactions"}
-
-LEAST_SHARE = 0.005
-"""Share of the variance below which a bar could not be seen."""
-
-STRAIGHT = 0.9
-"""Share that straight lines explain, below which the figure says so: the bars tell little then."""
-
 
 def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:
     """Name the rows of a chart of bars, the first at the top, and its abscissa."""
@@ -66,7 +45,7 @@ def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:
 
 
 def _parameters(view: View, places: Integers, along: str = PARAMETER) -> list[str]:
-    """What parameters are, without what explains them."""
+    """Long names of parameters without the explanations after the first comma."""
     texts = view.data[f"{along}_long_name"].values[places]
     return [wrap(sentence(str(text).split(",")[0]), 34) for text in texts]
 
@@ -80,7 +59,8 @@ def _largest_first(values: Floats, least: float) -> Integers:
 def tornado_names(view: View) -> list[str]:
     """Elasticities and what belongs to them."""
     named = [str(name) for name in view.data.data_vars if PARAMETER in view.array(str(name)).dims]
-    return [name for name in named if name.endswith((*ENDINGS, DERIVATIVE))]
+    own = (f"{ELASTICITY}_{end}" for end in ("error", "below", "above", "kind"))
+    return [name for name in named if name.endswith((ELASTICITY, "_derivative", *own))]
 
 
 def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -93,13 +73,14 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
         sizes = np.nan_to_num(np.abs(values))
         if not sizes.any():
             continue
-        shown = _largest_first(sizes, LEAST * sizes.max())
+        shown = _largest_first(sizes, 1e-3 * sizes.max())
         quantity = name.removesuffix(ELASTICITY)
         figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * shown.size)
         rows = np.arange(shown.size)
         panel.barh(rows, values[shown], height=0.62, color=shade(0.35))
         entries: Entries = {}
-        bent = view.array(f"{name}_kind").values[shown] == SIDES_DIFFER
+        # The kind 1 says that both sides of the nominal value differ.
+        bent = view.array(f"{name}_kind").values[shown] == 1
         for side, change, marker in (("below", "falls", "<"), ("above", "rises", ">")):
             if bent.any():
                 x, y = view.array(f"{name}_{side}").values[shown][bent], rows[bent]
@@ -129,10 +110,12 @@ def index_names(view: View) -> list[str]:
 def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw first-order and total indices of each quantity, with their confidence intervals."""
     for name in names:
-        quantity, found, ending = name.partition(FIRST)
-        if not found or ending not in ("", CONDITIONAL):
+        quantity, found, ending = name.partition("_first")
+        if not found or ending not in ("", "_conditional"):
             continue
-        kinds = [k for k in (FIRST, TOTAL) if f"{quantity}{k}{ending}" in names]
+        texts = {"_first": "First-order index: by itself",
+                 "_total": "Total index: with all interactions"}  # fmt: skip
+        kinds = [k for k in texts if f"{quantity}{k}{ending}" in names]
         view = study.view.only([n for n in names if n.startswith(quantity)], [PARAMETER])
         values = {k: view.array(f"{quantity}{k}{ending}").values for k in kinds}
         shown = np.argsort(-values[kinds[-1]], kind="stable")[:MOST_BARS]
@@ -140,14 +123,14 @@ def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
         rows, height = np.arange(shown.size), 0.8 / len(kinds)
         entries: Entries = {}
         for number, kind in enumerate(kinds):
-            half = f"{quantity}{kind}{CONFIDENCE}{ending}"
+            text, half = texts[kind], f"{quantity}{kind}_confidence{ending}"
             bars = panel.barh(
                 rows + (number - 0.5 * (len(kinds) - 1)) * height, values[kind][shown],
                 height=0.9 * height, color=shade((0.65, 0.25)[number]),
                 xerr=view.array(half).values[shown] if half in names else None,
                 error_kw={"linewidth": 0.9, "capsize": 2.0},
             )  # fmt: skip
-            entries[TEXTS[kind]] = bars.patches[0]
+            entries[text] = bars.patches[0]
         panel.axvline(0.0, color="black", linewidth=0.8)
         name_rows(panel, _parameters(view, shown), "Share of the variance")
         notes = view.notes([name])
@@ -175,7 +158,7 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
         beside = [quantity + end for end in ("", LOW, HIGH, EXPLAINED)]
         view = study.view.only([name, *beside], [UNCERTAIN])
         shares = np.nan_to_num(view.numbers(name))
-        shown = _largest_first(shares, LEAST_SHARE)
+        shown = _largest_first(shares, 0.005)
         if shown.size == 0:
             continue
         figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * shown.size)
@@ -186,7 +169,8 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
         of = view.array(quantity)
         ends = f"95 % range {number_text(low)} to {with_unit(of, high)}"
         notes = [*view.notes([name]), value_text(of, quantity, value), ends]
-        if explained < STRAIGHT:
+        # Where straight lines explain less, the bars tell little.
+        if explained < 0.9:
             notes.append(f"straight lines explain only {100.0 * explained:.0f} % of the variance")
         left_out = shares.size - shown.size
         if left_out:
@@ -209,13 +193,8 @@ COMPONENTS = {
 }
 """Components from below, as in the order of the thesis's loss categories, and their short names."""
 
-HATCHES = ("", "////", "", "", "....", "\\\\\\\\", "", "xxxx")
-"""Neighbours differ in grey print too."""
 
-WHOLE, OF_TORQUE = "fmep", "fmep of the torque"
 FMEP = "Friction mean effective pressure"
-
-LINE = "#b3261e"
 
 
 def friction_names(view: View) -> list[str]:
@@ -230,16 +209,16 @@ def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:
         if along is None:
             yield _one_design(whole, names)
             continue
-        drawn = [*names, *([WHOLE] if whole.has(WHOLE) else [])]
+        drawn = [*names, *(["fmep"] if whole.has("fmep") else [])]
         view = whole.only(drawn, [along])
         axis = view.axis(along)
         figure, (panel,) = new_sheet(1, 1, 3.4)
         entries = _stacked_areas(panel, view, names, axis)
-        if WHOLE in drawn:
+        if "fmep" in drawn:
             form = "-" if axis.joined else "D"
-            values = _over(view, WHOLE, axis)
-            (line,) = panel.plot(axis.values, values, form, color=LINE, linewidth=1.6)
-            entries = {OF_TORQUE: line, **entries}
+            values = _over(view, "fmep", axis)
+            (line,) = panel.plot(axis.values, values, form, color="#b3261e", linewidth=1.6)
+            entries = {"fmep of the torque": line, **entries}
         panel.set_ylim(bottom=0.0)
         if axis.joined:
             panel.set_xlim(float(np.min(axis.values)), float(np.max(axis.values)))
@@ -259,13 +238,15 @@ def _over(view: View, name: str, axis: StudyAxis) -> Floats:
 def _stacked_areas(panel: Axes, view: View, names: Sequence[str], axis: StudyAxis) -> Entries:
     """Areas, or bars where the axis has words, above each other; the topmost is named first."""
     base = np.zeros(axis.size)
+    # Neighbours differ in grey print too.
+    hatches = ("", "////", "", "", "....", "\\\\\\\\", "", "xxxx")
     entries: Entries = {}
     for rank, (name, text) in enumerate(COMPONENTS.items()):
         if name not in names:
             continue
         top = base + _over(view, name, axis)
         look = {
-            "facecolor": shade(rank / (len(COMPONENTS) - 1)), "hatch": HATCHES[rank],
+            "facecolor": shade(rank / (len(COMPONENTS) - 1)), "hatch": hatches[rank],
             "edgecolor": "white", "linewidth": 0.6,
         }  # fmt: skip
         if axis.joined:

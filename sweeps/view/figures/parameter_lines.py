@@ -33,11 +33,6 @@ if TYPE_CHECKING:
 COMPUTED = "Computed"
 """What a line is called that needs no other name."""
 
-FEW_POINTS = 5
-"""Values of an axis below which the lines between the points are thin."""
-
-BAND = "95 % range due to the uncertain values"
-
 
 @dataclass(frozen=True)
 class Line:
@@ -81,7 +76,7 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             style |= {"linestyle": "none", "markersize": 5.0}
             if axis.words or axis.name in COUNTED:  # side by side, as values are often the same
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
-        elif x.size < FEW_POINTS:
+        elif x.size < 5:
             style["linewidth"] = 0.7  # of the curve little is known but its points
         thin = max(x.size // 20, 1) if x.size > 60 else 1
         style["markevery"] = thin
@@ -92,7 +87,7 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             filled = panel.fill_between(
                 x, *line.band, color=style["color"], alpha=0.2, linewidth=0.0
             )
-            entries.setdefault(BAND, filled)
+            entries.setdefault("95 % range due to the uncertain values", filled)
         elif line.band is not None:
             panel.vlines(x, *line.band, color=style["color"], linewidth=1.2)
         if line.published is not None and np.isfinite(line.published).any():

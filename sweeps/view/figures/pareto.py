@@ -29,11 +29,12 @@ if TYPE_CHECKING:
 NAMED = 5
 """Designs of a front that the legend names."""
 
-MOST_MARKS = 100
-"""Designs of a front that are marked on its line; more of them would hide it."""
 
 MOST_POINTS = 20_000
-"""Designs that are drawn; what was found is drawn whole."""
+"""Designs that are drawn beside a front, which is drawn whole."""
+
+MOST_AT_ONCE = 1_000_000
+"""Designs that are read at one time."""
 
 
 def is_searched(view: View) -> bool:
@@ -114,9 +115,10 @@ def _searched_figure(
             markersize=2.5, color=colour, markeredgewidth=0.0, rasterized=True,
         )  # fmt: skip
         entries[text] = points
+    # More marks would hide the line.
     (line,) = panel.plot(
         *values[:, found], color=shade(0.15), markersize=3.0, linewidth=1.2,
-        marker="" if two and found.size > MOST_MARKS else "o",
+        marker="" if two and found.size > 100 else "o",
         linestyle="-" if two else "none", drawstyle="steps-post", rasterized=found.size > 1000,
     )  # fmt: skip
     entries[f"Best found: front of {found.size} designs"] = line
@@ -192,16 +194,6 @@ GOALS: Mapping[str, float] = {
 }  # fmt: skip
 """What an engineer wants less or more of; pairs are tried in this order."""
 
-MOST_FIGURES = 2
-
-LEAST_FRONT, LEAST_DESIGNS = 3, 10
-"""Fewer designs are no front, and no choice."""
-
-MOST_SHARE = 0.5
-"""Of all designs: a greater front says only that the two follow from each other."""
-
-MOST_AT_ONCE = 1_000_000
-"""Designs that are read at one time."""
 
 PARTS = ("main_bearing",)
 """Dimensions whose largest value counts."""
@@ -209,27 +201,13 @@ PARTS = ("main_bearing",)
 
 @dataclass(frozen=True)
 class Front:
-    """Two quantities of all designs, and the front.
+    """Two quantities of all designs, and the front."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (2, n)
-        Some of the designs, evenly taken.
-    values : ndarray, shape (2, m)
-        Those of the front, the best in the first quantity first.
-    places : ndarray, shape (m,)
-        Their numbers in the archive, over `dims`.
-    dims : tuple of str
-        Axes of the designs.
-    count : int
-        Designs with numbers.
-    """
-
-    points: Floats
-    values: Floats
-    places: Integers
-    dims: tuple[str, ...]
-    count: int
+    points: Floats  # of some of the designs, evenly taken, shape (2, n)
+    values: Floats  # of the front, the best in the first quantity first, shape (2, m)
+    places: Integers  # numbers in the archive of the designs of the front, over `dims`
+    dims: tuple[str, ...]  # axes of the designs
+    count: int  # designs with numbers
 
 
 def pareto_names(view: View) -> list[str]:
@@ -288,11 +266,13 @@ def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
     view = study.view if asked else _of_choices(study.view)
     for pair in combinations(names, 2):
         found = front(view, pair)
-        enough = found.count >= LEAST_DESIGNS and found.values.shape[1] >= LEAST_FRONT
-        if asked or (enough and found.values.shape[1] <= MOST_SHARE * found.count):
+        # Fewer designs are no front and no choice; a front of most designs says only that the two
+        # quantities follow from each other.
+        enough = found.count >= 10 and found.values.shape[1] >= 3
+        if asked or (enough and found.values.shape[1] <= 0.5 * found.count):
             yield f"pareto_{pair[0]}_{pair[1]}", _figure(view, pair, found)
             drawn += 1
-        if drawn == MOST_FIGURES:
+        if drawn == 2:
             return
 
 

@@ -31,12 +31,6 @@ POLAR = {
 """Endings of two variables that are the components of one load: to the right, and up."""
 MARKED = 30.0
 """Degrees between the marks of a polar diagram; the dead centres are written beside it."""
-GUIDE = "#8a8a8a"
-LABEL, LEGEND = 1.05, 2.0
-"""Inches beside the panels for the ordinate and for a legend."""
-
-SAME = 2e-3
-"""Fraction of the largest load within which a curve repeats itself."""
 
 
 def polar_names(view: View) -> list[str]:
@@ -76,21 +70,21 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     axis, across = view.axis(along), view.axis(facet)
     shown = across.picked(MOST_PANELS)
     columns = columns_for(len(shown))
-    beside = LEGEND if axis and not across else 0.0
-    room = (WIDTH - LABEL - beside) / columns - (0.2 if across else 0.0)
+    beside = 2.0 if axis and not across else 0.0
+    room = (WIDTH - 1.05 - beside) / columns - (0.2 if across else 0.0)
     most = 2.6 if across else 4.6
     (left, low), (width, height) = _frame(view, names, room / most)
     wide = min(room, most * width / height)
     tall = wide * height / width
-    size = WIDTH if columns > 2 else wide * columns + LABEL + beside
+    size = WIDTH if columns > 2 else wide * columns + 1.05 + beside
     sheet = multiples(len(shown), 0.4, tall + 0.3, width=size, sharex=True, sharey=True)
     for panel, index in zip(sheet.panels, shown, strict=True):
         ends = (low, low + height)
         panel.set_xlim(left, left + width)
         panel.set_ylim(*(ends[::-1] if up.endswith("_down") else ends))
         _loops(panel, view, names, across.place(index), axis, height, sheet.entries)
-        panel.axhline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
-        panel.axvline(0.0, color=GUIDE, linewidth=0.6, zorder=0.5)
+        panel.axhline(0.0, color="#8a8a8a", linewidth=0.6, zorder=0.5)
+        panel.axvline(0.0, color="#8a8a8a", linewidth=0.6, zorder=0.5)
         panel.set_aspect("equal", adjustable="box")
         panel.locator_params("x", nbins=max(2, int(1.4 * wide)))
         panel.locator_params("y", nbins=max(3, int(1.8 * tall)))
@@ -182,7 +176,8 @@ def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> 
             continue
         step = count // parts
         turned = np.hypot(np.roll(x[:-1], step) - x[:-1], np.roll(y[:-1], step) - y[:-1])
-        if np.all(turned <= SAME * size):
+        # A curve repeats itself where it stays within this part of the largest load.
+        if np.all(turned <= 2e-3 * size):
             return _Loop(angle[: step + 1], x[: step + 1], y[: step + 1])
     return _Loop(angle, x, y)
 

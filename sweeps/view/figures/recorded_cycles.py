@@ -32,15 +32,13 @@ if TYPE_CHECKING:
 DETAIL = 4
 """Cycles whose speed is drawn over the angle."""
 
-FOLLOWED, CLOSED, REPEATED = 0.0, 0.55, 0.9
-"""Where they stand on the scale of lightness."""
 
-LOOKS = {"followed": (FOLLOWED, "-", "o"), "closed": (CLOSED, (0, (5, 1.5)), "s"),
-         "repeated": (REPEATED, (0, (1.2, 1)), "^")}  # fmt: skip
-TEXTS = {"followed": "cycles in sequence", "closed": "train repeated periodically",
-         "repeated": "each cycle repeated periodically"}  # fmt: skip
-MOST_MARKS = 40
-"""Cycles up to which each has a mark."""
+TRAINS = {
+    "followed": ("cycles in sequence", 0.0, "-", "o"),
+    "closed": ("train repeated periodically", 0.55, (0, (5, 1.5)), "s"),
+    "repeated": ("each cycle repeated periodically", 0.9, (0, (1.2, 1)), "^"),
+}
+"""How the cycles follow each other: the text of the legend, lightness, dashes and marker."""
 
 
 def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -58,7 +56,7 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
         )  # fmt: skip
         entries["measured"] = drawn
     y_label(panels[1], "Mean speed (rpm)", 1.6)
-    _train_over_cycles(panels[2], view, "delta_{}", tuple(LOOKS), 1.0, entries)
+    _train_over_cycles(panels[2], view, "delta_{}", tuple(TRAINS), 1.0, entries)
     y_label(panels[2], r"Coefficient of speed fluctuation $\delta$", 1.6)
     for panel in panels[1:]:
         panel.set_xlim(number[0] - 0.5, number[-1] + 0.5)
@@ -84,15 +82,15 @@ def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
         (drawn,) = panel.plot(x, y, linestyle="none", marker=".", color="#a0a0a0", markersize=2.0)
         entries["measured between teeth"] = drawn
     for word in ("repeated", "closed", "followed"):
-        colour, dashes, _ = LOOKS[word]
+        text, lightness, dashes, _ = TRAINS[word]
         values = view.numbers(f"omega_{word}")[: number.size] / RPM
         if word == "repeated":  # a line for each: from one to the next the speed jumps
             gaps = np.full((values.shape[0], 1), np.nan)
             x, y = np.hstack([at, gaps]).ravel(), np.hstack([values, gaps]).ravel()
         else:
             x, y = at.ravel(), values.ravel()
-        (drawn,) = panel.plot(x, y, color=shade(colour), linestyle=dashes, linewidth=1.1)
-        entries[TEXTS[word]] = drawn
+        (drawn,) = panel.plot(x, y, color=shade(lightness), linestyle=dashes, linewidth=1.1)
+        entries[text] = drawn
     panel.set_xlim(at[0, 0], at[-1, -1])
     panel.set_xticks(number, [f"{n:.0f}" for n in number])
     for edge in number[:-1] + 0.5:
@@ -109,9 +107,9 @@ def _train_over_cycles(
 ) -> None:
     number = view.numbers("recorded_cycle")
     for rank, word in enumerate(words):
-        colour, dashes, marker = LOOKS[word]
-        marker = marker if number.size <= MOST_MARKS else ""
-        style = {**line_style(rank, len(words)), "color": shade(colour), "linestyle": dashes,
+        _, lightness, dashes, marker = TRAINS[word]
+        marker = marker if number.size <= 40 else ""
+        style = {**line_style(rank, len(words)), "color": shade(lightness), "linestyle": dashes,
                  "marker": marker, "linewidth": 0.9}  # fmt: skip
         panel.plot(number, factor * view.numbers(form.format(word)), **style)
 
@@ -130,10 +128,6 @@ def _notes(view: View) -> list[str]:
     else:
         notes.append("start from the steady state of the mean cycle")
     return notes
-
-
-NORMAL, LIMIT, MISSED = 0.15, 0.75, "#c03a2b"
-"""Lightness of normal cycles and of limits; colour of missed cycles."""
 
 
 def deviations(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -175,18 +169,18 @@ def _over_cycles(view: View, place: int) -> Figure:
         here, gone = single[:, number], missed[:, number]
         band = panel.axhspan(-spread[number], spread[number], color="#e6e6e6", linewidth=0.0,
                              zorder=0)  # fmt: skip
-        edge = panel.axhline(limit[number], color=shade(LIMIT), linestyle=(0, (5, 1.5)),
+        edge = panel.axhline(limit[number], color=shade(0.75), linestyle=(0, (5, 1.5)),
                              linewidth=1.1)  # fmt: skip
         lack = panel.axhline(-lacking, color="black", linestyle=(0, (1.2, 1)), linewidth=0.8)
         (dots,) = panel.plot(cycle[~gone], here[~gone], linestyle="none", marker="o",
-                             markersize=size, color=shade(NORMAL))  # fmt: skip
+                             markersize=size, color=shade(0.15))  # fmt: skip
         sheet.entries.update({
             "cycle": dots, "± standard deviation of the errors": band,
             "threshold": edge, "no combustion": lack,
         })  # fmt: skip
         if gone.any():
             (cross,) = panel.plot(cycle[gone], here[gone], linestyle="none", marker="X",
-                                  markersize=6.5, color=MISSED, zorder=4)  # fmt: skip
+                                  markersize=6.5, color="#c03a2b", zorder=4)  # fmt: skip
             sheet.entries["classified as misfire"] = cross
         called = ", dead" if dead[number] else ", weak" if weak[number] else ""
         mean = f"{lasting[number]:+.2f}".replace("-", "\N{MINUS SIGN}")

@@ -110,20 +110,15 @@ def set_log(axes: Axes, which: str) -> None:
     log_ticks(axes.xaxis if which == "x" else axes.yaxis, low, high)
 
 
-LEAST_SHOWN, NARROW = 0.002, 0.02
-"""Changes relative to the values: below the first the ordinate is widened, below the second the
-figure says how little of the values it spans."""
-
-
 def sensible_span(panels: Sequence[Axes], values: Sequence[Floats]) -> str:
     """Keep an ordinate from magnifying next to nothing; what a note says of a narrow one."""
     known = np.concatenate([np.ravel(v[np.isfinite(v)]) for v in values]) if values else np.empty(0)
     if not known.size or known.min() < 0 < known.max():
         return ""
     size, span = float(np.abs(known).max()), float(np.ptp(known))
-    if not LEAST_SPAN * size < span < NARROW * size or panels[0].get_yscale() != "linear":
+    if not LEAST_SPAN * size < span < 0.02 * size or panels[0].get_yscale() != "linear":
         return ""
-    if span >= LEAST_SHOWN * size:
+    if span >= 0.002 * size:
         return f"the vertical axis spans {number_text(100 * span / size, 2)} % of the values"
     middle = 0.5 * float(known.min() + known.max())
     for panel in panels:

@@ -21,17 +21,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MODE, SHAFT, DISC, ORDER, SPEED = "mode", "shaft", "disc", "order", "speed"
-SHAPE, FREQUENCY, CRITICAL, VECTORS = (
-    "mode_shape", "natural_frequency", "critical_speed", "mode_vector_sum"
-)  # fmt: skip
+SHAPE, CRITICAL = "mode_shape", "critical_speed"
 
-DAMPED, DAMPED_CRITICAL = "damped_natural_frequency", "damped_critical_speed"
 
 PALE = "#bbbbbb"
 """Lines of orders that are not strong."""
 
-MOST_SHAPES = 3
-"""Modes whose shapes are drawn: those above are seldom reached by a strong order."""
 
 HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi, "rad/s": 0.5 / np.pi}
 """Frequency of order 1 over the speed, by the unit of the speed."""
@@ -90,12 +85,13 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
     stand by themselves at their own place in the list of discs: beside the disc that they belong to
     there is no room for a second name.
     """
-    view = study.view.only([SHAPE, *_known(study.view, FREQUENCY)], [MODE, DISC])
+    view = study.view.only([SHAPE, *_known(study.view, "natural_frequency")], [MODE, DISC])
     figure, (panel,) = new_sheet(1, 1, 3.3)
     entries: Entries = {}
     shapes = view.array(SHAPE).transpose(MODE, DISC).values.astype(float)
     finite = [number for number, shape in enumerate(shapes) if np.isfinite(shape).all()]
-    shown = finite[:MOST_SHAPES]
+    # Higher modes are seldom reached by a strong order.
+    shown = finite[:3]
     joined = joined_neighbours(view, shapes.shape[1])
     for rank, number in enumerate(shown):
         shape = shapes[number] / np.abs(shapes[number]).max()
@@ -138,7 +134,7 @@ def zero_crossings(shape: Floats, joined: np.ndarray) -> Floats:
     return np.asarray(at + first[at] / (first[at] - second[at]))
 
 
-def mode_text(view: View, number: int, name: str = FREQUENCY) -> str:
+def mode_text(view: View, number: int, name: str = "natural_frequency") -> str:
     """A mode with its frequency, where the archive has it."""
     text = f"mode {number_text(view.numbers(MODE)[number])}"
     if not view.has(name) or view.array(name).dims != (MODE,):
@@ -149,7 +145,8 @@ def mode_text(view: View, number: int, name: str = FREQUENCY) -> str:
 
 def drawn_frequency(view: View) -> str:
     """Frequencies over which the Campbell diagram is: damped ones where the archive has them."""
-    return DAMPED if view.has(DAMPED) else FREQUENCY
+    damped = "damped_natural_frequency"
+    return damped if view.has(damped) else "natural_frequency"
 
 
 def campbell_names(view: View) -> list[str]:
@@ -164,7 +161,9 @@ def campbell_names(view: View) -> list[str]:
     if not known or view.array(name).attrs.get("units") != "Hz":
         return []
     alone = set(view.array(name).dims) <= {MODE, SPEED}
-    return _known(view, *([name] if alone else []), CRITICAL, DAMPED_CRITICAL, VECTORS)
+    return _known(
+        view, *([name] if alone else []), CRITICAL, "damped_critical_speed", "mode_vector_sum"
+    )
 
 
 def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -173,8 +172,8 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     Vector sums are those of undamped shapes, and are left out beside damped modes.
     """
     drawn_name = drawn_frequency(study.view)
-    damped = drawn_name == DAMPED
-    used = _known(study.view, drawn_name, *([] if damped else [VECTORS]))
+    damped = drawn_name == "damped_natural_frequency"
+    used = _known(study.view, drawn_name, *([] if damped else ["mode_vector_sum"]))
     view = study.view.only(used, [MODE, SPEED])
     speed, orders = view.axis(SPEED), view.numbers(ORDER)
     slopes = orders * HERTZ[str(speed.variable.attrs["units"])]
@@ -182,7 +181,11 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     levels = np.broadcast_to(np.atleast_2d(modes), (speed.size, modes.shape[-1])).T
     if not np.isfinite(levels).any():
         return
-    sums = view.array(VECTORS).transpose(MODE, ORDER).values if VECTORS in used else None
+    sums = (
+        view.array("mode_vector_sum").transpose(MODE, ORDER).values
+        if "mode_vector_sum" in used
+        else None
+    )
     found = crossings(speed.values, levels, slopes)
     low, high = float(speed.values.min()), float(speed.values.max())
     met = [levels[mode].max() for mode, _, _ in found]
@@ -215,7 +218,9 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     notes = [*view.notes(used), f"natural frequencies {which}", "rays are orders"]
     if found:
         area = f", area by the vector sum: here {number_text(largest, 3)}"
-        entries["crossing" + area * (VECTORS in used)] = panel.scatter([], [], s=LARGEST, **_mark())
+        entries["crossing" + area * ("mode_vector_sum" in used)] = panel.scatter(
+            [], [], s=LARGEST, **_mark()
+        )
     drawn = finish(figure, "Campbell diagram of the shaft", notes, entries, caption=view.caption)
     yield stem_of("campbell", view, None), drawn
 

@@ -56,27 +56,6 @@ BORNE = (
 
 HALF_RANGE = "_half_range"
 
-LEAST_LOSS = 0.05
-"""Share of the largest loss below which a shaft is left out: dampers and couplings remain."""
-
-ALIKE = 4.0
-"""Ratio of the largest values of panels up to which they share one ordinate."""
-
-MOST_ORDERS = 5
-"""Orders that are told apart."""
-
-BARRED = "above the limit: barred"
-
-WORST = "worst cylinder misfiring, named above"
-
-STEP = 0.25
-"""Degrees between the angles: 120 of them in a period of order 12."""
-
-MOST_PARTS = 3
-"""Orders that are drawn beside their sum."""
-
-ROMAN = ("I", "II", "III", "IV", "V", "VI")
-
 
 def size_of(view: View, what: str) -> str:
     """What tells how large a torque or angle is: its half range, or else its orders."""
@@ -144,10 +123,10 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
     sizes = largest_along(view, name, part) if part else np.ones(1)
     limited = [any(_limit(view, one, parts.place(i)) is not None for one in limits)
                for i in range(parts.size)]  # fmt: skip
-    least = LEAST_LOSS * sizes.max() if name == "shaft_loss" else 0.0
+    least = 0.05 * sizes.max() if name == "shaft_loss" else 0.0
     ranked = sorted(np.flatnonzero(sizes > least), key=lambda i: (not limited[i], -sizes[i]))
     shown = [int(index) for index in sorted(ranked[:MOST_PANELS])] or [0]
-    share = sizes[shown].max() <= ALIKE * sizes[shown].min()
+    share = sizes[shown].max() <= 4.0 * sizes[shown].min()
     few = len(shown) == 1
     sheet = multiples(len(shown), *((3.3, 0.0) if few else (0.5, 1.75)), sharex=True, sharey=share)
     for panel, index in zip(sheet.panels, shown, strict=True):
@@ -157,7 +136,8 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
             text = misfire.heading(place) or COMPUTED
             healthy = not misfire or view.numbers(MISFIRE)[place[MISFIRE]] == 0.0
             if not healthy:
-                title, text = f"{title}; {text.removeprefix('misfire of ')}", WORST
+                title = f"{title}; {text.removeprefix('misfire of ')}"
+                text = "worst cylinder misfiring, named above"
             lines.append(line_of(view, name, place, text, strong=healthy))
         draw_points(panel, speed, lines, sheet.entries)
         for rank, limit in enumerate(limits):
@@ -167,9 +147,9 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
                 sheet.entries[view.title(limit)] = panel.plot(speed.values, values, **look)[0]
                 worst = np.max([view.numbers(name, place) for place in places], axis=0)
                 if (worst > values).any():
-                    sheet.entries[BARRED] = panel.fill_between(
+                    sheet.entries["above the limit: barred"] = panel.fill_between(
                         speed.values, worst, values, where=worst > values, interpolate=True,
-                        color=PALE, linewidth=0.0, label=BARRED,
+                        color=PALE, linewidth=0.0, label="above the limit: barred",
                     )  # fmt: skip
         target_lines(panel, view, [name], sheet.entries)
         parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
@@ -228,7 +208,7 @@ def _orders_over_speed(view: View, what: str) -> Figure:
     speed, orders = view.axis(SPEED), view.numbers(ORDER)
     misfire, places = cases(view, size, {})
     sizes = np.max([largest_along(view, name, ORDER, place) for place in places], axis=0)
-    strong = sorted(int(i) for i in np.argsort(-sizes, kind="stable")[:MOST_ORDERS] if sizes[i])
+    strong = sorted(int(i) for i in np.argsort(-sizes, kind="stable")[:5] if sizes[i])
     sheet = multiples(len(places), 3.6, 0.0, sharex=True, sharey=True)
     wide = WIDE / sheet.columns
     for panel, place in zip(sheet.panels, places, strict=True):
@@ -269,7 +249,7 @@ def _critical_speeds(
     panel.set_xlim(low, high)
     met = [
         (float(of_mode[one]), f"{roman}/{number_text(view.numbers(ORDER)[one])}", sizes[one])
-        for roman, of_mode in zip(ROMAN, critical, strict=False)
+        for roman, of_mode in zip(("I", "II", "III", "IV", "V", "VI"), critical, strict=False)
         for one in strong
         if low <= of_mode[one] <= high
     ]
@@ -316,7 +296,7 @@ def _cycle(view: View, what: str) -> Figure:
     misfire, places = cases(view, size_of(view, what), {})
     order = view.numbers(ORDER)
     sizes = np.max([np.nan_to_num(view.numbers(name, place)) for place in places], axis=0)
-    large = sorted(np.argsort(-sizes, kind="stable")[:MOST_PARTS])
+    large = sorted(np.argsort(-sizes, kind="stable")[:3])
     sheet = multiples(len(places), 0.6, 2.0, columns=1, sharex=True, sharey=True)
     for panel, place in zip(sheet.panels, places, strict=True):
         curves = {f"order {number_text(order[one])}": [one] for one in large}
@@ -348,7 +328,8 @@ def _over_angle(
     )
     turns = round(1.0 / np.diff(order, prepend=0.0).min())  # orders are whole periods in so many
     cycle = 360.0 * turns
-    degrees = np.arange(-0.5 * cycle, 0.5 * cycle, STEP)
+    # At this step a period of order 12 has 120 points.
+    degrees = np.arange(-0.5 * cycle, 0.5 * cycle, 0.25)
     about = {"long_name": "crank angle", "symbol": r"$\varphi$", "units": "degree"}
     curves = {
         text: ("crank_angle", sum_of_orders(degrees, order[some], amplitude[some], phase[some]))

@@ -56,8 +56,6 @@ STYLE: dict[str, Any] = {
 """One style for all figures, for the 7 inch width of two journal columns; sizes in points."""
 
 WIDTH = 7.0
-LEGEND_BESIDE = 5.0
-"""Inches of a figure below which a legend beside the panels would leave them no room."""
 
 GREY = "#555555"
 OWN_ORDINATES = "each panel has its own scale"
@@ -70,21 +68,11 @@ NamedFigures = Iterator[tuple[str, "Figure"]]
 
 @dataclass(frozen=True)
 class Setting:
-    """What holds for all figures that are drawn at one time.
+    """What holds for all figures that are drawn at one time."""
 
-    Parameters
-    ----------
-    subject : str
-        Engine and speed: the first thing that the second line of each figure says.
-    inches : tuple of float, optional
-        Width and height of each figure; without it they follow from the panels.
-    ax : Axes, optional
-        A panel of somebody else's figure, which is drawn into in place of a new sheet.
-    """
-
-    subject: str = ""
-    inches: tuple[float, float] | None = None
-    ax: Axes | None = None
+    subject: str = ""  # engine and speed, with which the second line of each figure begins
+    inches: tuple[float, float] | None = None  # width and height; else they follow from the panels
+    ax: Axes | None = None  # a panel of somebody else's figure, in place of a new sheet
 
 
 _SETTING: ContextVar[Setting] = ContextVar("setting")
@@ -161,29 +149,13 @@ def finish(
     below: bool = False,
     spare: Sequence[Axes] = (),
 ) -> Figure:
-    """Write what stands around the panels, outside the data.
+    """Write what stands around the panels, outside the data; all figures are finished here.
 
-    The figure grows by the room that this takes, so that the panels keep their size. This is the
-    one place where figures are finished: each keyword is a part of the sheet.
-
-    Parameters
-    ----------
-    figure : Figure
-        Its panels are drawn.
-    title : str
-        First line.
-    notes : iterable of str
-        Second line: slices and the like; empty ones are left out.
-    entries : mapping
-        Of the legend; none without entries.
-    legend_title : str
-        Name of the axis that the entries are values of.
-    caption : str
-        Below the panels: parameters that the figure does not show.
-    below : bool
-        The legend goes below the panels, not to their right.
-    spare : sequence of Axes
-        Panels that are not used; the legend goes there if it fits.
+    The figure grows by the room that this takes, so that the panels keep their size. `title` is the
+    first line, `notes` are the second (slices and the like; empty ones are left out), `caption`
+    stands below the panels. The legend of the `entries`, with the name of their axis as its title,
+    goes to the right of the panels or `below` them, or in the place of `spare` panels if it fits
+    there.
     """
     setting = _SETTING.get(_PLAIN)
     said = "; ".join(note for note in (setting.subject, *notes) if note)
@@ -203,7 +175,8 @@ def finish(
     bottom = 0.04 + sum(_line_height(text, size) for text, size, _ in foot)
 
     if setting.inches and not spare:
-        below = below or width < LEGEND_BESIDE
+        # Beside the panels of a narrow figure, a legend would leave them no room.
+        below = below or width < 5.0
     legend, wide, tall = _placed_legend(figure, entries or {}, legend_title, below, spare)
     aside, under = (0.0, tall) if below else (wide, 0.0)
     if setting.inches is None:
@@ -349,25 +322,11 @@ def _cell(panel: Axes, width: float, height: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Multiples:
-    """Small multiples of one figure.
-
-    Attributes
-    ----------
-    figure : Figure
-        It holds the panels.
-    panels : list of Axes
-        Those that are drawn, by rows.
-    spare : list of Axes
-        Those that are left over in the last row: hidden, or the place of the legend.
-    columns : int
-        Panels of a row.
-    entries : dict
-        Of the legend.
-    """
+    """Small multiples: the panels of a figure by rows, and the entries of its legend."""
 
     figure: Figure
     panels: list[Axes]
-    spare: list[Axes]
+    spare: list[Axes]  # left over in the last row: hidden, or the place of the legend
     columns: int
     entries: Entries = field(default_factory=dict)
 

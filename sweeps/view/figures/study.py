@@ -42,9 +42,6 @@ def told_kept(view: View) -> View:
     return replace(view, fixed={**view.fixed, DESIGN: text}, had=view.former_dims())
 
 
-MOST_ASIDES = 4
-"""Families away from the nominal design that get curves; a grid of designs has many more."""
-
 BOOKKEEPING = ("case", "start_speed", "start_angle", "passes", *SEARCHED)
 """Columns of a list of designs that say how a design was computed and not what it is."""
 
@@ -99,7 +96,8 @@ class Study:
     def views_of(self, name: str) -> Iterator[tuple[View, str | None]]:
         """Those of one variable by axis, and its families away from the nominal design."""
         yield from self.views_by_axis([name])
-        if "design" in self.view.array(name).dims and len(self.aside) <= MOST_ASIDES:
+        # A grid of designs has very many families away from the nominal design.
+        if "design" in self.view.array(name).dims and len(self.aside) <= 4:
             for parameter, view, _ in self.aside:
                 if view.varies([name], parameter):
                     yield view, parameter

@@ -30,17 +30,6 @@ from sweeps.view.figures.wording import HARD_SPACE, number_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BALANCED = 1e-3
-"""Mean of torque less load over the range of the torque, above which the load is not its own."""
-
-WRITTEN = 0.04
-"""Areas below this share of the energy swing have no number beside them: they are too small."""
-
-MOST_WRITTEN = 16
-"""Areas whose numbers still can be read."""
-
-STANDING, LYING = 0.16, 0.07
-"""Heights over the range of the torque, below which such a number is higher than its area."""
 
 JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft": 1.3558179483}
 """Joules of a torque of one over an angle of one radian, by the torque's unit."""
@@ -48,28 +37,14 @@ JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft"
 
 @dataclass(frozen=True)
 class Turning:
-    """Areas between torque and resistance, and the energy that they sum to.
+    """Areas between torque and resistance, and the energy that they sum to."""
 
-    Attributes
-    ----------
-    angle : ndarray
-        Crank angles [degree] of the closed curve with the crossings among them.
-    torque, resistance : ndarray
-        At these angles [N m].
-    energy : ndarray
-        Work of the excess since the angle where it is least [J].
-    crossings : ndarray
-        Places of the crossings in these arrays.
-    areas : ndarray
-        Work between each crossing and the next [J]; that after the last ends at the first.
-    """
-
-    angle: Floats
-    torque: Floats
-    resistance: Floats
-    energy: Floats
-    crossings: np.ndarray
-    areas: Floats
+    angle: Floats  # degrees of the closed curve, the crossings among them
+    torque: Floats  # N m
+    resistance: Floats  # N m
+    energy: Floats  # work of the excess since the angle where it is least [J]
+    crossings: np.ndarray  # places of the crossings in these arrays
+    areas: Floats  # work from each crossing to the next [J]; after the last one to the first
 
     @property
     def swing(self) -> float:
@@ -78,16 +53,10 @@ class Turning:
 
 
 def turning(angle: Floats, torque: Floats, resistance: Floats) -> Turning:
-    """Find the crossings of two closed curves, the areas between them and the running energy.
+    """Find the crossings of two closed curves of one mean, the areas between them, and the energy.
 
-    Between points both are straight, as they are drawn.
-
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Crank angles [degree], rising; the last point is the first one again.
-    torque, resistance : ndarray, shape (n,)
-        Curves of the same mean [N m].
+    The angles [degree] rise, and the last point is the first one again. Between points both curves
+    [N m] are straight, as they are drawn.
     """
     excess = torque - resistance
     before = np.flatnonzero(excess[:-1] * excess[1:] < 0.0)
@@ -147,7 +116,7 @@ def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> 
     """The load torque where it balances the torque over the cycle, else the mean torque."""
     mean = float(np.mean(torque[:-1]))
     load = load_at(view, x) if "load_torque" in names else None
-    if load is not None and abs(np.mean(load[:-1]) - mean) <= BALANCED * np.ptp(torque):
+    if load is not None and abs(np.mean(load[:-1]) - mean) <= 1e-3 * np.ptp(torque):
         # what is left of rounding must not add up over the cycle
         load = load + (mean - np.mean(load[:-1]))
         return load, view.title("load_torque")
@@ -162,8 +131,8 @@ def _areas(panel: Axes, found: Turning, entries: Entries, text: str, label: str)
     entries |= {label: line, text: other}
     shade_work(panel, x, torque, resistance, entries)
     sizes = np.abs(found.areas)
-    written = np.argsort(-sizes)[:MOST_WRITTEN]
-    for number in written[sizes[written] >= WRITTEN * found.swing]:
+    written = np.argsort(-sizes)[:16]
+    for number in written[sizes[written] >= 0.04 * found.swing]:
         _write_area(panel, found, int(number))
 
 
@@ -184,7 +153,7 @@ def _write_area(panel: Axes, found: Turning, number: int) -> None:
     level = float(np.interp(middle, found.angle, found.resistance))
     area = found.areas[number]
     narrow = found.angle[end - 1] - found.angle[first] < 50.0
-    flat = abs(height) < (STANDING if narrow else LYING) * np.ptp(found.torque)
+    flat = abs(height) < (0.16 if narrow else 0.07) * np.ptp(found.torque)
     panel.annotate(
         f"{'+' if area > 0 else ''}{_energy_text(area, found.swing, False)}",
         (middle, level + (1.0 if flat else 0.4) * height), textcoords="offset points",

@@ -41,8 +41,6 @@ MOST_ROWS = 45
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
-CATEGORIES = (*COUNTED, "cylinders", "direction", "valve_train", MISFIRE)
-"""Dimensions between whose values there is nothing: no line runs from one to the next."""
 
 RUNNING = ("crank_angle", "order", "crossing")
 """Dimensions that a curve runs along; all others are axes of the study."""
@@ -56,11 +54,6 @@ FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc"
 NO_VALUE = "no value"
 """Said of a number that is missing though its design did not fail."""
 
-TO_TOLERANCE = ("delta", "delta_midrange", "inertia_required")
-"""Variables whose relative error is the tolerance of the solver."""
-
-ROUNDING = 1e-12
-"""Difference, relative to the largest value of a variable, that is rounding."""
 
 MOST_READ = 4_000_000
 """Values of a variable that are read to see whether an axis changes it."""
@@ -122,7 +115,8 @@ class StudyAxis:
     @property
     def joined(self) -> bool:
         """Whether there is something between its values, so that a line may run there."""
-        return not self.words and self.name not in CATEGORIES
+        others = ("cylinders", "direction", "valve_train", MISFIRE)
+        return not self.words and self.name not in (*COUNTED, *others)
 
     def mark(self, index: int) -> str:
         """What is said beside the value of the nominal design."""
@@ -344,7 +338,8 @@ class View:
 
         Of what the solver finds to its tolerance, either may be off by that.
         """
-        return max(LEAST_SPAN, 2.0 * self.tolerance if name in TO_TOLERANCE else 0.0)
+        solved = name in ("delta", "delta_midrange", "inertia_required")
+        return max(LEAST_SPAN, 2.0 * self.tolerance if solved else 0.0)
 
     def varies(self, names: Iterable[str], dim: str) -> bool:
         """Whether any of the variables changes along an axis (looked at on its default slice)."""
@@ -426,7 +421,7 @@ def _level(array: xr.Variable, dim: str, least: float) -> bool:
         return False
     values = np.where(known, values, 0.0)
     size = np.abs(values).max(axis=0, initial=0.0)
-    rounding = ROUNDING * size.max(initial=0.0)
+    rounding = 1e-12 * size.max(initial=0.0)
     return bool(np.all(np.ptp(values, axis=0) <= np.maximum(least * size, rounding)))
 
 

@@ -14,27 +14,15 @@ from sweeps.base.errors import printable
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
 EN_DASH = "\N{EN DASH}"
-LONGEST_SYMBOL = 200
 LEAST_SPAN = 1e-6
 """Relative difference below which values are drawn as equal: ticks could not show it."""
-
-MOST_TOLD_APART = 200
-"""Numbers that get as many digits as tell them apart."""
 
 
 def unit_text(units: str) -> str:
     """Units as they are printed: ``rad s-1`` becomes rad/s, ``kg m2`` gets its superscript.
 
-    Parameters
-    ----------
-    units : str
-        A unit as UDUNITS reads it, with powers as ``m2``, ``m^2`` or ``m**2``.
-
-    Returns
-    -------
-    str
-        Text for matplotlib; empty for a dimensionless quantity (``1``), and the text as it
-        came where it is not a product of powers.
+    Powers may be written ``m2``, ``m^2`` or ``m**2``, as UDUNITS reads them. A dimensionless unit
+    (``1``) is empty, and what is not a product of powers stays as it came.
     """
     units = units.strip()
     if units in ("", "1"):
@@ -61,19 +49,10 @@ def unit_text(units: str) -> str:
 
 
 def axis_label(variable: xr.Variable, key: str) -> str:
-    """What stands beside an axis: long name (up to its first comma), symbol, unit.
+    """Label of an axis: long name (up to its first comma), symbol, unit: ``Engine speed n (rpm)``.
 
-    Parameters
-    ----------
-    variable : xarray.Variable
-        With the attributes ``long_name``, ``symbol`` and ``units``, all optional.
-    key : str
-        Its name in the archive, used where there is no ``long_name``.
-
-    Returns
-    -------
-    str
-        For instance ``Engine speed n (rpm)``; a dash stands for dimensionless.
+    The attributes are all optional; `key`, the name in the archive, stands for a missing long name,
+    and a dash for the unit of a number without one.
     """
     return title_of(variable, key) + unit_in_brackets(variable)
 
@@ -120,7 +99,7 @@ def number_text(value: float, digits: int = 4) -> str:
 def digits_of(values: Floats) -> int:
     """Significant digits, 4 or more, at which different numbers have different texts."""
     distinct = np.unique(values[np.isfinite(values)])
-    if distinct.size > MOST_TOLD_APART:
+    if distinct.size > 200:
         return 4
     for digits in range(4, 12):
         if len({number_text(value, digits) for value in distinct}) == distinct.size:
@@ -173,7 +152,7 @@ def name_of(variable: xr.Variable, key: str) -> str:
 def symbol_of(variable: xr.Variable) -> str:
     """The symbol if matplotlib can set it, else nothing."""
     symbol = str(variable.attrs.get("symbol", "")).strip()
-    if len(symbol) > LONGEST_SYMBOL or not symbol.isprintable():
+    if len(symbol) > 200 or not symbol.isprintable():
         return ""
     return symbol if "$" not in symbol or _can_be_set(symbol) else ""
 

@@ -26,36 +26,9 @@ from sweeps.view.texts.readable_units import converted, unit_choices
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Embedded", "choices_of", "columns_along", "embedded", "is_list", "is_words", "text_of"]
 
 Places = npt.NDArray[np.int64]
 
-BYTES = 4.0 * 4.0 / 3.0
-"""Of a float32 in base64."""
-
-OF_NUMBERS = 0.6
-"""Share of the room that single numbers of designs may take where there are curves too."""
-
-FINE_ANGLES = 361
-"""Points over the crank angle that are enough for a curve on a screen."""
-
-COARSE_ANGLES = 121
-"""Points that a curve keeps at least."""
-
-ANGLE_WEIGHT = 12.0
-"""An axis of designs is thinned before the crank angle while it has this share of its points."""
-
-MOST_WORDS = 50
-"""Words of an axis that are all kept."""
-
-WORD = 6
-"""Numbers that take as much room as a name of a design, about."""
-
-WHOLE = 64e6
-"""Bytes of a variable that is read in one piece."""
-
-READS = 3000
-"""Designs of a list that are read one by one; of more, the list is read a range at a time."""
 
 ROUNDING = 1e-8
 """What varies by this share of the largest number is taken for constant."""
@@ -66,26 +39,14 @@ LONGEST_WORD = 120
 
 @dataclass
 class Embedded:
-    """What a page draws from.
-
-    Attributes
-    ----------
-    axes, columns, quantities : dict
-        As `drawing.js` reads them.
-    left_out : list of str
-        What is not in the page, a sentence each.
-    flat : set of str
-        Quantities that do not vary, but for rounding.
-    planes : set of str
-        Quantities with components in two directions, of which neither is nothing.
-    """
+    """Axes, columns and quantities that a page draws from, as `drawing.js` reads them."""
 
     axes: dict[str, dict[str, Any]] = field(default_factory=dict)
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
     quantities: dict[str, dict[str, Any]] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)
-    flat: set[str] = field(default_factory=set)
-    planes: set[str] = field(default_factory=set)
+    left_out: list[str] = field(default_factory=list)  # what is not in the page, a sentence each
+    flat: set[str] = field(default_factory=set)  # quantities that vary by rounding alone
+    planes: set[str] = field(default_factory=set)  # those that vary in two directions
 
     def json(self) -> dict[str, Any]:
         """All of it, and the words of outcomes."""
@@ -122,16 +83,9 @@ def text_of(variable: xr.Variable | xr.DataArray, name: str) -> str:
 
 
 def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Embedded:
-    """Read what a page of a given size can hold of an archive.
+    """Read what a page of so many bytes can hold of an archive, in the units that are chosen.
 
-    Parameters
-    ----------
-    archive : Dataset
-        As `sweeps.open` or `sweeps.run` returns it; it may be larger than memory.
-    choices : mapping of str
-        Units of columns, as `unit_choices` returns them.
-    room : float
-        Bytes.
+    The archive may be larger than memory.
     """
     found = Embedded()
     names = [str(n) for n, v in archive.data_vars.items() if v.dtype.kind in "fiub" and v.size > 0]
@@ -140,8 +94,10 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     numbers = [n for n in names if not set(archive[n].dims) & {"crank_angle", "order"}]
     curves = [n for n in names if n not in numbers]
     columns = columns_along(archive, names)
-    budget = room / BYTES
-    share = OF_NUMBERS if curves else 1.0
+    # A float32 takes 16/3 bytes in base64.
+    budget = room / (4.0 * 4.0 / 3.0)
+    # Curves get the rest of the room.
+    share = 0.6 if curves else 1.0
     numbers, counts = _thinned(archive, numbers, columns, budget * share, found)
     places = {dim: _places(archive, dim, count) for dim, count in counts.items()}
     used = _cost(archive, numbers, columns, counts)
@@ -210,7 +166,8 @@ def _cost(
         share = 0.25 if name == "status" else 1.0
         cost += share * math.prod(counts[str(d)] for d in archive[name].dims)
     for dim, variable in columns.values():
-        cost += counts.get(dim, 0) * (WORD if is_words(variable) else 2)
+        # A word takes about as much room as six numbers.
+        cost += counts.get(dim, 0) * (6 if is_words(variable) else 2)
     return cost
 
 
@@ -226,12 +183,15 @@ def _thinned(
         lows = {d: _low(archive, d, start[d], columns) for d in used}
         now = dict(start)
         if "crank_angle" in now and _cost(archive, kept, columns, now) > budget:
-            now["crank_angle"] = min(now["crank_angle"], FINE_ANGLES)
+            # A screen shows no more points of a curve.
+            now["crank_angle"] = min(now["crank_angle"], 361)
         while _cost(archive, kept, columns, now) > budget:
             free = [d for d in now if now[d] > lows[d]]
             if not free:
                 break
-            widest = max(free, key=lambda d: now[d] / (ANGLE_WEIGHT if d == "crank_angle" else 1))
+            # An axis of designs is thinned before the crank angle while it has more than 1/12 of
+            # its points.
+            widest = max(free, key=lambda d: now[d] / (12.0 if d == "crank_angle" else 1))
             now[widest] = max(lows[widest], _fewer(start[widest], now[widest], archive, widest))
         if _cost(archive, kept, columns, now) <= budget or not kept:
             return kept, now
@@ -256,9 +216,9 @@ def _low(
 ) -> int:
     """Values of a dimension that are kept at least."""
     words = dim in columns and is_words(columns[dim][1])
-    if dim in (*COUNTED, "direction", "order") or (words and archive.sizes[dim] <= MOST_WORDS):
+    if dim in (*COUNTED, "direction", "order") or (words and archive.sizes[dim] <= 50):
         return count
-    return min(count, COARSE_ANGLES if dim == "crank_angle" else 2)
+    return min(count, 121 if dim == "crank_angle" else 2)
 
 
 def _places(archive: xr.Dataset, dim: str, count: int) -> Places:
@@ -397,12 +357,13 @@ def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[An
     """Read the values at some places; in memory are those, and a range of the others."""
     dims = [str(d) for d in variable.dims]
     index = [_index(places[d]) for d in dims]
-    if variable.nbytes <= WHOLE:
+    if variable.nbytes <= 64e6:
         values = variable.values
         for axis, own in enumerate(index):
             values = values[(slice(None),) * axis + (own,)]
         return values
-    if math.prod(len(own) for own in index if not isinstance(own, slice)) <= READS:
+    # Few designs of a list are read one by one, many a range at a time.
+    if math.prod(len(own) for own in index if not isinstance(own, slice)) <= 3000:
         return variable.isel(dict(zip(dims, index, strict=True))).values
     shape = tuple(variable.sizes[d] for d in dims)
     found = np.empty(tuple(len(places[d]) for d in dims), variable.dtype)

@@ -25,7 +25,6 @@ from sweeps.view.texts.tables import number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["explore"]
 
 Values = npt.NDArray[Any]
 
@@ -37,12 +36,8 @@ MOST_OPTIONS = 1000
 MOST_POINTS = 5000
 """Of a line."""
 
-MOST_CELLS = 200
-"""Along a side of a map."""
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
-
-NO_LINES = "no other axis"
 
 
 def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> Any:
@@ -241,7 +236,7 @@ class _Explorer:
         quantity = self._select("quantity", names, start)
         over = self._select("over", keys, self._keys(start)[0])
         others = [d for d in self.axes if self.archive.sizes[d] <= MOST_OPTIONS]
-        each = self._select("a line for each", [NO_LINES, *others])
+        each = self._select("a line for each", ["no other axis", *others])
         pane = self.panel.pane.Bokeh()
 
         def update() -> None:
@@ -290,7 +285,7 @@ class _Explorer:
                 x, y = self.along(across.value, index), self.along(up.value, index)
                 values = self.read(name, {one: index}, [one])
             else:
-                cells = {d: self.thinned(d, MOST_CELLS) for d in (one, other)}
+                cells = {d: self.thinned(d, 200) for d in (one, other)}
                 xs, ys = self.along(across.value, cells[one]), self.along(up.value, cells[other])
                 values = self.read(name, cells, [other, one]).reshape(-1)
                 x, y = xs * len(ys), [v for v in ys for _ in xs]

@@ -13,11 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LONGEST = 1000
-"""Characters of a cell or a line."""
-
-
-def text(value: object, limit: int = LONGEST) -> str:
+def text(value: object, limit: int = 1000) -> str:
     """Return a text on one line, in which nothing is markup."""
     return html.escape(one_line(value, limit), quote=True)
 

@@ -7,8 +7,6 @@ from typing import Any
 from sweeps.view.figures.polar import POLAR
 from sweeps.view.report.embedding import Embedded
 
-__all__ = ["key_figures", "paths", "starting_places"]
-
 Specification = dict[str, Any]
 
 FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "torque_irregularity",
@@ -16,23 +14,10 @@ FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "t
                     "crank_pin_load_max", "main_journal_load_max", "omega_max")  # fmt: skip
 """Single numbers that are drawn first; those of the archive follow."""
 
-MOST_NUMBERS = 3
-"""Figures of single numbers."""
 
 MOST_CURVES = 8
 """Curves of one figure."""
 
-MOST_GROUPS = 3
-"""Figures of curves, and of orders."""
-
-FEW_NAMES = 3
-"""Curves whose names are the title of their figure."""
-
-MOST_STEMS = 4
-"""Designs whose orders stand beside each other."""
-
-MOST_PATHS = 2
-"""Figures of one component of a force against the other."""
 
 NAMED = 60
 """Designs of a list whose names stand beside a figure."""
@@ -104,7 +89,7 @@ def _across(found: Embedded, dim: str) -> str:
 
 def _numbers(found: Embedded) -> list[Specification]:
     figures = []
-    for name in _single(found)[:MOST_NUMBERS]:
+    for name in _single(found)[:3]:
         dims = _varying(found, name)
         others = [d for d in dims[1:] if _has_lines(found, d)]
         published = f"{name}_published"
@@ -155,18 +140,19 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
     for name in names:
         groups.setdefault(found.quantities[name]["unit"], []).append(name)
     for unit, group in sorted(groups.items(), key=lambda item: (item[0] != "N m", -len(item[1]))):
-        if len(figures) >= MOST_GROUPS:
+        if len(figures) >= 3:
             break
         title = _sentence(found.quantities[group[0]]["title"])
         if len(group) > 1:
             kind = {"N m": "Torques", "kN": "Forces", "rpm": "Speeds", "bar": "Pressures"}
             few = ", ".join(name.replace("_", " ") for name in group)
             other = "Curves" if over == "crank_angle" else "Orders"
-            title = kind.get(unit, _sentence(few) if len(group) <= FEW_NAMES else other)
+            title = kind.get(unit, _sentence(few) if len(group) <= 3 else other)
         if over == "order":
             title += " over the order" if title != "Orders" else ""
         alone = _compared(found, group[0])[:1] if len(group) == 1 else []
-        if over == "order" and alone and found.axes[alone[0]]["count"] > MOST_STEMS:
+        # Orders of more designs would hide each other.
+        if over == "order" and alone and found.axes[alone[0]]["count"] > 4:
             alone = []
         figures.append({"kind": "curves", "quantities": group[:MOST_CURVES], "over": over,
                         "lines": alone[0] if alone else None, "title": title})  # fmt: skip
@@ -202,7 +188,7 @@ def paths(found: Embedded) -> list[Specification]:
 
 def _polar(found: Embedded) -> list[Specification]:
     figures = []
-    for path in paths(found)[:MOST_PATHS]:
+    for path in paths(found)[:2]:
         name = path["right"][0]
         lines = next(iter(_compared(found, name)), None)
         figures.append({"kind": "polar", "quantities": [name], "lines": lines, **path})

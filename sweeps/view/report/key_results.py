@@ -24,19 +24,11 @@ from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells, number_tex
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["results"]
 
 Choices = Mapping[str, str]
 
 MOST_ROWS = 60
 """Designs that a table holds."""
-
-UPRIGHT = 3
-"""So many designs stand beside each other, with a line for each quantity."""
-
-
-FEW_SAME = 5
-"""Columns that are the same for all rows and are told in a sentence."""
 
 
 def results(archive: xr.Dataset, choices: Choices) -> str:
@@ -100,7 +92,8 @@ def _rows_table(found: Rows, choices: Choices) -> str:
             units[name] = ""
             cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
                            for value in found.table[name]]  # fmt: skip
-    if found.number <= UPRIGHT:
+    # Few designs stand beside each other, with a line for each quantity.
+    if found.number <= 3:
         lines = [(name, *cells[name], units[name], meaning(found, name)) for name in order]
         numbers = list(range(1, 1 + found.number))
         head = [f"design {i}" for i in numbers] if found.number > 1 else [""]
@@ -114,7 +107,7 @@ def _rows_table(found: Rows, choices: Choices) -> str:
     if found.bands:
         mostly = "; ".join(f"{n} mostly from {parameter}" for n, parameter in found.mainly.items())
         body += paragraph(f"{OF_BANDS.capitalize()}: {mostly}.", "note")
-    if len(same) > FEW_SAME:
+    if len(same) > 5:
         lines = [(n, value, units[n], found.texts.get(n, "")) for n, value in same.items()]
         return body + details("The same in all of these rows", table(("", "", "", ""), lines, (1,)))
     told = ", ".join(f"{n} {value} {units[n]}".rstrip() for n, value in same.items())

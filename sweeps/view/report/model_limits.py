@@ -6,8 +6,6 @@ from collections.abc import Iterable
 
 from sweeps.view.texts.quantity_search import SUBJECTS
 
-__all__ = ["model_limits"]
-
 SPEED, TORQUE, LOADS = "crank speed", "torque", "load and driver"
 BALANCE, ONE_CYLINDER, BEARINGS = "balance", "forces in one cylinder", "bearing loads"
 TORSION = "torsional vibration of the shaft"
@@ -81,42 +79,27 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
 )
 """Subjects of quantities, and what holds for them."""
 
-ALWAYS = (
-    "Articulated rods on a master rod are not modelled; in radial engines all rods act on the "
-    "crank pin itself."
-)
-
-
-TWO_STROKE = (
-    "Two-stroke engines are solved with the same equations; no comparison with a measured "
-    "two-stroke diagram has been made."
-)
-
-EULER = (
-    "Method thesis uses explicit Euler steps of one degree to reproduce the thesis; it is of "
-    "first order and drifts."
-)
-
 
 def model_limits(
     quantities: Iterable[str], *, two_stroke: bool = False, methods: Iterable[str] = ()
 ) -> list[str]:
-    """Return the limits of the model that apply to some quantities, a sentence or two each.
-
-    Parameters
-    ----------
-    quantities : iterable of str
-        Names.
-    two_stroke : bool
-        Whether a cycle of an engine is one revolution.
-    methods : iterable of str
-        Of the solution.
-    """
+    """Return the limits of the model that apply to some quantities, a sentence or two each."""
     names = set(quantities)
     subjects = {s for s, nodes in SUBJECTS.items() if names & {node.name for node in nodes}}
     found = [limit for of, limit in LIMITS if subjects & set(of)]
     if two_stroke and subjects & set(GAS):
-        found.append(TWO_STROKE)
+        found.append(
+            "Two-stroke engines are solved with the same equations; no comparison with a measured "
+            "two-stroke diagram has been made."
+        )
     if "thesis" in methods and SPEED in subjects:
-        found.append(EULER)
-    return [*found, ALWAYS] if found else []
+        found.append(
+            "Method thesis uses explicit Euler steps of one degree to reproduce the thesis; it is "
+            "of first order and drifts."
+        )
+    if found:
+        found.append(
+            "Articulated rods on a master rod are not modelled; in radial engines all rods act on "
+            "the crank pin itself."
+        )
+    return found

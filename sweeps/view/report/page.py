@@ -21,7 +21,6 @@ from sweeps.view.report.sections import SECTIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["LIMIT", "page", "report"]
 
 LIMIT = 20e6
 """Bytes of a report, if nothing else is asked for."""

@@ -42,25 +42,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-MOST_COUNTED = 24
-"""Values of an axis at each of which failed designs are counted."""
-
-GOOD = np.array([has_numbers(code) for code in range(256)])
-
-
 @dataclass
 class Failures:
-    """Designs without numbers.
+    """Designs without numbers: a table of the first ones, and where they are on each axis.
 
-    Attributes
-    ----------
-    head : list of str
-        Of the table of the first designs.
-    first : list of list of str
-        Their axes, columns and outcomes.
-    where : list of tuple of str
-        For each axis and column: its name, from where to where failed designs and all designs go,
-        and how many failed at each value.
+    A row of `where` has the name of an axis or column, from where to where failed designs and all
+    designs go, and how many failed at each value.
     """
 
     head: list[str]
@@ -69,15 +56,7 @@ class Failures:
 
 
 def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
-    """Find the designs that failed, reading a range at a time.
-
-    Parameters
-    ----------
-    archive : Dataset
-        With a status.
-    choices : mapping of str
-        Units of columns.
-    """
+    """Find the designs that failed, reading a range at a time."""
     import xarray as xr
 
     status = archive["status"]
@@ -89,11 +68,13 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
     sizes = {d: columns["status"].sizes[d] for d in dims}
     given = [n for n in columns if n != "status"]
     found = Failures([*given, "outcome"])
+    with_numbers = np.array([has_numbers(code) for code in range(256)])
     spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if _is_number(columns[n])}
-    counts = {d: np.zeros(n, dtype=np.int64) for d, n in sizes.items() if n <= MOST_COUNTED}
+    # Along longer axes, failed designs are not counted at each value.
+    counts = {d: np.zeros(n, dtype=np.int64) for d, n in sizes.items() if n <= 24}
     for begin, extent, read in ranges(columns, dims, [*sizes.values()]):
         codes = np.broadcast_to(read["status"], extent).astype(np.uint8)
-        lost = ~GOOD[codes]
+        lost = ~with_numbers[codes]
         for name, span in spans.items():
             _widen(span, np.broadcast_to(read[name], extent), lost)
         for axis, dim in enumerate(dims):
@@ -442,16 +423,16 @@ def cited(archive: xr.Dataset, choices: Choices) -> str:
     return "".join(parts)
 
 
-BEFORE = (("computed", "What was computed", computed), ("results", "Key results", results))
-AFTER = (
-    ("outcomes", "Outcomes, and where designs failed", outcomes),
-    ("warnings", "Warnings", warned),
-    ("assumptions", "Assumptions", assumed),
-    ("limits", "Limits of the model", limited),
-    ("provenance", "Provenance", provenance),
-    ("cite", "How to cite", cited),
-)
-
 SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]]
-SECTIONS = {"before": BEFORE, "after": AFTER}
+SECTIONS = {
+    "before": (("computed", "What was computed", computed), ("results", "Key results", results)),
+    "after": (
+        ("outcomes", "Outcomes, and where designs failed", outcomes),
+        ("warnings", "Warnings", warned),
+        ("assumptions", "Assumptions", assumed),
+        ("limits", "Limits of the model", limited),
+        ("provenance", "Provenance", provenance),
+        ("cite", "How to cite", cited),
+    ),
+}
 """Sections before and after the figures: their places in the page, titles and makers."""

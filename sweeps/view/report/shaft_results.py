@@ -15,26 +15,6 @@ from sweeps.view.report.html import paragraph, table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["shaft_results"]
-
-MISFIRE, SPEED = "misfire", "speed"
-
-MODES = (
-    "natural_frequency", "modal_inertia", "modal_damping_ratio", "damped_natural_frequency",
-    "damping_ratio",
-)  # fmt: skip
-
-STRONG = 0.3
-"""Critical speeds are told of orders whose vector sum has this part of the largest one, at least.
-"""
-
-OF_DISC = (("inertia", "kg m2"), ("damping", "N m s/rad"), ("ground_stiffness", "N m/rad"))
-OF_SHAFT = (
-    ("stiffness", "N m/rad"), ("loss_factor", ""), ("damping", "N m s/rad"), ("length", "m"),
-    ("diameter", "m"), ("bore", "m"), ("stress_limit", "MPa"), ("torque_limit", "N m"),
-)  # fmt: skip
-"""Numbers of discs and shafts that are told, and their units."""
-
 
 def shaft_results(archive: xr.Dataset) -> str:
     """Tables about the shaft; empty where the archive has nothing of one."""
@@ -56,16 +36,21 @@ def _numeric(archive: xr.Dataset, place: str) -> bool:
 def _system(archive: xr.Dataset) -> Iterator[str]:
     """What the shaft is: numbers that all designs share, and what varies."""
     given = members_of(archive, "parameters")
-    for place, facts in (("disc", OF_DISC), ("shaft", OF_SHAFT)):
+    numbers = {
+        "disc": ("inertia kg m2", "damping N m s/rad", "ground_stiffness N m/rad"),
+        "shaft": ("stiffness N m/rad", "loss_factor", "damping N m s/rad", "length m", "diameter m",
+                  "bore m", "stress_limit MPa", "torque_limit N m"),
+    }  # fmt: skip
+    for place, facts in numbers.items():
         if f"{place}_name" not in archive.coords:
             continue
         names = [one_line(name, 60) for name in archive[f"{place}_name"].values]
         rows = []
         for number, name in enumerate(names, start=1):
-            keys = [f"{place}_{fact}_{number}" for fact, _ in facts]
+            keys = [f"{place}_{fact.partition(' ')[0]}_{number}" for fact in facts]
             rows.append([number, name, *(_told(archive, given, key) for key in keys)])
         shown = [i for i in range(len(facts)) if any(row[2 + i] for row in rows)]
-        heads = [f"{facts[i][0].replace('_', ' ')} {facts[i][1]}".strip() for i in shown]
+        heads = [facts[i].replace("_", " ") for i in shown]
         body = [[row[0], row[1], *(row[2 + i] for i in shown)] for row in rows]
         yield table(("", place, *heads), body, tuple(range(2, 2 + len(heads))))
     dampers = {
@@ -88,7 +73,9 @@ def _told(archive: xr.Dataset, given: Mapping[str, Any], key: str) -> str:
 
 def _modes(archive: xr.Dataset) -> Iterator[str]:
     """Natural frequencies, and the critical speeds of strong orders within the speeds."""
-    names = [n for n in MODES if n in archive and archive[n].dims == ("mode",)]
+    wanted = ("natural_frequency", "modal_inertia", "modal_damping_ratio",
+              "damped_natural_frequency", "damping_ratio")  # fmt: skip
+    names = [n for n in wanted if n in archive and archive[n].dims == ("mode",)]
     if names:
         heads = [f"{n.replace('_', ' ')} [{archive[n].attrs.get('units', '1')}]" for n in names]
         body = [
@@ -106,27 +93,28 @@ def _critical(archive: xr.Dataset) -> Iterator[list[str]]:
     for name in ("critical_speed", "mode_vector_sum"):
         if name not in archive or archive[name].dims != ("mode", "order"):
             return
-    if SPEED not in archive.coords or archive[SPEED].dtype.kind != "f":
+    if "speed" not in archive.coords or archive["speed"].dtype.kind != "f":
         return
     speeds, sums = archive["critical_speed"], archive["mode_vector_sum"].values
-    low, high = (float(end(archive[SPEED])) for end in (np.min, np.max))
+    low, high = (float(end(archive["speed"])) for end in (np.min, np.max))
     for i, mode in enumerate(archive["mode"].values):
         for j, order in enumerate(archive["order"].values):
             speed = float(speeds.values[i, j])
-            if low <= speed <= high and sums[i, j] >= STRONG * np.nanmax(sums[i]):
+            # Weaker orders do not matter beside the strongest one of a mode.
+            if low <= speed <= high and sums[i, j] >= 0.3 * np.nanmax(sums[i]):
                 yield [str(mode), f"{order:g}", f"{speed:.4g} {speeds.attrs.get('units', '')}",
                        f"{sums[i, j]:.3g}"]  # fmt: skip
 
 
 def _cases(archive: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """The archive, or its parts without and with a misfire."""
-    if MISFIRE not in archive.dims:
+    if "misfire" not in archive.dims:
         yield "", archive
         return
-    misses = archive[MISFIRE].values > 0
+    misses = archive["misfire"].values > 0
     for name, chosen in (("all cylinders fire", ~misses), ("one cylinder misfires", misses)):
         if chosen.any():
-            yield name, archive.isel({MISFIRE: np.flatnonzero(chosen)})
+            yield name, archive.isel({"misfire": np.flatnonzero(chosen)})
 
 
 def _worst(archive: xr.Dataset) -> Iterator[str]:
@@ -176,7 +164,7 @@ def _verdict(one: Worst) -> str:
 
 def _barred(archive: xr.Dataset) -> Iterator[str]:
     names = set(OVER_LIMITS) & set(archive.data_vars)
-    if not names or any(SPEED not in archive[name].dims for name in names):
+    if not names or any("speed" not in archive[name].dims for name in names):
         return
     found = barred_speeds(archive)
     if not found:

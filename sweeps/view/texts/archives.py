@@ -63,13 +63,9 @@ def interrupted_text(path: Path) -> str:
 PASSES = "result after the requested number of cycles, not a steady state"
 """Said of designs that were solved for a number of cycles, as [solver] `passes` asks."""
 
-COUNTED_AT_ONCE = 1_000_000
-"""Outcomes that are read and counted at a time."""
 
 RECORDED_CYCLE = "recorded_cycle"
 
-MOST_TOLD = 12
-"""Designs whose spread over recorded cycles is told."""
 
 MOST_READ = 2_000_000
 """Values of a quantity that are read to tell the smallest and the largest."""
@@ -77,32 +73,14 @@ MOST_READ = 2_000_000
 LONGEST_LINE = 1000
 """Characters of one line that is printed of an attribute."""
 
-_HASHED = (
-    " (hash of each text as it was used: of a laboratory's file, of the CSV that was made of it; "
-    "the hash of the raw file is in indicator_notes)"
-)
-
 
 def archive_text(
     dataset: xr.Dataset, name: str, *, provenance: bool = False, units: str | None = None
 ) -> str:
-    """Describe an archive: its outcomes, axes and quantities.
+    """Describe an archive, opened from the file `name`: its outcomes, axes and quantities.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        The archive, opened.
-    name : str
-        Its file, as the user named it.
-    provenance : bool
-        Tell all attributes too: assumptions, parameters, versions, hashes of files.
-    units : str, optional
-        Units of quantities, ``"power=hp,speed=rad/s"``, in place of those of the archive.
-
-    Returns
-    -------
-    str
-        Lines without a final line feed.
+    With `provenance` all attributes are told too: assumptions, parameters, versions, hashes of
+    files. `units`, such as ``"power=hp,speed=rad/s"``, take the place of those of the archive.
 
     Raises
     ------
@@ -209,7 +187,7 @@ def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None =
         if RECORDED_CYCLE not in data.dims or data.dtype.kind != "f":
             continue
         others = [d for d in data.dims if d != RECORDED_CYCLE]
-        if set(others) & set(DIMENSIONS) or data.size > MOST_TOLD * dataset.sizes[RECORDED_CYCLE]:
+        if set(others) & set(DIMENSIONS) or data.size > 12 * dataset.sizes[RECORDED_CYCLE]:
             continue
         unit = str(data.attrs.get("units", "1"))
         wanted = (chosen or {}).get(str(name), unit)
@@ -250,7 +228,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
     codes = dataset.variables["status"]
     dims = [str(d) for d in codes.dims]
     counts = np.zeros(len(MEANINGS), dtype=np.int64)
-    for _, _, read in ranges({"status": codes}, dims, codes.shape, COUNTED_AT_ONCE):
+    for _, _, read in ranges({"status": codes}, dims, codes.shape, 1_000_000):
         # A range at a time: counting makes an index of eight bytes out of each code.
         counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
     found = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
@@ -354,7 +332,10 @@ def _attribute_lines(key: str, value: object) -> list[str]:
             members = json.loads(value)
             if key == "input_files":  # their texts are long
                 members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
-                about = _HASHED
+                about = (
+                    " (hash of each text as it was used: of a laboratory's file, of the CSV that "
+                    "was made of it; the hash of the raw file is in indicator_notes)"
+                )
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             members = {}
         if members:

@@ -12,29 +12,13 @@ from sweeps.decide.explore.compare import Comparison, Difference, beside
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["comparison_text", "draw_comparison"]
-
 
 def draw_comparison(
     first: xr.Dataset, second: xr.Dataset, folder: Path, file_format: str, files: Sequence[Path]
 ) -> list[Path]:
     """Draw what two archives have in common, in one chart with the difference in percent.
 
-    Parameters
-    ----------
-    first, second : Dataset
-        The archives.
-    folder : Path
-        Where the figures go.
-    file_format : str
-        png, svg or pdf.
-    files : sequence of Path
-        Files of both, which legends name them by.
-
-    Returns
-    -------
-    list of Path
-        The figures; none where all is the same.
+    Legends name the archives by their files. There are no figures where all is the same.
     """
     from sweeps.view.figures import draw
     from sweeps.view.figures.options import options_of

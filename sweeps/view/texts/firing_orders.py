@@ -21,29 +21,11 @@ if TYPE_CHECKING:
 KNOWN, OWN = "*", "<"
 """Marks of orders that engines are built with, and of the engine's own."""
 
-ALSO = ("delta", "torque_range")
-"""Numbers that show whether the orders are alike in the whole engine's torque."""
-
 
 def orders_text(
     found: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
 ) -> str:
-    """Describe what `sweeps.firing_orders` returned: a row for each order, the best first.
-
-    Parameters
-    ----------
-    found : Dataset
-        The orders.
-    limit : int
-        Most rows.
-    units, width
-        As of `rows_text`.
-
-    Raises
-    ------
-    SceneError
-        For units that do not fit.
-    """
+    """Describe what `sweeps.firing_orders` returned: a row for each order, the best first."""
     about = json.loads(found.attrs[OF_ORDERS])
     best = found.isel({ARRANGEMENT: np.argsort(found["rank"].values, kind="stable")[:limit]})
     orders = [str(text) for text in best["firing_order"].values]
@@ -53,7 +35,8 @@ def orders_text(
         for order, text in zip(orders, known, strict=True)
     ]
     table = {"rank": best["rank"].values.astype(float), "firing_order": np.array(named, object)}
-    shown_names = dict.fromkeys([*about["by"], *CRITERIA, *ALSO])
+    # The last two show whether the orders are alike in the whole engine's torque.
+    shown_names = dict.fromkeys([*about["by"], *CRITERIA, "delta", "torque_range"])
     others = {dim for name in shown_names if name in found for dim in found[name].dims}
     others.discard(ARRANGEMENT)
     for name in shown_names:
@@ -98,22 +81,7 @@ def _head(found: xr.Dataset, about: dict[str, object]) -> str:
 def patterns_text(
     found: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
 ) -> str:
-    """Describe what `sweeps.firing_patterns` returned: a row for each pattern, the best first.
-
-    Parameters
-    ----------
-    found : Dataset
-        The patterns.
-    limit : int
-        Most rows.
-    units, width
-        As of `rows_text`.
-
-    Raises
-    ------
-    SceneError
-        For units that do not fit.
-    """
+    """Describe what `sweeps.firing_patterns` returned: a row for each pattern, the best first."""
     about = json.loads(found.attrs[OF_PATTERNS])
     best = found.isel({FIRING_PATTERN: slice(limit)})
     name = str(about["by"]) + (f" {about['order']:g}" if about["order"] is not None else "")

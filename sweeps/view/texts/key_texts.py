@@ -8,19 +8,6 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from sweeps.base.checks import allowed
 
-__all__ = [
-    "WORDS_OF_KEYS",
-    "default_text",
-    "key_line",
-    "unit_text",
-    "value_text",
-    "values_text",
-    "with_word",
-]
-
-MOST_NAMED = 7
-"""Names of values that are all listed."""
-
 WORDS_OF_KEYS: Mapping[str, str] = {
     "reciprocating_mass": "oscillating mass",
     "inertia": "mass moment of inertia, GD2",
@@ -72,7 +59,7 @@ def values_text(node: Node, quote: str = "") -> str:
     rule = allowed(node)
     if not names:
         return rule
-    listed = f" such as {names[0]}" if len(names) > MOST_NAMED else f": {', '.join(names)}"
+    listed = f" such as {names[0]}" if len(names) > 7 else f": {', '.join(names)}"
     return f"{rule}, or a name{listed}"
 
 
@@ -96,12 +83,7 @@ def value_text(node: Node, value: float, digits: int = 6) -> str:
 def with_word(key: str, value: object) -> object:
     """Return the word that a number of a key stands for, with the number; other values as they are.
 
-    Parameters
-    ----------
-    key : str
-        A name in an archive; it need not be that of a key.
-    value : object
-        As the archive holds it.
+    A name in an archive need not be that of a key.
     """
     node = PARAMETERS.get(key)
     if node is None or not (node.whole and node.named) or not isinstance(value, int | float):

@@ -18,35 +18,22 @@ if TYPE_CHECKING:
     from sweeps.lab.speed.calibration_model import Calibration
 
 
-MEASURED_COLUMNS = (
-    ("cycles", "recorded_cycles", "", "{:.0f}"),
-    ("delta raw", "delta_measured_raw", "delta_measured_raw_uncertainty", "{:.4f}"),
-    ("through wheel", "delta_through_wheel", "", "{:.4f}"),
-    ("delta", "delta_measured", "delta_measured_uncertainty", "{:.4f}"),
-    ("computed", "delta", "", "{:.4f}"),
-    ("correlation raw", "correlation_raw", "", "{:.4f}"),
-    ("correlation", "correlation", "", "{:.4f}"),
-    ("rms %", "rms_difference_raw", "", "{:.3f}"),
-)
-
-
 def measured_text(found: xr.Dataset) -> str:
-    """Table of the recordings, and what was seen in them.
-
-    Parameters
-    ----------
-    found : Dataset
-        As `sweeps.measured` returns it.
-
-    Returns
-    -------
-    str
-        Lines without a final line feed.
-    """
-    rows = [["recording", *(title for title, *_ in MEASURED_COLUMNS)]]
+    """Table of the recordings of `sweeps.measured`, and what was seen in them."""
+    columns = (
+        ("cycles", "recorded_cycles", "", "{:.0f}"),
+        ("delta raw", "delta_measured_raw", "delta_measured_raw_uncertainty", "{:.4f}"),
+        ("through wheel", "delta_through_wheel", "", "{:.4f}"),
+        ("delta", "delta_measured", "delta_measured_uncertainty", "{:.4f}"),
+        ("computed", "delta", "", "{:.4f}"),
+        ("correlation raw", "correlation_raw", "", "{:.4f}"),
+        ("correlation", "correlation", "", "{:.4f}"),
+        ("rms %", "rms_difference_raw", "", "{:.3f}"),
+    )
+    rows = [["recording", *(title for title, *_ in columns)]]
     for place in range(found.sizes["recording"]):
         row = [one_line(found["file"].values[place], 40)]
-        for title, name, uncertainty, form in MEASURED_COLUMNS:
+        for title, name, uncertainty, form in columns:
             value = float(found[name].values[place]) * (100.0 if title == "rms %" else 1.0)
             text = form.format(value) if np.isfinite(value) else "-"
             unsure = float(found[uncertainty].values[place]) if uncertainty else np.nan
@@ -66,31 +53,19 @@ def measured_text(found: xr.Dataset) -> str:
 MOST_ROWS = 40
 """Cycles that are listed; of more the first ones."""
 
-TRAIN_COLUMNS = (
-    ("imep bar", "imep", 1.0, "{:.3f}"),
-    ("rpm", "omega_mean_followed", 1.0 / RPM, "{:.1f}"),
-    ("measured", "omega_mean_measured", 1.0 / RPM, "{:.1f}"),
-    ("closed", "omega_mean_closed", 1.0 / RPM, "{:.1f}"),
-    ("delta", "delta_followed", 1.0, "{:.5f}"),
-    ("closed", "delta_closed", 1.0, "{:.5f}"),
-    ("repeated", "delta_repeated", 1.0, "{:.5f}"),
-)
-
 
 def train_text(found: xr.Dataset) -> str:
-    """Table of the cycles, the jump of the closed train, and what was assumed.
-
-    Parameters
-    ----------
-    found : Dataset
-        As `sweeps.follow_cycles` returns it.
-
-    Returns
-    -------
-    str
-        Lines without a final line feed.
-    """
-    shown = [column for column in TRAIN_COLUMNS if column[1] in found]
+    """Table of the cycles, the jump of the closed train, and what was assumed: `follow_cycles`."""
+    columns = (
+        ("imep bar", "imep", 1.0, "{:.3f}"),
+        ("rpm", "omega_mean_followed", 1.0 / RPM, "{:.1f}"),
+        ("measured", "omega_mean_measured", 1.0 / RPM, "{:.1f}"),
+        ("closed", "omega_mean_closed", 1.0 / RPM, "{:.1f}"),
+        ("delta", "delta_followed", 1.0, "{:.5f}"),
+        ("closed", "delta_closed", 1.0, "{:.5f}"),
+        ("repeated", "delta_repeated", 1.0, "{:.5f}"),
+    )
+    shown = [column for column in columns if column[1] in found]
     rows = [["cycle", *(title for title, *_ in shown)]]
     numbers = found["recorded_cycle"].values
     for place, number in enumerate(numbers[:MOST_ROWS]):
@@ -134,18 +109,7 @@ MOST_LISTED = 20
 
 
 def deviations_text(found: xr.Dataset) -> str:
-    """For each recording and cylinder: lasting deviation, threshold, missed cycles.
-
-    Parameters
-    ----------
-    found : Dataset
-        As `sweeps.cylinder_deviations` returns it.
-
-    Returns
-    -------
-    str
-        Lines without a final line feed.
-    """
+    """For each recording and cylinder: lasting deviation, threshold, missed cycles."""
     lines: list[str] = []
     for place in range(found.sizes["recording"]):
         here = found.isel(recording=place)
@@ -187,13 +151,6 @@ def _row_of_cylinder(one: xr.Dataset) -> list[str]:
     ]
 
 
-FEW = 0.05
-"""Likelihood of noise below which the model is said to lack something."""
-
-CLOSE = 0.9
-"""Size of correlations that are told."""
-
-
 def fit_text(fit: xr.Dataset) -> str:
     """Lines on fitted values, on what the data tell, on predictions, and remarks on recordings."""
     lines = [f"{fit.attrs['title']}: fit to {counted(fit.sizes['recording'], 'recording')}"]
@@ -215,7 +172,7 @@ def fit_text(fit: xr.Dataset) -> str:
         f"condition number {fit.attrs['condition_number']:.3g}; residuals: reduced chi square "
         f"{fit.attrs['reduced_chi_square']:.3g}, likelihood of noise {at_most}{likely:.3g}"
     )
-    if likely < FEW:
+    if likely < 0.05:
         lines.append(
             "the residuals are larger than the scatter of the cycles explains: something is "
             "missing in the model, and the intervals do not include it"
@@ -231,7 +188,7 @@ def _correlations(fit: xr.Dataset) -> list[str]:
     names, size = fit["parameter"].values, np.asarray(fit["correlation"].values)
     return [
         f"  {names[i]} and {names[j]} are correlated by {size[i, j]:.3f}"
-        for i, j in zip(*np.nonzero(np.triu(np.abs(size) > CLOSE, 1)), strict=True)
+        for i, j in zip(*np.nonzero(np.triu(np.abs(size) > 0.9, 1)), strict=True)
     ]
 
 

@@ -20,24 +20,11 @@ from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, key_line
 from sweeps.view.texts.quantity_search import found_lines, found_quantities
 
-__all__ = ["LISTS", "list_lines", "quantity_lines", "symbol_text"]
-
 Lines = list[tuple[str, str]]
 
 
 def symbol_text(symbol: str) -> str:
-    r"""Write a symbol in plain letters: ``\beta_\nu`` becomes beta_nu, ``M_{max}`` M_max.
-
-    Parameters
-    ----------
-    symbol : str
-        TeX, as in `engine_dyn.quantities.node.Node`.
-
-    Returns
-    -------
-    str
-        Names in place of signs, indices after a single underscore, exponents after ``^``.
-    """
+    r"""Write a symbol of TeX in plain letters: ``\beta_\nu`` becomes beta_nu, ``M_{max}`` M_max."""
     text = symbol.replace(r"\var", "\\")  # variants of a letter have its name
     text = text.replace("^*", "*")
     # The name of a sign is set apart from a letter, digit or brace before it, not from _ and ^.
@@ -101,20 +88,7 @@ LISTS: dict[str, Callable[[], Lines]] = {
 
 
 def list_lines(of: str, words: str = "") -> list[str]:
-    """Lines of a list that words lead to; without words of all.
-
-    Parameters
-    ----------
-    of : str
-        One of `LISTS`.
-    words : str
-        As for `sweeps.view.texts.quantity_search.found_lines`.
-
-    Raises
-    ------
-    SceneError
-        Where nothing is found.
-    """
+    """Lines of one of `LISTS` that words lead to; without words of all."""
     lines = dict(LISTS[of]())
     more = WORDS_OF_KEYS if of == "keys" else {}
     found = found_lines(words, {n: f"{text} {more.get(n, '')}" for n, text in lines.items()}, of)

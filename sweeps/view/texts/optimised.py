@@ -24,41 +24,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-MOST_OF_DESIGN = 50
-"""Points of a design that are shown."""
-
-
 def found_text(
     archive: xr.Dataset, found: xr.Dataset, quantities: Sequence[str] | None = None,
     units: str | None = None, width: int | None = None, within: Sequence[str] = (),
 ) -> str:  # fmt: skip
-    """Describe what `sweeps.best` returned.
+    """Describe what `sweeps.best` found in an archive: its conditions with units, and a table.
 
-    Parameters
-    ----------
-    archive : Dataset
-        What was searched.
-    found : Dataset
-        The design.
-    quantities : sequence of str, optional
-        Those to show.
-    units : str, optional
-        As `rows_text` takes them.
-    width : int, optional
-        Of the terminal.
-    within : sequence of str, optional
-        Conditions of the search, which are told with their units.
-
-    Raises
-    ------
-    SceneError
-        As `rows` and `rows_text`.
+    `quantities`, `units` and `width` are those of the table (`rows`, `rows_text`), `within` are the
+    conditions of the search.
     """
     place = fixed_of(archive, found)
     lines = [one_line(found.attrs[TEXT])] if TEXT in found.attrs else []
     if within:
         lines.append(f"conditions: {', '.join(_condition(text, archive) for text in within)}")
-    shown = rows(found, quantities=quantities, limit=MOST_OF_DESIGN)
+    shown = rows(found, quantities=quantities, limit=50)
     shown = replace(shown, fixed={**place, **shown.fixed})
     lines.append(rows_text(shown, units, width))
     return "\n".join(lines)
@@ -74,12 +53,6 @@ def _condition(text: str, archive: xr.Dataset) -> str:
 
 MOST_OF_FRONT = 12
 """Designs of a front that are printed, spread over it."""
-
-FEWEST_OF_RATE = 100
-"""Designs from which on it is told how many there were in a second."""
-
-AT_END = 1e-3
-"""Share of a range from its end within which a value is said to be there."""
 
 
 def optimised_text(archive: xr.Dataset) -> str:
@@ -201,7 +174,7 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
             each = [str(one["of_the_found"]) for one in restarts]
             lines.append(f"designs of the front by search: {', '.join(each)}")
     took = f"{about['seconds']:.2f} s, of which {about['computing']:.2f} s computing"
-    if about["designs"] >= FEWEST_OF_RATE:
+    if about["designs"] >= 100:
         rate = about["designs"] / about["seconds"]
         took += f"; {number_text(rate, 3)} designs a second"
     lines.append(took)
@@ -241,7 +214,7 @@ def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told
         text = f"{key} = {_cell(value)}{_bracket(archive, key, ' {}')}"
         if isinstance(table, dict) and not isinstance(value, str):
             low, high = float(table["low"]), float(table["high"])
-            near = AT_END * (high - low)
+            near = 1e-3 * (high - low)
             if abs(float(value) - low) <= near:
                 text += ", the lower limit of its range"
             elif abs(float(value) - high) <= near:

@@ -13,9 +13,7 @@ from sweeps.base.dimensions import PUBLISHED
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["text"]
 
-WIDTH = 120
 LABEL_WIDTH = 24
 NUMBER_WIDTH = 11
 PERCENT_WIDTH = 9
@@ -27,19 +25,9 @@ _COLUMN = 2 * NUMBER_WIDTH + PERCENT_WIDTH + 1  # one quantity, its blank in fro
 def text(dataset: xr.Dataset) -> str:
     """Table of published against computed values, row by row, differences in percent.
 
-    Rows are the designs or points of the axes that the published values belong to; where the
-    computed values have further axes (a list of methods, for example), each of their points has a
-    row. Quantities stand side by side as far as 120 columns go.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An archive with variables `<quantity>_published` beside `<quantity>`.
-
-    Returns
-    -------
-    str
-        Lines without a final line feed; empty for a dataset without published values.
+    Rows are the designs or points of the axes that the variables `<quantity>_published` belong to;
+    where the computed values have further axes (a list of methods, for example), each of their
+    points has a row. Quantities stand side by side as far as 120 columns go.
     """
     names = [str(name) for name in dataset.data_vars if str(name).endswith(PUBLISHED)]
     quantities = [name.removesuffix(PUBLISHED) for name in names]
@@ -55,7 +43,7 @@ def text(dataset: xr.Dataset) -> str:
 
 def _groups(dataset: xr.Dataset, quantities: list[str]) -> Iterator[list[str]]:
     """Quantities that share a table: the same rows, as many as fit on a line."""
-    fit = (WIDTH - LABEL_WIDTH) // _COLUMN
+    fit = (120 - LABEL_WIDTH) // _COLUMN
     by_rows: dict[tuple[Hashable, ...], list[str]] = {}
     for quantity in quantities:
         by_rows.setdefault(_dimensions(dataset, quantity), []).append(quantity)

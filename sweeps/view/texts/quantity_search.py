@@ -45,29 +45,16 @@ _NAMES = tuple((re.compile(rf"\b(?:{'|'.join(n)})s?\b"), n[0].replace(" ", "")) 
 
 @dataclass(frozen=True)
 class Found:
-    """Names that words lead to.
-
-    Attributes
-    ----------
-    names : list of str
-        In the order of the list, one that is exactly what was typed first.
-    note : str
-        What was not found and which word was searched in its place; empty where all were found.
-    """
+    """Names that words lead to, one that is exactly what was typed first."""
 
     names: list[str]
-    note: str = ""
+    note: str = ""  # what was not found, and which word was searched in its place
 
 
 def named_by(words: str, texts: Mapping[str, str]) -> list[str]:
     """Return the names in a list that words lead to, one that is exactly what was typed first.
 
-    Parameters
-    ----------
-    words : str
-        Each must begin a word of a text; no words find all.
-    texts : mapping of str to str
-        What each name is found by, beside itself.
+    Each word must begin a word of the name or of its text; no words find all.
     """
     parts = _typed(words)
     names = [name for name, text in _searched(texts).items() if _begin(parts, text)]
@@ -80,19 +67,12 @@ def same_words(name: str, words: str) -> bool:
 
 
 def found_lines(words: str, texts: Mapping[str, str], of: str) -> Found:
-    """Return what `named_by` finds; where that is nothing, what the nearest spellings find.
-
-    Parameters
-    ----------
-    words, texts
-        As for `named_by`.
-    of : str
-        The list, as the command names it.
+    """Return what `named_by` finds in a list; where that is nothing, what near spellings find.
 
     Raises
     ------
     SceneError
-        Where nothing is found.
+        Where nothing is found; it names the list as the command does, by `of`.
     """
     names = named_by(words, texts)
     if names:
@@ -169,22 +149,21 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
 }
 """Files of quantities, and what they are about."""
 
-MEANS = "root mean squares and means of curves over the cycle"
-"""Subject of those, which are listed only where words lead to them alone."""
 
 OF_CURVES = "axes of curves, which come with them and cannot be asked for"
-"""Subject of those, which are listed only where words lead to them."""
+"""Subject of axes of curves; like means of curves, they are listed where words lead to them."""
 
 AXES: Mapping[str, Node] = {
     name: NODES[name][0] for name, dimension in DIMENSIONS.items() if dimension.public
 }
 """Axes that quantities have beside those of a scene."""
 
-ALL_NODES: Mapping[str, Node] = {**ALL_QUANTITIES, **AXES}
 
 _GROUPS: Mapping[str, Iterable[Node]] = {
-    **SUBJECTS, OF_CURVES: AXES.values(), MEANS: CURVE_MEANS.values()
-}  # fmt: skip
+    **SUBJECTS,
+    OF_CURVES: AXES.values(),
+    "root mean squares and means of curves over the cycle": CURVE_MEANS.values(),
+}
 
 OTHER_WORDS: Mapping[str, str] = {
     "delta": "cyclic irregularity, degree of irregularity, speed irregularity, non-uniformity, "
@@ -269,15 +248,11 @@ OTHER_WORDS: Mapping[str, str] = {
 
 
 def found_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
-    """Return the quantities that words lead to, by subject, and a note on near spellings.
+    """Return quantities by subject that words lead to, and a note on what was not found.
 
-    Parameters
-    ----------
-    words : str
-        All of them must stand in a quantity's name, description, source or other names; nothing
-        finds all quantities. Where none has them all, or `rms` is one of them, the root mean
-        squares and means of curves are searched too; then near spellings count. A quantity or axis
-        of exactly this name comes first.
+    Each word must begin a word of a quantity's name, meaning, source or other names; no words find
+    all. Where none has them all, or `rms` is one of them, root mean squares and means of curves are
+    searched too; then near spellings count. What has exactly this name comes first.
 
     Raises
     ------
@@ -293,9 +268,10 @@ def found_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
     if not names:
         found = found_lines(words, texts, "quantities")
         names, note = found.names, found.note
+    known = {**ALL_QUANTITIES, **AXES}
     groups = {
         subject: sorted(
-            {n.name: ALL_NODES[n.name] for n in nodes if n.name in names}.values(),
+            {n.name: known[n.name] for n in nodes if n.name in names}.values(),
             key=lambda node: (not same_words(node.name, words), node.name),
         )
         for subject, nodes in _GROUPS.items()

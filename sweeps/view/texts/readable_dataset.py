@@ -12,30 +12,12 @@ from xarray.core import indexing
 
 from sweeps.view.texts.readable_units import READABLE, asked_of_archive, factor
 
-__all__ = ["in_units", "readable_dataset"]
-
-LEAST = 1.0
-"""Largest value that an archive must have in a greater unit for that unit to be taken."""
-
-MOST_LOOKED_AT = 20_000
-"""Values of a variable that are looked at to choose units."""
-
-SPEED_SYMBOL = (r"\omega", "n")
-"""An angular speed written in revolutions has the letter of a speed."""
-
 
 def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Dataset:
     """Return an archive in readable units: kW, rpm, kN, kJ, mm and l where they read better.
 
-    A unit changes in the whole archive or nowhere, so that what is drawn together stays so.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An archive. It stays as it is.
-    units : str, optional
-        Units of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps those of the
-        archive.
+    A unit changes in the whole archive or nowhere, so that what is drawn together stays so. `units`
+    are those of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps all.
 
     Raises
     ------
@@ -53,20 +35,7 @@ def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Datase
 
 
 def in_units(dataset: xr.Dataset, units: str | None) -> xr.Dataset:
-    """Return an archive in the units that are asked for, all others as they are.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        An archive. It stays as it is.
-    units : str, optional
-        As of `readable_dataset`.
-
-    Raises
-    ------
-    SceneError
-        As `readable_dataset`.
-    """
+    """Return an archive in the units that are asked for, as `readable_dataset` takes them."""
     return _in_chosen_units(dataset, asked_of_archive(units, dataset.variables))
 
 
@@ -92,12 +61,13 @@ def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
         array = dataset[name].variable
         if array.dtype.kind not in "iuf" or not array.size:
             continue
-        step = max(1, int((array.size / MOST_LOOKED_AT) ** (1.0 / max(array.ndim, 1))))
+        # Some 20 000 values tell how large they are.
+        step = max(1, int((array.size / 20_000) ** (1.0 / max(array.ndim, 1))))
         some = np.abs(np.asarray(array[(slice(None, None, step),) * array.ndim].values, float))
         most = max(most, float(some.max(where=np.isfinite(some), initial=0.0)))
     if wanted == "mm":
         return 0.0 < most < 10.0
-    return most * factor(unit, wanted) >= LEAST
+    return most * factor(unit, wanted) >= 1.0
 
 
 def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:
@@ -107,7 +77,8 @@ def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:
     attributes["units"] = wanted
     if wanted == "rpm":
         symbol = str(attributes.get("symbol", ""))
-        attributes["symbol"] = symbol.replace(*SPEED_SYMBOL)
+        # An angular speed written in revolutions has the letter of a speed.
+        attributes["symbol"] = symbol.replace(r"\omega", "n")
     data = indexing.LazilyIndexedArray(_Scaled(array.variable, times))
     return xr.Variable(array.dims, data, attributes)
 

@@ -12,8 +12,6 @@ from sweeps.base.dimensions import PUBLISHED
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.base.files.numbers_with_units import unit_registry
 
-__all__ = ["READABLE", "asked_of_archive", "asked_units", "converted", "factor", "unit_choices"]
-
 READABLE: Mapping[str, str] = {
     "rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm", "cm3": "l",
 }  # fmt: skip
@@ -30,12 +28,11 @@ _WORD = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
 _UNIT = re.compile(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}")
 """Words with small exponents: pint computes what it is given, and 9**9**9 would take for ever."""
 
-_POWERS = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent", "°": "degree", "^": "**"})
-
 
 def _parsed(text: str) -> Any:
     """A unit of an archive, `kg m2` or `rad s-1`, or one that a person writes, `kg*m**2`."""
-    plain = " ".join(text.translate(_POWERS).split())
+    signs = {"²": "2", "³": "3", "·": "*", "%": "percent", "°": "degree", "^": "**"}
+    plain = " ".join(text.translate(str.maketrans(signs)).split())
     if _UNIT.fullmatch(plain):
         words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
         try:
@@ -68,20 +65,14 @@ def factor(unit: str, wanted: str) -> float:
 
 
 def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
-    """Units that a person wants, from ``power=kW,speed=rpm``.
+    """Units of columns that a person wants, from ``power=kW,speed=rpm``.
 
-    Parameters
-    ----------
-    text : str, optional
-        Names or units of the archive, and what takes their place; `archive` for those of the
-        archive throughout.
-    known : mapping of str
-        Units of the columns.
+    Columns that nobody names are in readable units; ``archive`` keeps those that are `known`.
 
     Raises
     ------
     SceneError
-        For names that are no columns, and texts of another form.
+        For names that are no columns, units that do not fit, and texts of another form.
     """
     if text == "archive":
         return {}

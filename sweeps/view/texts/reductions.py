@@ -16,10 +16,6 @@ from sweeps.view.texts.tables import aligned, number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["counts_within", "outcomes_of_all", "reduction_lines", "searches", "statistics_table"]
-
-MOST_QUANTILES = 7
-"""Columns of quantiles."""
 
 LONGEST = 300
 
@@ -53,20 +49,13 @@ def searches(dataset: xr.Dataset) -> list[tuple[str, str]]:
 def statistics_table(
     dataset: xr.Dataset, chosen: Mapping[str, str]
 ) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows of a table with a row for each quantity.
+    """Heads and rows of a table with a row for each quantity, in the units that are `chosen`.
 
     Where statistics leave axes, a cell has the smallest and the largest value along these.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        A reduced archive.
-    chosen : mapping of str
-        Units of quantities in place of those of the archive.
     """
     keys = ["mean", "deviation", "smallest", "largest"]
     shares = np.atleast_1d(dataset["quantile"].values) if "quantile" in dataset else np.empty(0)
-    picked = np.unique(np.linspace(0, shares.size - 1, MOST_QUANTILES).round().astype(int))
+    picked = np.unique(np.linspace(0, shares.size - 1, 7).round().astype(int))
     picked = picked[: shares.size]
     heads = ["quantity", "unit", *keys, *(f"{100 * shares[i]:g} %" for i in picked), "values"]
     rows = []

@@ -30,15 +30,7 @@ FEW = 8
 
 
 def scene_text(scene: Scene, name: str) -> str:
-    """Describe a scene without computing anything.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene, read.
-    name : str
-        The scene as the user named it.
-    """
+    """Describe a scene, read from what the user named, without computing anything."""
     lines = [f"{name}: {as_name(scene.title)}"]
     lines += [f"  {line}" for line in _comment(scene.path)]
     lines += ["", "engine" if len(scene.engines) == 1 else "engines", *_engine_lines(scene)]
@@ -207,14 +199,7 @@ def shaft_lines(
 ) -> list[str]:  # fmt: skip
     """Discs, shafts and gears with the numbers of their keys; rings of dampers come last.
 
-    Parameters
-    ----------
-    shaft : Shaft
-        Its names and what joins what.
-    values : mapping
-        Values of parameters, in the units of files.
-    auxiliaries : bool
-        Whether the engine has [[auxiliaries]], whose disc is told then.
+    `values` are in the units of files; the disc of the `auxiliaries` is told where there are some.
     """
     masses = "include" if shaft.includes_reciprocating else "are without"
     lines = [

@@ -13,9 +13,6 @@ from sweeps.base.errors import counted, one_line
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["has_indices", "sensitivities_text"]
-
-_CONDITIONAL = "_conditional"
 
 MOST_POINTS = 10
 """Points of the axes beside the sample that are printed."""
@@ -31,7 +28,7 @@ def sensitivities_text(found: xr.Dataset) -> str:
     methods = json.loads(found.attrs["sensitivity_method"])
     lines = [one_line(str(found.attrs["title"]), 200)]
     for quantity, method in methods.items():
-        ending = "" if f"{quantity}_first" in found else _CONDITIONAL
+        ending = "" if f"{quantity}_first" in found else "_conditional"
         lines += ["", f"{quantity}: {method}"]
         if ending:
             lines.append(

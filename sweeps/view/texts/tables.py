@@ -7,7 +7,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,20 +23,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-ROUNDING = 1e-12
-"""Size of results, over the largest of them, up to which they are rounding of sums that are 0."""
-
 DIGITS = 4
 """Significant digits: a table is for reading; `export` writes all of them."""
 
-GAP = 3
-"""Characters between columns."""
-
-FEW = 3
-"""So many designs stand beside each other, with a line for each quantity."""
-
-CHANGED = 3
-"""Significant digits of changes in percent."""
 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
@@ -67,7 +56,7 @@ def without_rounding(values: npt.NDArray[Any], unit: str) -> npt.NDArray[Any]:
     """
     sizes = np.abs(values.astype(float))
     largest = sizes.max(initial=0.0 if unit in ("", "1") else 1.0, where=np.isfinite(sizes))
-    return np.where(sizes < ROUNDING * largest, 0.0, values)
+    return np.where(sizes < 1e-12 * largest, 0.0, values)
 
 
 def aligned(rows: Sequence[Sequence[str]], left: Sequence[int] = ()) -> list[str]:
@@ -87,47 +76,31 @@ NONE_IF = ", none if "
 """What begins the reason for a missing value, at the end of a quantity's meaning."""
 
 
-class _Options(NamedTuple):
-    """How what a table shows is chosen; the values go between the brackets."""
-
-    limit: str
-    select: str
-    quantities: str
-
-
-_OF_COMMAND = _Options("--limit", "--select {}", "--quantities {}")
-_OF_PYTHON = _Options("limit=...", "select=dict({})", 'quantities="{}"')
-
-
 def rows_text(
     rows: Rows, units: str | None = None, width: int | None = None, *, python: bool = False
 ) -> str:
-    """Write designs as a table.
+    """Write designs as a table, no wider than a terminal of some `width`.
 
-    Parameters
-    ----------
-    rows : Rows
-        What is shown.
-    units : str, optional
-        ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
-    width : int, optional
-        Of the terminal.
-    python : bool
-        Name keywords of Python, and not options of the command, where more could be shown.
+    `units` are those of columns, ``power=kW,speed=rpm``, or `archive` for those of the archive.
+    What more could be shown is named by options of the command, or by keywords if `python`.
 
     Raises
     ------
     SceneError
         For units that do not fit.
     """
-    options = _OF_PYTHON if python else _OF_COMMAND
+    limit, select, names_of = (
+        ("limit=...", "select=dict({})", 'quantities="{}"')
+        if python
+        else ("--limit", "--select {}", "--quantities {}")
+    )
     known = {name: unit for name, unit in rows.units.items() if name not in rows.changes}
     choices = unit_choices(units, known)
     columns = {name: _column(rows, name, choices.get(name)) for name in rows.table}
     lines = []
     if rows.fixed:
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
-    if rows.number <= FEW:
+    if rows.number <= 3:  # few designs have room beside each other
         lines.append(_upright(columns, rows, width or WIDTH))
     else:
         same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
@@ -144,15 +117,15 @@ def rows_text(
     shown = rows.number
     if shown < rows.designs:
         what = "row" if rows.listed else "design"
-        lines.append(f"{shown:,} of {counted(rows.designs, what)}; {options.limit} shows more")
+        lines.append(f"{shown:,} of {counted(rows.designs, what)}; {limit} shows more")
     if rows.curves:
         lines.append(f"not shown, because they are curves: {', '.join(rows.curves)}")
     for one, names in rows.several.items():
         over = ", ".join(part.partition("=")[0] for part in one.split(","))
         lines.append(
             f"not shown, because they have several numbers for each design (over {over}): "
-            f"{', '.join(names)}; {options.select.format(one)} shows one of them, "
-            f"{options.quantities.format(names[0])} all"
+            f"{', '.join(names)}; {select.format(one)} shows one of them, "
+            f"{names_of.format(names[0])} all"
         )
     if rows.bands:
         lines.append(OF_BANDS)
@@ -201,7 +174,8 @@ def _column(rows: Rows, name: str, wanted: str | None) -> _Column:
 def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, ...], str]:
     """Numbers of a column as texts, uncertain ones with their band, and the unit they are in."""
     factor, unit = converted(rows.units[name], wanted)
-    digits, sign = (CHANGED, "+") if name in rows.changes else (DIGITS, "")
+    # Changes in percent have three digits and a sign.
+    digits, sign = (3, "+") if name in rows.changes else (DIGITS, "")
     values = rows.table[name]
     if name not in rows.given and name not in rows.changes:
         values = without_rounding(values, rows.units[name])
@@ -279,7 +253,7 @@ def _wide(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
 
 
 def _needed(columns: Sequence[_Column]) -> int:
-    return sum(c.width + GAP for c in columns)
+    return sum(c.width + 3 for c in columns)
 
 
 def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
@@ -293,17 +267,10 @@ def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
 
 
 def nearest_notes(archive: xr.Dataset, values: Mapping[str, float | str]) -> list[str]:
-    """Lines about values of axes that the archive does not have, for which the nearest are taken.
+    """Notes on values of axes that the archive does not have, for which the nearest are taken.
 
     Numbers that look alike in a table, with its four digits, are the same. Words, and names that
     are no axes, are left to whoever cuts the archive.
-
-    Parameters
-    ----------
-    archive : Dataset
-        As `sweeps.open` returns it.
-    values : mapping
-        Values of axes, as `sweeps.nearest` takes them.
 
     Raises
     ------
