@@ -98,7 +98,7 @@ def best(
     with opened(archive) as dataset:
         from sweeps.decide.explore.opening import nearest
         from sweeps.decide.explore.search import best as best_of
-        from sweeps.view.texts.optimised import found_text
+        from sweeps.view.texts.optimised import best_text
 
         check_slices(dataset, select)
         part = nearest(dataset, **select)
@@ -106,7 +106,7 @@ def best(
             part, least=least, most=most, within=within, at_every=names_of(at_every) or (),
             not_counted=names_of(not_counted) or (),
         )  # fmt: skip
-        text = found_text(dataset, designs, names_of(quantities), units, terminal_width(), within)
+        text = best_text(dataset, designs, names_of(quantities), units, terminal_width(), within)
     say(text)
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("dyn")
 class ArchiveAccessor:
-    """What `sweeps` does with an archive: ``archive.dyn``.
+    """Methods of `sweeps` on an archive: ``archive.dyn``.
 
     `plot` draws its figures, `show` and `table` give numbers, `best` and `pareto` find designs,
     `status_words` and `outcomes` tell what became of them, `to_excel` and `export` write files.
@@ -214,9 +214,9 @@ class ArchiveAccessor:
 
         from sweeps.decide.explore.rows import rows
 
-        found = rows(self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
+        shown = rows(self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
                      relative_to=relative_to)  # fmt: skip
-        return pd.DataFrame(found.table)
+        return pd.DataFrame(shown.table)
 
     def show(
         self, *, select: Mapping[str, float | str] | None = None,
@@ -252,12 +252,12 @@ class ArchiveAccessor:
         if has_indices(self._archive) and all(one is None for one in asked):
             print(printable(sensitivities_text(self._archive)))
             return
-        found = rows(
+        shown = rows(
             self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
             relative_to=relative_to,
         )  # fmt: skip
         with said_in_python():
-            text = rows_text(found, units_text(units), python=True)
+            text = rows_text(shown, units_text(units), python=True)
         print(printable(text))
 
     def to_excel(

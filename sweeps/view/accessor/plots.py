@@ -79,8 +79,8 @@ class Plots:
             raise AttributeError(name)
         from sweeps.view.figures.kinds import KINDS
 
-        found = next((kind for kind in KINDS if kind.name == name), None)
-        if found is None:
+        kind_of_name = next((kind for kind in KINDS if kind.name == name), None)
+        if kind_of_name is None:
             hint = did_you_mean(name, dir(self)) or "."
             raise AttributeError(
                 f"figure '{name}': no such kind{hint} Kinds: {', '.join(dir(self))}"
@@ -103,7 +103,7 @@ class Plots:
         options = inspect.cleandoc(options_of.__doc__ or "")
         options = options.partition("----------\n")[2].partition("\n\nReturns")[0]
         options = "quantities :" + options.partition("quantities :")[2]
-        draw.__doc__ = _HELP.format(shows=found.shows, options=options, name=name)
+        draw.__doc__ = _HELP.format(shows=kind_of_name.shows, options=options, name=name)
         return draw
 
     def __call__(

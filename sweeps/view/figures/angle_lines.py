@@ -61,15 +61,15 @@ def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
 
 def _start_angle(view: View, index: Mapping[str, int]) -> float | None:
     """Where a curve that was not run to a closed cycle begins."""
-    found = []
+    values = []
     for name in ("status", "start_angle"):
         if name not in view.data.variables:
             return None
         array = view.at(name, index)
         if array.ndim or not np.isfinite(float(array.values)):
             return None
-        found.append(float(array.values))
-    return found[1] if found[0] == outcome.PASSES_DONE else None
+        values.append(float(array.values))
+    return values[1] if values[0] == outcome.PASSES_DONE else None
 
 
 def draw_curves(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 BLOCK, TOP = 1.9, 2.7
-"""Distances from the shaft in crank radii of cylinder 1: its pin, both ends of a cylinder."""
+"""Distances of both ends of a cylinder from the shaft, in crank radii of cylinder 1."""
 
 
 def arrangements_of(
@@ -34,12 +34,12 @@ def arrangements_of(
     """
     described = json.loads(view.data.attrs.get("arrangement") or "[]")
     listed = [described] if isinstance(described, dict) else described
-    found: dict[str, Mapping[str, Any]] = {}
+    by_ending: dict[str, Mapping[str, Any]] = {}
     for number, one in enumerate(listed, start=1):
         if usable(one):
             ending = f"_{slug(called(one))}" if len(listed) > 1 else ""
-            found[f"{ending}_{number}" if ending in found else ending] = one
-    return dict(itertools.islice(found.items(), MOST_PANELS))
+            by_ending[f"{ending}_{number}" if ending in by_ending else ending] = one
+    return dict(itertools.islice(by_ending.items(), MOST_PANELS))
 
 
 def called(one: Mapping[str, Any]) -> str:
@@ -100,8 +100,8 @@ def _firing_star(panel: Axes, one: Mapping[str, Any]) -> None:
     silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
     blank(panel, 1.32)
     circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
-    found = sorted(gathered(angles))
-    for angle, members in found:
+    firings = sorted(gathered(angles))
+    for angle, members in firings:
         x, y = point(angle, 1.0)
         missing = all(i in silent for i in members)
         arrow = {
@@ -110,9 +110,9 @@ def _firing_star(panel: Axes, one: Mapping[str, Any]) -> None:
         }  # fmt: skip
         panel.annotate("", (x, y), (0.0, 0.0), arrowprops=arrow)
         label(panel, angle, 1.06, members, weight="bold")
-    if len(found) > 1:
-        following = [*found[1:], (found[0][0] + 360.0, [])]
-        for (here, _), (after, _) in zip(found, following, strict=True):
+    if len(firings) > 1:
+        following = [*firings[1:], (firings[0][0] + 360.0, [])]
+        for (here, _), (after, _) in zip(firings, following, strict=True):
             x, y = point(0.5 * (here + after), 0.72)
             gap = _degrees((after - here) * one["period"] / 360.0)
             panel.text(x, y, gap, ha="center", va="center", color=GREY, size=6.5)
@@ -182,11 +182,11 @@ def label(panel: Axes, angle: float, radius: float, members: list[int], **style:
     # A long list in two rows.
     half = len(names) if len(names) <= 4 else -(-len(names) // 2)
     text = ",\n".join(", ".join(row) for row in (names[:half], names[half:]) if row)
-    aside, above = point(angle, 1.0)
+    sideways, above = point(angle, 1.0)
     panel.text(
         x, y, text, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
         size=7.5, linespacing=1.0, zorder=4,
-        ha="center" if abs(aside) < 0.3 else "left" if aside > 0.0 else "right",
+        ha="center" if abs(sideways) < 0.3 else "left" if sideways > 0.0 else "right",
         va="center" if abs(above) < 0.3 else "bottom" if above > 0.0 else "top", **style,
     )  # fmt: skip
 
@@ -214,7 +214,7 @@ def _degrees(angle: float) -> str:
 
 
 WEB, JOURNAL = 0.14, 0.2
-"""Half thickness of the webs along the shaft, half heights of journals and pins, in crank radii."""
+"""Half thickness of the webs along the shaft and half height of the journals, in crank radii."""
 
 PITCH = 2.0
 """Distance of two throws in crank radii: the drawing is not to scale along the shaft."""
@@ -246,7 +246,7 @@ def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 Throw = tuple[float, float, float, list[int]]
-"""Place along the shaft, angle [degree] from the upright, radius, and its cylinders."""
+"""A throw: place along the shaft, angle [degree] from the upright, radius, and its cylinders."""
 
 
 def _throws(one: Mapping[str, Any]) -> list[Throw]:
@@ -254,14 +254,14 @@ def _throws(one: Mapping[str, Any]) -> list[Throw]:
     angles = np.asarray(one["throws"], dtype=float)
     radii = np.asarray(one.get("radius_factor", np.ones(angles.size)), dtype=float)
     places = np.asarray(one["positions"], dtype=float)
-    found = []
+    pins = []
     for place in np.unique(places):
         here = np.flatnonzero(places == place)
         for radius in np.unique(radii[here]):
             same = here[radii[here] == radius]
             for angle, members in gathered(angles[same] - angles[0]):
-                found.append((float(place), angle, float(radius), [int(same[i]) for i in members]))
-    return found
+                pins.append((float(place), angle, float(radius), [int(same[i]) for i in members]))
+    return pins
 
 
 def _side_view(panel: Axes, throws: Sequence[Throw], fraction: float) -> None:

@@ -33,7 +33,7 @@ VECTORS = {
     "moment": ("reciprocating_moment", "shaking_moment", "shaking_moment_first",
                "shaking_moment_second"),
 }  # fmt: skip
-"""Before balancing, after it, and its first two orders."""
+"""Vectors before balancing and after it, and the first two orders of the latter."""
 PARTS: dict[str, tuple[str, str, Any]] = {
     "reciprocating_force_first": ("Primary force", "#d1541b", DASHES[1]),
     "reciprocating_force_second": ("Secondary force", "#1b4f9c", DASHES[3]),
@@ -41,27 +41,27 @@ PARTS: dict[str, tuple[str, str, Any]] = {
     "counterweight_force": ("Counterweights", "#7b2d8b", DASHES[4]),
     "shaking_force": ("Sum with all orders", "#000000", "-"),
 }
-"""What the shaking force is made of: label, colour and dashes; the sum is drawn with two others."""
+"""Parts of the shaking force: label, colour and dashes; their sum is drawn with two or more."""
 
 
 MOST_PANELS = 6
 
 
 NOTHING = 1e-9
-"""Fraction of the largest value of a figure below which a value is rounding."""
+"""Fraction of the largest value of a figure below which a value is only rounding."""
 
 SMALLEST = 1e-6
-"""N or N m, and kN; less is rounding of sums that cancel."""
+"""Forces and moments, in N and N m or kN, below which sums that cancel are only rounding."""
 
 
 Pair = tuple[Floats, Floats]
-"""Components along cylinder 1 and across it, over one turn."""
+"""Components of a vector along cylinder 1 and across it, over one turn."""
 
 Line = tuple[str, Floats, dict[str, Any]]
-"""What the legend says of a line, its ordinates and its look."""
+"""A line: its text in the legend, its ordinates and its look."""
 
 Looks = Mapping[str, tuple[str, dict[str, Any]]]
-"""The same without the ordinates, for each variable."""
+"""Text of the legend and look of the line of each variable."""
 
 SIDES = ("Along cylinder 1", "Across")
 

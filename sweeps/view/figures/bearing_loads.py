@@ -23,11 +23,11 @@ BEARINGS = {
     "piston_pin": "piston pin, cylinder 1",
     "main_journal": "main journal",
 }
-"""Beginnings of the names, and what bears."""
+"""Bearings by the beginnings of the names of their loads, and the words of the legend."""
 
 
 SIZES = {"_max": "largest", "_mean": "mean"}
-"""Endings, and what of the cycle they are."""
+"""Endings of the names of loads, and the words of the legend."""
 
 
 def bearing_load_names(view: View) -> list[str]:
@@ -42,8 +42,8 @@ def bearing_pressure_names(view: View) -> list[str]:
 
 def _over_speed(view: View, what: str) -> list[str]:
     names = [f"{bearing}_{what}{size}" for bearing in BEARINGS for size in SIZES]
-    found = [name for name in names if view.has(name) and "speed" in view.array(name).dims]
-    return found if len(found) > 1 else []
+    present = [name for name in names if view.has(name) and "speed" in view.array(name).dims]
+    return present if len(present) > 1 else []
 
 
 def bearing_loads(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -88,9 +88,9 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
 def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: Entries) -> None:
     """Draw one line for each variable: a colour for each bearing, dashes for means."""
     speed = view.axis("speed").values
-    for rank, (bearing, said_of) in enumerate(BEARINGS.items()):
+    for rank, (bearing, title) in enumerate(BEARINGS.items()):
         load = f"{bearing}_{what}"
-        journal, text = _most_loaded(view, names, load), said_of
+        journal, text = _most_loaded(view, names, load), title
         if journal is not None:
             text += f" {view.axis(JOURNALS).text(journal)}, the most loaded"
         for size, said in SIZES.items():

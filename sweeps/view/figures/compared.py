@@ -73,7 +73,7 @@ def compared(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def labels_of(view: View) -> tuple[str, str]:
-    """What the two archives are called."""
+    """Names of the two archives."""
     first, second = json.loads(view.data.attrs.get("compared", '["first", "second"]'))
     return plain_text(str(first)), plain_text(str(second))
 

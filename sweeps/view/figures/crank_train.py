@@ -49,7 +49,7 @@ FORCES: dict[str, tuple[str, Any]] = {
 """Colour and dashes of each force."""
 
 LONGEST = 1.9
-"""Crank radii of the longest arrow."""
+"""Length of the longest arrow in crank radii."""
 
 
 PISTON = 0.5
@@ -157,14 +157,14 @@ def mechanism(view: View, at: int) -> Mechanism:
 def directions(place: Mechanism) -> dict[str, tuple[Floats, Floats]]:
     """Where each force acts and its direction where it is positive, of unit length."""
     rod = place.pin - place.wrist
-    down, aside = np.array([0.0, -1.0]), np.array([-1.0, 0.0])
+    down, sideways = np.array([0.0, -1.0]), np.array([-1.0, 0.0])
     turned = np.radians(place.angle)
     head = place.wrist + np.array([0.0, PISTON])
     return {
         "gas_force": (head - np.array([0.5 * place.half_bore, 0.0]), down),
         "inertia_force": (head + np.array([0.5 * place.half_bore, 0.0]), down),
         "rod_force": (place.pin, rod / np.hypot(*rod)),
-        "wall_thrust": (place.wrist, aside),
+        "wall_thrust": (place.wrist, sideways),
         "tangential_force": (place.pin, np.array([np.cos(turned), -np.sin(turned)])),
         "radial_force": (place.pin, -place.pin),
     }
@@ -223,12 +223,12 @@ def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -
     along = vector / np.hypot(*vector)
     pressing = name in ("gas_force", "inertia_force") and vector[1] < 0.0
     # beside what presses on the piston, beyond the tip of others; R ends at the shaft, among bars
-    beside = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
+    place = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
     if name == "radial_force":
-        beside = end + 0.3 * np.array([-along[1], along[0]])
-    panel.update_datalim([start, end, beside])  # what lies outside the limits is not written
+        place = end + 0.3 * np.array([-along[1], along[0]])
+    panel.update_datalim([start, end, place])  # what lies outside the limits is not written
     panel.annotate(
-        symbol, tuple(beside), color=FORCES[name][0], fontsize=8.0, va="center", zorder=7,
+        symbol, tuple(place), color=FORCES[name][0], fontsize=8.0, va="center", zorder=7,
         ha="left" if pressing else "center",
         path_effects=[withStroke(linewidth=2.0, foreground="white")],
     )  # fmt: skip

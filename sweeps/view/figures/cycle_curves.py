@@ -88,7 +88,7 @@ GROUPS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         )
     },
 }  # fmt: skip
-"""What is drawn in one panel: file, title, ordinate and variables."""
+"""Variables that share a panel: name of the file, title, ordinate and the variables."""
 
 # ---- several variables in one panel --------------------------------------------------------------
 
@@ -158,9 +158,9 @@ def curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the crank angle, along each axis that changes it."""
     with_speed = torque_and_speed_names(study.view)  # their figure has the nominal design
     for name in names:
-        found = list(study.views_of(name))
-        others = [(view, along) for view, along in found if along not in COUNTED]
-        for view, along in others or [(found[0][0], None)]:
+        views = list(study.views_of(name))
+        others = [(view, along) for view, along in views if along not in COUNTED]
+        for view, along in others or [(views[0][0], None)]:
             parts = any(dim in view.array(name).dims for dim in COUNTED)
             if along is not None or parts or name not in with_speed:
                 yield stem_of(name, view, along), curve_figure(view, name, along)
@@ -248,8 +248,8 @@ def _stacked(
     A variable that is drawn twice has a logarithmic ordinate the second time, if it is positive.
     """
     names = list(dict.fromkeys(drawn))
-    found = study.views_by_axis(names)
-    for whole, along in found:
+    views = study.views_by_axis(names)
+    for whole, along in views:
         view = whole.only(names, [along])
         axis = view.axis(along)
         panels = []
@@ -262,7 +262,7 @@ def _stacked(
             size=(0.5, 1.6), columns=1, room=5.0, tall=1.6, one_turn=one_turn,
             legend=bool(axis), legend_title=axis.label, below=False,
         )  # fmt: skip
-        yield stem_of(base, view, along, len(found) == 1), finished
+        yield stem_of(base, view, along, len(views) == 1), finished
 
 
 def load_curve_names(view: View) -> list[str]:
@@ -278,10 +278,10 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     Without loads, the lines are those of another axis of few values. Where only one variable
     changes, a general kind draws it.
     """
-    found = {along: view for view, along in study.views_by_axis(names) if along is not None}
-    few = [axis for axis, view in found.items() if view.axis(axis).size <= MOST_LINES]
-    along = "load" if "load" in found else few[0] if few else None
-    whole = found.get(along, study.view)
+    views = {along: view for view, along in study.views_by_axis(names) if along is not None}
+    few = [axis for axis, view in views.items() if view.axis(axis).size <= MOST_LINES]
+    along = "load" if "load" in views else few[0] if few else None
+    whole = views.get(along, study.view)
     shown = [name for name in names if along is not None and whole.varies([name], along)]
     if along is None or len(shown) < 2:
         return

@@ -43,9 +43,9 @@ def distributions(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the histogram of each quantity, with its mean and quantiles."""
     for name in names:
         quantity = name.removesuffix("_histogram")
-        along, beside = quantity + "_bin", [f"{quantity}_{key}" for key in ("mean", "quantile")]
+        along, statistics = quantity + "_bin", [f"{quantity}_{key}" for key in ("mean", "quantile")]
         facet = facet_of(study.view, [name], (along,))
-        view = study.view.only([name, *beside], [along, facet, "quantile"])
+        view = study.view.only([name, *statistics], [along, facet, "quantile"])
         axis = view.axis(facet)
         picked = axis.picked(MOST_PANELS)
         edges = np.append(view.numbers(f"{along}_low"), view.numbers(f"{along}_high")[-1])

@@ -58,8 +58,8 @@ def figure(
     --------
     >>> figure(archive, "torque_and_speed").savefig("torque.png")  # doctest: +SKIP
     """
-    with drawing(dataset, replace(options or Options(), only=(kind,)), ax) as found:
-        _, drawn = next(found, ("", None))
+    with drawing(dataset, replace(options or Options(), only=(kind,)), ax) as named:
+        _, drawn = next(named, ("", None))
         if drawn is None:
             raise SceneError(_missing(kind))
         if ax is None:
@@ -87,13 +87,13 @@ def figures(dataset: xr.Dataset, options: Options | None = None) -> dict[str, Fi
     SceneError
         As `figure`.
     """
-    found: dict[str, Figure] = {}
+    drawn_figures: dict[str, Figure] = {}
     with drawing(dataset, options or Options()) as named:
         for stem, drawn in named:
-            if stem not in found:
+            if stem not in drawn_figures:
                 drawn.canvas.draw()
-                found[stem] = drawn
-    return found
+                drawn_figures[stem] = drawn
+    return drawn_figures
 
 
 @contextmanager
@@ -243,10 +243,10 @@ def _together(folder: Path) -> Iterator[dict[Path, Path]]:
 
 def kinds_text(dataset: xr.Dataset, options: Options | None = None) -> str:
     """List what `plot --only` can draw of an archive, and what the other kinds need."""
-    found = kinds_of(dataset, options)
-    wide = max(len(kind.name) for kind, _ in found)
-    given = [f"  {kind.name:{wide}}  {kind.shows}" for kind, names in found if names]
-    absent = [f"  {kind.name:{wide}}  needs {kind.needs}" for kind, names in found if not names]
+    kinds = kinds_of(dataset, options)
+    wide = max(len(kind.name) for kind, _ in kinds)
+    given = [f"  {kind.name:{wide}}  {kind.shows}" for kind, names in kinds if names]
+    absent = [f"  {kind.name:{wide}}  needs {kind.needs}" for kind, names in kinds if not names]
     lines = (
         ["figures available for this archive:", *given]
         if given

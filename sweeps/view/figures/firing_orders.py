@@ -26,8 +26,10 @@ def order_names(view: View) -> list[str]:
     if OF_ORDERS not in view.data.attrs or "firing_order" not in view.data.coords:
         return []
     by = json.loads(view.data.attrs[OF_ORDERS])["by"]
-    found = [name for name in by if view.has(name) and ARRANGEMENT in view.array(name).dims]
-    return [*found, *(name for name in ("rank", "rank_sum") if view.has(name))] if found else []
+    criteria = [name for name in by if view.has(name) and ARRANGEMENT in view.array(name).dims]
+    return (
+        [*criteria, *(name for name in ("rank", "rank_sum") if view.has(name))] if criteria else []
+    )
 
 
 def firing_orders(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 
 VOLUMES = ("cylinder_volume", "relative_volume", "displaced_volume", "relative_displaced_volume")
-"""Of a recorded pressure; the first two with the clearance volume."""
+"""Volumes that a recorded pressure may have; the first two include the clearance volume."""
 
 SHEET = (
     "pressure_of_cycle", "heat_release_rate", "heat_released", "imep_of_cycle",
     "peak_pressure_of_cycle", "peak_angle_of_cycle",
 )  # fmt: skip
-"""What the sheet of a recorded pressure draws beside mean pressure and volume."""
+"""Variables of the sheet of a recorded pressure, besides mean pressure and volume."""
 
 
 NEAR = (-60.0, 90.0)
-"""Crank angles around firing dead centre, in degrees."""
+"""First and last crank angle of the panels around firing dead centre, in degrees."""
 
 
 MEAN = "#000000"
@@ -52,8 +52,8 @@ def work_names(view: View) -> list[str]:
 def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw p over V, and both logarithmic where the clearance volume is known."""
     # Axes that change the travel of the piston alone leave the loops nearly the same.
-    found = study.views_by_axis(names[:1])
-    for whole, along in found:
+    views = study.views_by_axis(names[:1])
+    for whole, along in views:
         view = whole.only(names, [along])
         axis = view.axis(along)
         logarithmic = names[1] == "cylinder_volume" or _ratio(view, axis.place(0)) is not None
@@ -69,7 +69,7 @@ def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
             axis.by("Work diagrams"), notes, view.caption, legend=bool(axis),
             legend_title=axis.label,
         )  # fmt: skip
-        yield stem_of("work_diagrams", view, along, len(found) == 1), drawn
+        yield stem_of("work_diagrams", view, along, len(views) == 1), drawn
 
 
 def _volume_label(view: View, name: str, logarithmic: bool) -> str:

@@ -253,37 +253,37 @@ def uncertainty_names(view: View) -> set[str]:
     of_bands = {
         end for name in view.data.data_vars for end in parameter_lines.band_names(str(name))
     }
-    found = {str(n) for n, v in view.data.data_vars.items() if UNCERTAIN in v.dims}
-    found |= {name.removesuffix(SHARE) + EXPLAINED for name in found}
-    return found | of_bands | {FAILED_DRAWS} if found else set()
+    uncertain = {str(n) for n, v in view.data.data_vars.items() if UNCERTAIN in v.dims}
+    uncertain |= {name.removesuffix(SHARE) + EXPLAINED for name in uncertain}
+    return uncertain | of_bands | {FAILED_DRAWS} if uncertain else set()
 
 
 def figures_of(study: Study, only: Sequence[str] = ()) -> NamedFigures:
     """All figures of a study, or those of some kinds, with the names of their files."""
     for kind, names in taken_by_kinds(study):
         if names and (not only or kind.name in only):
-            yield from kind.draw(study.unturned() if kind.own_angle else study, names)
+            yield from kind.draw(study.with_own_angle() if kind.own_angle else study, names)
 
 
 def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
     """Every kind with the variables that it draws of an archive; none where it has nothing."""
-    found = {kind.name: list(kind.takes(study.view)) for kind in KINDS}
+    names_of = {kind.name: list(kind.takes(study.view)) for kind in KINDS}
     special = [kind.name for kind in KINDS if not (kind.general or kind.shared)]
-    taken = {name for kind in special for name in found[kind]}
-    beside = uncertainty_names(study.view) | distributions.statistics_names(study.view)
+    taken = {name for kind in special for name in names_of[kind]}
+    statistics = uncertainty_names(study.view) | distributions.statistics_names(study.view)
     chosen = study.view.options.quantities
     for kind in KINDS:
         if kind.general:
-            found[kind.name] = [
+            names_of[kind.name] = [
                 name
-                for name in found[kind.name]
+                for name in names_of[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
                 and "flag_meanings" not in study.view.array(name).attrs  # a verdict is a word
-                and name not in beside
+                and name not in statistics
                 and (name in chosen if chosen else name not in taken)
                 and (kind.draw is not numbers.numbers or numbers.says_something(study.view, name))
             ]
         elif chosen:
-            found[kind.name] = [name for name in found[kind.name] if name in chosen]
-    return [(kind, found[kind.name]) for kind in KINDS]
+            names_of[kind.name] = [name for name in names_of[kind.name] if name in chosen]
+    return [(kind, names_of[kind.name]) for kind in KINDS]

@@ -38,7 +38,7 @@ LOST: dict[str, tuple[str, str]] = {
 """Marker and hatching of a design without an answer, by its outcome."""
 
 LOST_OTHERWISE = ("<", "oo")
-"""The same for an outcome that is not listed."""
+"""Marker and hatching of a design whose outcome is not listed."""
 
 
 def shade(position: float) -> Any:
@@ -60,7 +60,7 @@ def line_style(index: int, count: int, strong: bool = False) -> dict[str, Any]:
 
 
 def lost_handle(why: str, colour: Any = GREY) -> Artist:
-    """What a legend shows for designs without an answer."""
+    """Mark of a legend for designs without an answer."""
     from matplotlib.lines import Line2D
 
     return Line2D([], [], **lost_look(why, colour))
@@ -111,7 +111,7 @@ TARGET_LOOK: dict[str, Any] = {"color": "#c1272d", "linestyle": (0, (7, 2)), "li
 
 
 def target_text(view: View, name: str, text: str) -> str:
-    """What a legend calls a target: ``Target δ = 1/200``."""
+    """Text of the legend for a target: ``Target δ = 1/200``."""
     variable = view.array(name)
     unit = unit_text(str(variable.attrs.get("units", "")))
     return f"Target {symbol_of(variable) or name_of(variable, name)} = {text} {unit}".rstrip()

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 
 Draw = Callable[["Axes", View, int], Entries]
-"""Draws one recording into a panel, and says what the legend explains."""
+"""Function that draws one recording into a panel and returns the entries of the legend."""
 
 MEASURED, COMPUTED = 0.0, 0.75
-"""Where on the scale of lightness both stand."""
+"""Lightness of lines of measured and of computed speeds."""
 
 
 def with_recordings(view: View) -> View:
@@ -49,12 +49,12 @@ def with_recordings(view: View) -> View:
         along = variable.dims[:1] in (("crank_angle",), ("interval",), ("order",), ())
         single = (key in data.data_vars and along) or (key in data.coords and not variable.dims)
         variables[key] = variable.expand_dims("recording") if single else variable
-    found = xr.Dataset(
+    whole = xr.Dataset(
         {key: variables[key] for key in data.data_vars},
         {key: variables[key] for key in data.coords},
         data.attrs,
     )
-    return replace(view, data=found)
+    return replace(view, data=whole)
 
 
 def shown_recordings(view: View) -> list[int]:
@@ -248,7 +248,7 @@ def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _measured_notes(view: View) -> list[str]:
-    """What was done with the teeth and where the gap is."""
+    """Notes on the errors of the teeth, and on recordings that are not shown."""
     attributes = view.data.attrs
     notes = []
     if "tooth_errors" in attributes:
@@ -346,7 +346,7 @@ DELTAS_FITTED = (
     Delta("delta_predicted", "delta_predicted_deviation", "predicted from the others", "^",
           COMPUTED),
 )  # fmt: skip
-"""What is drawn of the deltas: measured, fitted, and predicted from the other recordings."""
+"""Marks of the deltas: measured, fitted, and predicted from the other recordings."""
 
 
 def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -381,7 +381,7 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _fit_notes(view: View) -> list[str]:
-    """What was found, as far as a line has room."""
+    """Fitted values with their intervals, as many as a line has room for."""
     data = view.data
     names, units = (np.atleast_1d(data[key].values) for key in ("parameter", "unit"))
     low, value, high = (

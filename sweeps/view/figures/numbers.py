@@ -63,16 +63,16 @@ if TYPE_CHECKING:
 def family_figure(study: Study, name: str, parameter: str) -> Figure:
     """One variable against one parameter, with the families that lie elsewhere."""
     view = dict(study.base)[parameter]
-    aside = [
+    elsewhere = [
         (other, keys)
-        for key, other, keys in study.aside
+        for key, other, keys in study.elsewhere
         if key == parameter and not view.axis(parameter).words  # words have no common places
     ]
     more = [
         line_of(other, name, {}, other.fixed["design"], x=other.axis(parameter).values)
-        for other, _ in aside
+        for other, _ in elsewhere
     ]
-    apart = dict.fromkeys(key for _, keys in aside for key in keys)
+    apart = dict.fromkeys(key for _, keys in elsewhere for key in keys)
     tags = [design_text(study.view.data, key, 0) for key in apart]
     text = f"{', '.join(tags)} (nominal)" if more else COMPUTED
     same = [text for text in view.others if text not in tags]
@@ -127,8 +127,8 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
         entries[line.text] = drawn
         if line.published is not None and np.isfinite(line.published).any():
             look = {"markersize": 8, "markerfacecolor": "none", "color": style["color"]}
-            (beside,) = panel.plot(line.published[picked], y, "o", **look)
-            entries.setdefault("Published", beside)
+            (rings,) = panel.plot(line.published[picked], y, "o", **look)
+            entries.setdefault("Published", rings)
         for why in sorted({str(said) for said in line.said if said}):
             if why == NO_VALUE and axis.name in COUNTED:
                 continue  # the engine has no such part
@@ -183,7 +183,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
 
 
 PER_RPM = {"rpm": 1.0, "rad s-1": RPM}
-"""Units of speeds, and what one revolution a minute is in them."""
+"""One revolution a minute in each unit of speeds."""
 
 
 def _values(view: View, name: str) -> Floats | None:
@@ -221,30 +221,30 @@ def _equal(one: Floats, other: Floats) -> bool:
     return bool(np.all(np.abs(one - other)[known] <= 1e-3 * size))
 
 
-def without_twins(study: Study, names: Sequence[str]) -> tuple[Study, list[str]]:
+def without_equals(study: Study, names: Sequence[str]) -> tuple[Study, list[str]]:
     """Leave out variables that are equal to an earlier one, whose figures then say so."""
     view = study.view
     kept: list[str] = []
     said: dict[str, str] = {}
     for name in names:
         array, values = view.array(name), _values(view, name)
-        twin = None
+        equal = None
         for other in kept:
-            beside = view.array(other)
-            if beside.dims != array.dims or beside.attrs.get("units") != array.attrs.get("units"):
+            earlier = view.array(other)
+            if earlier.dims != array.dims or earlier.attrs.get("units") != array.attrs.get("units"):
                 continue
             others = _values(view, other)
             if values is None or others is None or not np.isfinite(values).any():
                 continue
             if (np.isfinite(values) == np.isfinite(others)).all() and _equal(values, others):
-                twin = other
+                equal = other
                 break
-        if twin is None or view.published(name, everywhere=True):
+        if equal is None or view.published(name, everywhere=True):
             kept.append(name)
         else:
             text = f"{name_of(array, name)} {symbol_of(array)}".rstrip()
-            said[twin] = f"{said[twin]}, {text}" if twin in said else f"the same: {text}"
-    return _changed(study, lambda one: replace(one, twins={**one.twins, **said})), kept
+            said[equal] = f"{said[equal]}, {text}" if equal in said else f"the same: {text}"
+    return _changed(study, lambda one: replace(one, equals={**one.equals, **said})), kept
 
 
 def deviations_of_speed(study: Study, names: Sequence[str]) -> Study:
@@ -265,7 +265,9 @@ def _changed(study: Study, change: Callable[[View], View]) -> Study:
         study,
         view=change(study.view),
         base=tuple((parameter, change(view)) for parameter, view in study.base),
-        aside=tuple((parameter, change(view), keys) for parameter, view, keys in study.aside),
+        elsewhere=tuple(
+            (parameter, change(view), keys) for parameter, view, keys in study.elsewhere
+        ),
     )
 
 
@@ -299,7 +301,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
 
 
 MAIN = ("delta",)
-"""What a study is made for: it is drawn against each of its axes, even where there is a map."""
+"""Main results of a study, drawn against each of their axes even where there is a map."""
 
 UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 """A variable whose unit depends on a parameter: it is not drawn along that parameter."""
@@ -318,7 +320,7 @@ def says_something(view: View, name: str) -> bool:
 
 def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw variables that are numbers and say something: points, maps, small multiples of these."""
-    study, names = without_twins(deviations_of_speed(study, names), names)
+    study, names = without_equals(deviations_of_speed(study, names), names)
     for stem, group in _groups(study.view, names):
         axes = study.view.axes(group)
         if "design" in axes:
@@ -355,11 +357,11 @@ def _groups(view: View, names: Sequence[str]) -> list[tuple[str, list[str]]]:
     taken: set[str] = set()
     for what in ("omega", "torque"):
         stem, members = f"{what}_extremes", [f"{what}_{end}" for end in ("max", "mean", "min")]
-        found = [name for name in members if name in names]
-        alike = {(view.array(n).dims, view.array(n).attrs.get("units")) for n in found}
-        if len(found) > 1 and len(alike) == 1:
-            groups.append((stem, found))
-            taken |= set(found)
+        present = [name for name in members if name in names]
+        alike = {(view.array(n).dims, view.array(n).attrs.get("units")) for n in present}
+        if len(present) > 1 and len(alike) == 1:
+            groups.append((stem, present))
+            taken |= set(present)
     return groups + [(name, [name]) for name in names if name not in taken]
 
 

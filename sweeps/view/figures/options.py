@@ -1,4 +1,4 @@
-"""What a caller decides about figures: kinds, style, size, crank angle, targets, slices."""
+"""Options of figures: kinds, style, size, crank angle, targets, slices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from sweeps.base.errors import SceneError, did_you_mean, one_line, shown, size_t
 from sweeps.base.ratios import number_or_ratio
 
 SMALLEST, LARGEST = 60.0, 1200.0
-"""Millimetres of a side of a figure; smaller ones have no room for their labels."""
+"""Smallest and largest side of a figure in mm; smaller ones have no room for their labels."""
 
 ZEROS: Mapping[str, tuple[float, str]] = {
     "firing-tdc": (0.0, "firing top dead centre"),
@@ -28,16 +28,16 @@ ZEROS: Mapping[str, tuple[float, str]] = {
     "bdc": (-180.0, "bottom dead centre before compression"),
     "expansion-bdc": (180.0, "bottom dead centre after expansion"),
 }
-"""Where the crank angle is counted from: degrees after firing dead centre, and its name."""
+"""Zeros of the crank angle: degrees after firing dead centre, and the name of the place."""
 
 MOST_STYLE = 1 << 20
-"""Bytes of a style file."""
+"""Largest style file in bytes."""
 
 MOST_DPI = 1200
-"""Dots per inch of a style; with more, a figure takes gigabytes."""
+"""Most dots per inch of a style; with more, a figure takes gigabytes."""
 
 MOST_POINTS = 500
-"""Points (1/72 inch) of letters, lines, marks and gaps of a style; larger ones fill any figure."""
+"""Largest letters, lines, marks and gaps of a style in points; larger ones fill any figure."""
 
 Target = tuple[str, float]
 """A value that is aimed at, as it was written (1/200) and as a number."""
@@ -45,7 +45,7 @@ Target = tuple[str, float]
 
 @dataclass(frozen=True)
 class Options:
-    """What a caller decides about figures; all of it may be left out.
+    """Options of figures; all of them may be left out.
 
     `options_of` makes one of what people write, and says what each keyword is. Here kinds have the
     names of `sweeps.view.figures.kinds.KINDS`, and empty tuples stand for all. A figure without a
@@ -142,12 +142,12 @@ def options_of(
 
 def _degrees(given: str | float) -> float:
     try:
-        found = float(given)
+        angle = float(given)
     except ValueError:
-        found = np.nan
-    if not np.isfinite(found):
+        angle = np.nan
+    if not np.isfinite(angle):
         raise SceneError(f"at {shown(given)}: must be a crank angle in degrees, such as 20")
-    return found
+    return angle
 
 
 def _names(given: str | Iterable[str]) -> tuple[str, ...]:
@@ -161,8 +161,8 @@ def _pair(given: str | tuple[float, float], sign: str) -> tuple[float, float] | 
     """Two finite numbers, of a text with a sign between them."""
     if isinstance(given, str):
         number = r"\s*+([-+]?(?:\d++(?:\.(?!\.)\d*+)?+|\.\d++))\s*+"
-        found = re.fullmatch(number + sign + number, given, re.ASCII)
-        parts: tuple[Any, ...] = found.groups() if found else ()
+        match = re.fullmatch(number + sign + number, given, re.ASCII)
+        parts: tuple[Any, ...] = match.groups() if match else ()
     else:
         parts = tuple(given) if isinstance(given, Iterable) else ()
     try:
@@ -173,27 +173,27 @@ def _pair(given: str | tuple[float, float], sign: str) -> tuple[float, float] | 
 
 
 def _size(given: str | tuple[float, float]) -> tuple[float, float]:
-    found = _pair(given, "[xX\N{MULTIPLICATION SIGN}]")
-    if found is None or not all(SMALLEST <= side <= LARGEST for side in found):
+    sides = _pair(given, "[xX\N{MULTIPLICATION SIGN}]")
+    if sides is None or not all(SMALLEST <= side <= LARGEST for side in sides):
         raise SceneError(
             f"size {shown(given)}: must be width and height in millimetres, such as 160x100, "
             f"each from {SMALLEST:g} to {LARGEST:g}"
         )
-    return found
+    return sides
 
 
 def _angle(given: str | tuple[float, float]) -> tuple[float, float]:
-    found = _pair(given, r"\.\.")
-    if found is None or found[1] - found[0] not in (360.0, 720.0) or abs(found[0]) > 720.0:
+    ends = _pair(given, r"\.\.")
+    if ends is None or ends[1] - ends[0] not in (360.0, 720.0) or abs(ends[0]) > 720.0:
         raise SceneError(
             f"angle {shown(given)}: must be the first and the last crank angle of one cycle, "
             "such as 0..720 or -360..360"
         )
-    return found
+    return ends
 
 
 def _targets(given: str | Iterable[str] | Mapping[str, Any]) -> dict[str, tuple[Target, ...]]:
-    found: dict[str, tuple[Target, ...]] = {}
+    targets: dict[str, tuple[Target, ...]] = {}
     if isinstance(given, Mapping):
         pairs = [
             (str(name), str(value))
@@ -210,8 +210,8 @@ def _targets(given: str | Iterable[str] | Mapping[str, Any]) -> dict[str, tuple[
                 )
             pairs.append((name, value))
     for name, value in pairs:
-        found[name] = (*found.get(name, ()), (value, _ratio(name, value)))
-    return found
+        targets[name] = (*targets.get(name, ()), (value, _ratio(name, value)))
+    return targets
 
 
 def _ratio(name: str, text: str) -> float:

@@ -134,7 +134,7 @@ def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floa
 
 
 MOST_STEMS = 24
-"""Speeds: fewer are told apart as stems side by side, more hide each other."""
+"""Most speeds of a waterfall; the stems of more of them would hide each other."""
 
 
 def waterfall_names(view: View) -> list[str]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 MOST_BARS = 14
-"""Parameters of one chart; those that matter least are left out, and counted."""
+"""Most parameters of one chart; those that matter least are left out, and counted."""
 
 
 def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:
@@ -110,8 +110,8 @@ def index_names(view: View) -> list[str]:
 def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw first-order and total indices of each quantity, with their confidence intervals."""
     for name in names:
-        quantity, found, ending = name.partition("_first")
-        if not found or ending not in ("", "_conditional"):
+        quantity, first_order, ending = name.partition("_first")
+        if not first_order or ending not in ("", "_conditional"):
             continue
         texts = {"_first": "First-order index: by itself",
                  "_total": "Total index: with all interactions"}  # fmt: skip
@@ -155,8 +155,8 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw for each result, at the nominal design, which uncertain values its band is due to."""
     for name in names:
         quantity = name.removesuffix(SHARE)
-        beside = [quantity + end for end in ("", LOW, HIGH, EXPLAINED)]
-        view = study.view.only([name, *beside], [UNCERTAIN])
+        results = [quantity + end for end in ("", LOW, HIGH, EXPLAINED)]
+        view = study.view.only([name, *results], [UNCERTAIN])
         shares = np.nan_to_num(view.numbers(name))
         shown = _largest_first(shares, 0.005)
         if shown.size == 0:
@@ -165,7 +165,7 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
         panel.barh(range(shown.size), 100.0 * shares[shown], height=0.62, color=shade(0.35))
         panel.set_xlim(left=0.0)
         name_rows(panel, _parameters(view, shown, UNCERTAIN), "Share of the variance (%)")
-        value, low, high, explained = (float(view.array(one).values) for one in beside)
+        value, low, high, explained = (float(view.array(one).values) for one in results)
         of = view.array(quantity)
         ends = f"95 % range {number_text(low)} to {with_unit(of, high)}"
         notes = [*view.notes([name]), value_text(of, quantity, value), ends]
@@ -199,8 +199,8 @@ FMEP = "Friction mean effective pressure"
 
 def friction_names(view: View) -> list[str]:
     """Components of the friction, if there are three or more."""
-    found = [name for name in COMPONENTS if view.has(name)]
-    return found if len(found) > 2 else []
+    present = [name for name in COMPONENTS if view.has(name)]
+    return present if len(present) > 2 else []
 
 
 def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:

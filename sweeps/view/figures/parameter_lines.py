@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 COMPUTED = "Computed"
-"""What a line is called that needs no other name."""
+"""Text of the legend for a line that needs no other name."""
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,9 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             panel.vlines(x, *line.band, color=style["color"], linewidth=1.2)
         if line.published is not None and np.isfinite(line.published).any():
             look = {"linestyle": "none", "marker": "o", "markersize": 7.5, "color": style["color"]}
-            (beside,) = panel.plot(x, line.published, markerfacecolor="none", **look)
+            (rings,) = panel.plot(x, line.published, markerfacecolor="none", **look)
             single = len(lines) == 1
-            entries.setdefault("Published" if single else f"{line.text}, published", beside)
+            entries.setdefault("Published" if single else f"{line.text}, published", rings)
         parts = axis.name in COUNTED  # without a value, the engine has no such part
         said = np.where(line.said == NO_VALUE, "", line.said) if parts else line.said
         remarks |= mark_outcomes(panel, (x, y, said), 9.0, thin, style["color"])

@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 NAMED = 5
-"""Designs of a front that the legend names."""
+"""Most designs of a front that the legend names."""
 
 
 MOST_POINTS = 20_000
-"""Designs that are drawn beside a front, which is drawn whole."""
+"""Most designs that are drawn besides a front, all designs of which are drawn."""
 
 MOST_AT_ONCE = 1_000_000
-"""Designs that are read at one time."""
+"""Most designs that are read at one time."""
 
 
 def is_searched(view: View) -> bool:
@@ -44,7 +44,7 @@ def is_searched(view: View) -> bool:
 
 
 def searched_names(view: View) -> list[str]:
-    """What less or more was wanted of, where that is two names or more and a front was found."""
+    """Quantities that a search was to make small or large, if it found a front of two or more."""
     about = _about(view)
     wanted = [n for n in (*about["least"], *about["most"]) if n in view.data.variables]
     front = np.asarray(view.data[FOUND].values) == 1
@@ -54,24 +54,24 @@ def searched_names(view: View) -> list[str]:
 def searched_fronts(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw what was found, over each two of the names."""
     view = study.view
-    found = np.flatnonzero(view.data[FOUND].values == 1)
+    best = np.flatnonzero(view.data[FOUND].values == 1)
     for pair in combinations(names, 2):
-        yield f"pareto_{pair[0]}_{pair[1]}", _searched_figure(view, pair, _about(view), found)
+        yield f"pareto_{pair[0]}_{pair[1]}", _searched_figure(view, pair, _about(view), best)
 
 
 def kept_names(view: View) -> list[str]:
-    """What less or more was wanted of by the fronts that a reduced archive kept."""
+    """Quantities of the fronts that a reduced archive kept."""
     wanted = [n for _, about in _kept(view) for n in (*about["least"], *about["most"])]
     return [*dict.fromkeys(wanted)]
 
 
 def kept_fronts(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw the fronts that a reduced archive kept, over each two of the names."""
-    for number, (found, about) in enumerate(_kept(study.view)):
+    for number, (best, about) in enumerate(_kept(study.view)):
         own = [name for name in (*about["least"], *about["most"]) if name in names]
         for pair in combinations(own, 2):
             stem = f"pareto_{pair[0]}_{pair[1]}" + (f"_{number + 1}" if number else "")
-            yield stem, _searched_figure(study.view, pair, about, found)
+            yield stem, _searched_figure(study.view, pair, about, best)
 
 
 def _kept(view: View) -> Iterator[tuple[Integers, dict[str, Any]]]:
@@ -88,8 +88,8 @@ def _kept(view: View) -> Iterator[tuple[Integers, dict[str, Any]]]:
 
 
 def _about(view: View) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(view.data.attrs["optimisation"])
-    return found
+    about: dict[str, Any] = json.loads(view.data.attrs["optimisation"])
+    return about
 
 
 def _worst(view: View, name: str, less: bool) -> Floats:
@@ -101,10 +101,10 @@ def _worst(view: View, name: str, less: bool) -> Floats:
 
 
 def _searched_figure(
-    view: View, pair: Sequence[str], about: dict[str, Any], found: Integers
+    view: View, pair: Sequence[str], about: dict[str, Any], best: Integers
 ) -> Figure:
     values = np.array([_worst(view, name, name in about["least"]) for name in pair])
-    found = found[np.argsort(values[0, found], kind="stable")]
+    best = best[np.argsort(values[0, best], kind="stable")]
     known = np.isfinite(values).all(axis=0)
     two = len(about["least"]) + len(about["most"]) == 2
     figure, (panel,) = new_sheet(1, 1, 3.6)
@@ -117,12 +117,12 @@ def _searched_figure(
         entries[text] = points
     # More marks would hide the line.
     (line,) = panel.plot(
-        *values[:, found], color=shade(0.15), markersize=3.0, linewidth=1.2,
-        marker="" if two and found.size > 100 else "o",
-        linestyle="-" if two else "none", drawstyle="steps-post", rasterized=found.size > 1000,
+        *values[:, best], color=shade(0.15), markersize=3.0, linewidth=1.2,
+        marker="" if two and best.size > 100 else "o",
+        linestyle="-" if two else "none", drawstyle="steps-post", rasterized=best.size > 1000,
     )  # fmt: skip
-    entries[f"Best found: front of {found.size} designs"] = line
-    common = _named_designs(view, about, found, values, entries, panel)
+    entries[f"Best found: front of {best.size} designs"] = line
+    common = _named_designs(view, about, best, values, entries, panel)
     for axis, name in enumerate(pair):
         label = f"{view.label(name)}, "
         label += "less is better" if name in about["least"] else "more is better"
@@ -167,19 +167,19 @@ def _others(view: View, known: Booleans, conditions: bool) -> Iterator[tuple[str
 
 
 def _named_designs(
-    view: View, about: dict[str, Any], found: Integers, values: Floats, entries: Entries,
+    view: View, about: dict[str, Any], best: Integers, values: Floats, entries: Entries,
     panel: Axes,
 ) -> list[str]:  # fmt: skip
     """Number some designs of the front; return what the whole front has in common."""
     keys = [key for key in about["over"] if key in view.data.variables
             and key not in (*about["least"], *about["most"])]  # fmt: skip
-    common = [key for key in keys if len(np.unique(view.data[key].values[found])) == 1]
+    common = [key for key in keys if len(np.unique(view.data[key].values[best])) == 1]
     differ = [key for key in keys if key not in common]
-    chosen = found[pick(found.size, NAMED)] if differ else found[:0]
+    chosen = best[pick(best.size, NAMED)] if differ else best[:0]
     for number, design in enumerate(chosen, start=1):
         text = ", ".join(design_text(view.data, key, int(design)) for key in differ)
         number_design(panel, number, values[:, design], text, entries)
-    return [design_text(view.data, key, int(found[0])) for key in common]
+    return [design_text(view.data, key, int(best[0])) for key in common]
 
 
 LESS, MORE = 1.0, -1.0
@@ -192,11 +192,11 @@ GOALS: Mapping[str, float] = {
     "shaking_moment_max": LESS, "main_journal_load_max": LESS, "crank_pin_load_max": LESS,
     "piston_pin_load_max": LESS,
 }  # fmt: skip
-"""What an engineer wants less or more of; pairs are tried in this order."""
+"""Quantities that an engineer wants small or large; pairs are tried in this order."""
 
 
 PARTS = ("main_bearing",)
-"""Dimensions whose largest value counts."""
+"""Dimensions along which only the largest value of a quantity counts."""
 
 
 @dataclass(frozen=True)
@@ -265,12 +265,12 @@ def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
     asked = len(study.view.options.quantities) == 2
     view = study.view if asked else _of_choices(study.view)
     for pair in combinations(names, 2):
-        found = front(view, pair)
+        of_pair = front(view, pair)
         # Fewer designs are no front and no choice; a front of most designs says only that the two
         # quantities follow from each other.
-        enough = found.count >= 10 and found.values.shape[1] >= 3
-        if asked or (enough and found.values.shape[1] <= 0.5 * found.count):
-            yield f"pareto_{pair[0]}_{pair[1]}", _figure(view, pair, found)
+        enough = of_pair.count >= 10 and of_pair.values.shape[1] >= 3
+        if asked or (enough and of_pair.values.shape[1] <= 0.5 * of_pair.count):
+            yield f"pareto_{pair[0]}_{pair[1]}", _figure(view, pair, of_pair)
             drawn += 1
         if drawn == 2:
             return
@@ -324,22 +324,22 @@ def _slabs(view: View, names: Sequence[str], dims: Sequence[str]) -> Iterator[tu
         yield begin * inner, np.array(values)
 
 
-def _figure(view: View, names: Sequence[str], found: Front) -> Figure:
+def _figure(view: View, names: Sequence[str], of_pair: Front) -> Figure:
     figure, (panel,) = new_sheet(1, 1, 3.6)
     entries: Entries = {}
     (points,) = panel.plot(
-        *found.points, linestyle="none", marker="o", markersize=3.0, color="#b8b8b8",
+        *of_pair.points, linestyle="none", marker="o", markersize=3.0, color="#b8b8b8",
         markeredgewidth=0.0, rasterized=True,
     )  # fmt: skip
     (line,) = panel.plot(
-        *found.values, color=shade(0.15), marker="o", markersize=3.5, linewidth=1.4,
-        drawstyle="steps-post", rasterized=found.places.size > 1000,
+        *of_pair.values, color=shade(0.15), marker="o", markersize=3.5, linewidth=1.4,
+        drawstyle="steps-post", rasterized=of_pair.places.size > 1000,
     )  # fmt: skip
-    every = found.points.shape[1] == found.count
+    every = of_pair.points.shape[1] == of_pair.count
     entries["All designs" if every else "Some of the designs"] = points
-    entries[f"Pareto front, {found.places.size} of {found.count} designs"] = line
-    _named(panel, view, found, entries)
-    x, y = found.points
+    entries[f"Pareto front, {of_pair.places.size} of {of_pair.count} designs"] = line
+    _named(panel, view, of_pair, entries)
+    x, y = of_pair.points
     free_scale(panel, [x], "x")
     free_scale(panel, [y])
     x_label(panel, _label(view, names[0]), 4.5)
@@ -354,17 +354,17 @@ def _label(view: View, name: str) -> str:
     return f"{view.label(name)}{part}, {'more' if more else 'less'} is better"
 
 
-def _named(panel: Axes, view: View, found: Front, entries: Entries) -> None:
+def _named(panel: Axes, view: View, of_pair: Front, entries: Entries) -> None:
     """Number some designs of the front; the legend has their axes."""
-    shape = [view.data.sizes[dim] for dim in found.dims]
-    for number, which in enumerate(pick(found.places.size, NAMED), start=1):
-        at = np.unravel_index(int(found.places[which]), shape)
+    shape = [view.data.sizes[dim] for dim in of_pair.dims]
+    for number, which in enumerate(pick(of_pair.places.size, NAMED), start=1):
+        at = np.unravel_index(int(of_pair.places[which]), shape)
         said = []
-        for dim, index in zip(found.dims, at, strict=True):
+        for dim, index in zip(of_pair.dims, at, strict=True):
             if dim == "design" and "case" not in view.data.variables:
                 said += [
                     design_text(view.data, key, int(index)) for key in parameters_of(view.data)
                 ]
             else:
                 said.append(view.axis(dim).tag(int(index)))
-        number_design(panel, number, found.values[:, which], ", ".join(said), entries)
+        number_design(panel, number, of_pair.values[:, which], ", ".join(said), entries)

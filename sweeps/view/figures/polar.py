@@ -30,7 +30,7 @@ POLAR = {
 }
 """Endings of two variables that are the components of one load: to the right, and up."""
 MARKED = 30.0
-"""Degrees between the marks of a polar diagram; the dead centres are written beside it."""
+"""Degrees between the marks of a polar diagram."""
 
 
 def polar_names(view: View) -> list[str]:
@@ -40,23 +40,23 @@ def polar_names(view: View) -> list[str]:
 
 def _loads(view: View) -> list[tuple[str, str, str]]:
     """Loads with both components over the crank angle: file, to the right, and up."""
-    found = []
+    loads = []
     for name in map(str, view.data.data_vars):
         for right, up in POLAR:
             load = name.removesuffix(f"_{right}")
             other = f"{load}_{up}"
             if load != name and over_angle(view, name) and view.has(other):
-                found.append((f"{load}_polar_{right}_{up}", name, other))
-    return found
+                loads.append((f"{load}_polar_{right}_{up}", name, other))
+    return loads
 
 
 def polar_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw one component of each load against the other over the cycle."""
     for stem, *components in _loads(study.view):
-        found = study.views_by_axis(components)
+        views = study.views_by_axis(components)
         # Journals have a panel each, whatever else there is.
-        others = [(view, axis) for view, axis in found if axis != "main_bearing"]
-        for whole, along in others or [(found[0][0], None)]:
+        others = [(view, axis) for view, axis in views if axis != "main_bearing"]
+        for whole, along in others or [(views[0][0], None)]:
             if along is None or whole.varies(components, along):
                 yield stem_of(stem, whole, along), _polar_figure(whole, components, along)
 
@@ -70,13 +70,13 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     axis, across = view.axis(along), view.axis(facet)
     shown = across.picked(MOST_PANELS)
     columns = columns_for(len(shown))
-    beside = 2.0 if axis and not across else 0.0
-    room = (WIDTH - 1.05 - beside) / columns - (0.2 if across else 0.0)
+    for_legend = 2.0 if axis and not across else 0.0
+    room = (WIDTH - 1.05 - for_legend) / columns - (0.2 if across else 0.0)
     most = 2.6 if across else 4.6
     (left, low), (width, height) = _frame(view, names, room / most)
     wide = min(room, most * width / height)
     tall = wide * height / width
-    size = WIDTH if columns > 2 else wide * columns + 1.05 + beside
+    size = WIDTH if columns > 2 else wide * columns + 1.05 + for_legend
     sheet = multiples(len(shown), 0.4, tall + 0.3, width=size, sharex=True, sharey=True)
     for panel, index in zip(sheet.panels, shown, strict=True):
         ends = (low, low + height)
@@ -144,7 +144,7 @@ def _frame(
 
 
 def _common(view: View, names: Sequence[str]) -> str:
-    """What the names of two components have in common, at their beginning or end."""
+    """The words that the names of two components share, at their beginning or end."""
     words = [name_of(view.array(name), name).split() for name in names]
     for turn in (1, -1):
         pairs = zip(words[0][::turn], words[1][::turn], strict=False)
@@ -226,15 +226,15 @@ def _write_angles(panel: Axes, loop: _Loop, colour: Any, *, apart: float) -> Non
         written.append(here)
         # across the curve, away from its middle
         before, after = (mark - 1) % (x.size - 1), (mark + 1) % (x.size - 1)
-        aside, above = float(y[after] - y[before]), float(x[before] - x[after])
-        outward = aside * (here[0] - middle[0]) + above * (here[1] - middle[1])
+        sideways, above = float(y[after] - y[before]), float(x[before] - x[after])
+        outward = sideways * (here[0] - middle[0]) + above * (here[1] - middle[1])
         sign = 1.0 if outward > 0.0 else -1.0
-        aside, above = sign * aside, sign * upward * above
-        far = float(np.hypot(aside, above)) or 1.0
+        sideways, above = sign * sideways, sign * upward * above
+        far = float(np.hypot(sideways, above)) or 1.0
         panel.annotate(
             f"{number_text(angle[mark])}°", here, textcoords="offset points",
-            xytext=(6.0 * aside / far, 6.0 * above / far),
-            ha="left" if aside > 0.3 * far else "right" if aside < -0.3 * far else "center",
+            xytext=(6.0 * sideways / far, 6.0 * above / far),
+            ha="left" if sideways > 0.3 * far else "right" if sideways < -0.3 * far else "center",
             va="bottom" if above > 0.3 * far else "top" if above < -0.3 * far else "center",
             fontsize=6.5, color=colour, path_effects=halo,
         )  # fmt: skip

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 DETAIL = 4
-"""Cycles whose speed is drawn over the angle."""
+"""Most cycles whose speed is drawn over the crank angle."""
 
 
 TRAINS = {
@@ -142,8 +142,8 @@ def deviations(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _values(view: View, name: str, dims: int) -> Floats:
     """Values with their dimension `recording`, which is cut away where there is only one."""
-    found = view.numbers(name)
-    return found if found.ndim == dims else found[None]
+    values = view.numbers(name)
+    return values if values.ndim == dims else values[None]
 
 
 def _label(view: View, place: int) -> str:

@@ -25,7 +25,7 @@ SHAPE, CRITICAL = "mode_shape", "critical_speed"
 
 
 PALE = "#bbbbbb"
-"""Lines of orders that are not strong."""
+"""Colour of the lines of orders that are not strong."""
 
 
 HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi, "rad/s": 0.5 / np.pi}
@@ -35,10 +35,10 @@ LARGEST = 130.0
 """Area in square points of the mark of the largest vector sum."""
 
 LABELLED = 0.1
-"""Share of the largest vector sum from which a crossing gets its speed."""
+"""Share of the largest vector sum from which the speed of a crossing is written beside it."""
 
 WIDE, TALL = 4.7, 3.4
-"""Inches of a panel of the Campbell diagram, of which labels take their room."""
+"""Width and height of the panel of a Campbell diagram in inches, without its labels."""
 
 
 def part_of(view: View, name: str) -> str | None:
@@ -67,7 +67,7 @@ def at_largest(view: View, name: str) -> View:
 
 
 def part_text(name: str) -> str:
-    """What of a part a variable is, in one word."""
+    """The second word of a variable's name, such as torque or stress."""
     return name.split("_")[1]
 
 
@@ -186,14 +186,14 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
         if "mode_vector_sum" in used
         else None
     )
-    found = crossings(speed.values, levels, slopes)
+    crossed = crossings(speed.values, levels, slopes)
     low, high = float(speed.values.min()), float(speed.values.max())
-    met = [levels[mode].max() for mode, _, _ in found]
+    met = [levels[mode].max() for mode, _, _ in crossed]
     top = 1.15 * max(met) if met else 1.15 * min(np.nanmin(levels), slopes.max() * high)
-    sizes = [1.0 if sums is None else float(sums[mode, order]) for mode, order, _ in found]
+    sizes = [1.0 if sums is None else float(sums[mode, order]) for mode, order, _ in crossed]
     largest = max(sizes, default=1.0) or 1.0
     strength = np.zeros(orders.size)
-    for (_, order, _), size in zip(found, sizes, strict=True):
+    for (_, order, _), size in zip(crossed, sizes, strict=True):
         strength[order] = max(strength[order], size / largest)
 
     figure, (panel,) = new_sheet(1, 1, 4.0)
@@ -211,12 +211,12 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     panel.set_xlim(low, high)
     panel.set_ylim(0.0, top)
     _label_rays(panel, orders, slopes, strength)
-    _mark_crossings(panel, found, levels, speed.values, np.asarray(sizes) / largest)
+    _mark_crossings(panel, crossed, levels, speed.values, np.asarray(sizes) / largest)
     x_label(panel, speed.label, 5.0)
     y_label(panel, f"Frequency{view.unit(drawn_name)}", 3.4)
     which = "of damped modes" if damped else "without damping"
     notes = [*view.notes(used), f"natural frequencies {which}", "rays are orders"]
-    if found:
+    if crossed:
         area = f", area by the vector sum: here {number_text(largest, 3)}"
         entries["crossing" + area * ("mode_vector_sum" in used)] = panel.scatter(
             [], [], s=LARGEST, **_mark()
@@ -227,15 +227,15 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def crossings(speeds: Floats, levels: Floats, slopes: Floats) -> list[tuple[int, int, float]]:
     """Where orders meet modes: mode, order and speed, straight between the speeds of the axis."""
-    found = []
+    met = []
     for mode, level in enumerate(levels):
         for order, slope in enumerate(slopes):
             gap = slope * speeds - level
             rises = (gap[:-1] <= 0.0) & (gap[1:] >= 0.0) & (np.diff(gap) > 0.0)
             for one in np.flatnonzero(rises)[:1]:
                 ends = slice(one, one + 2)
-                found.append((mode, order, float(np.interp(0.0, gap[ends], speeds[ends]))))
-    return found
+                met.append((mode, order, float(np.interp(0.0, gap[ends], speeds[ends]))))
+    return met
 
 
 def free_places(places: Floats, by: Floats, gap: float) -> list[int]:
@@ -252,16 +252,16 @@ def _label_rays(panel: Axes, orders: Floats, slopes: Floats, strength: Floats) -
     (low, high), (_, top) = panel.get_xlim(), panel.get_ylim()
     right = np.flatnonzero(slopes * high <= top)
     above = np.flatnonzero((slopes * high > top) & (slopes * low < top))
-    for rays, places, room, beside in (
+    for rays, places, room, at_right in (
         (right, slopes[right] * high / top, 0.13 / TALL, True),
         (above, (top / slopes[above] - low) / (high - low), 0.26 / WIDE, False),
     ):
         for one in free_places(places, strength[rays] + 1e-6 * (orders[rays] % 1 == 0), room):
-            at = (1.008, float(places[one])) if beside else (float(places[one]), 1.01)
+            at = (1.008, float(places[one])) if at_right else (float(places[one]), 1.01)
             panel.text(
                 *at, number_text(orders[rays[one]]), fontsize=6.5, alpha=0.75,
-                transform=panel.transAxes, va="center" if beside else "bottom",
-                ha="left" if beside else "center",
+                transform=panel.transAxes, va="center" if at_right else "bottom",
+                ha="left" if at_right else "center",
             )  # fmt: skip
 
 
@@ -271,14 +271,14 @@ def _mark() -> dict[str, Any]:
 
 
 def _mark_crossings(
-    panel: Axes, found: Sequence[tuple[int, int, float]], levels: Floats, speeds: Floats,
+    panel: Axes, crossed: Sequence[tuple[int, int, float]], levels: Floats, speeds: Floats,
     shares: Floats,
 ) -> None:  # fmt: skip
     """Marks as large as the vector sums, and the speeds of the strong ones that have room."""
     low, high = panel.get_xlim()
-    for mode in sorted({mode for mode, _, _ in found}):
-        own = [number for number, one in enumerate(found) if one[0] == mode]
-        met = np.array([found[number][2] for number in own])
+    for mode in sorted({mode for mode, _, _ in crossed}):
+        own = [number for number, one in enumerate(crossed) if one[0] == mode]
+        met = np.array([crossed[number][2] for number in own])
         y = np.interp(met, speeds, levels[mode])
         panel.scatter(met, y, s=np.maximum(LARGEST * shares[own], 4.0), clip_on=False, **_mark())
         places = (met - low) / (high - low)

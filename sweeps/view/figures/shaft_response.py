@@ -46,19 +46,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PARTS = {"shaft_torque": SHAFT, "disc_angle": DISC}
-"""What has orders, and the dimension of the parts that have it."""
+"""Quantities that have orders, and the dimension of the parts that have them."""
 
 BORNE = (
     "shaft_torque_half_range", "shaft_stress_half_range", "shaft_twist_half_range",
     "disc_angle_half_range", "shaft_loss",
 )  # fmt: skip
-"""What each part bears or loses; a variable of a limit is called by the part before _half_range."""
+"""Loads and losses of shafts and discs; their limits are named by the words before _half_range."""
 
 HALF_RANGE = "_half_range"
 
 
 def size_of(view: View, what: str) -> str:
-    """What tells how large a torque or angle is: its half range, or else its orders."""
+    """Variable of the size of a torque or angle: its half range, or else its orders."""
     half, orders = what + HALF_RANGE, f"{what}_order"
     alike = view.has(half) and {*view.array(half).dims, ORDER} == {*view.array(orders).dims}
     return half if alike else orders
@@ -100,8 +100,8 @@ def limits_of(view: View, name: str) -> list[str]:
 
 def shaft_load_names(view: View) -> list[str]:
     """Half ranges and losses of shafts and discs over the speed, and their limits."""
-    found = [name for name in BORNE if over_speed(view, name)]
-    return found + [limit for name in found for limit in limits_of(view, name)]
+    present = [name for name in BORNE if over_speed(view, name)]
+    return present + [limit for name in present for limit in limits_of(view, name)]
 
 
 def shaft_loads(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -60,15 +60,15 @@ WIDTH = 7.0
 GREY = "#555555"
 OWN_ORDINATES = "each panel has its own scale"
 Entries = dict[str, "Artist"]
-"""Of a legend: each text, and the line or mark that it explains."""
+"""Entries of a legend: each text, and the line or mark that it explains."""
 
 NamedFigures = Iterator[tuple[str, "Figure"]]
-"""Each figure with the name of its file, without the extension."""
+"""Figures with the names of their files, without the extension."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What holds for all figures that are drawn at one time."""
+    """Subject, size and panel of all figures that are drawn at one time."""
 
     subject: str = ""  # engine and speed, with which the second line of each figure begins
     inches: tuple[float, float] | None = None  # width and height; else they follow from the panels
@@ -178,21 +178,21 @@ def finish(
         # Beside the panels of a narrow figure, a legend would leave them no room.
         below = below or width < 5.0
     legend, wide, tall = _placed_legend(figure, entries or {}, legend_title, below, spare)
-    aside, under = (0.0, tall) if below else (wide, 0.0)
+    at_right, under = (0.0, tall) if below else (wide, 0.0)
     if setting.inches is None:
         height = (height + tall if below else max(height, tall)) + top + bottom
         figure.set_figheight(height)
     bounds = (
         0.0,
         (bottom + under) / height,
-        1 - aside / width,
+        1 - at_right / width,
         max(1 - (top + bottom + under) / height, 0.2),
     )
     figure.get_layout_engine().set(rect=bounds)  # type: ignore[call-arg, union-attr]
     if setting.inches is not None:
         _wrap_ordinates(figure, height - top - bottom - under)
-    if legend is not None and (aside or under):
-        legend.set_loc("upper right" if aside else "lower left")
+    if legend is not None and (at_right or under):
+        legend.set_loc("upper right" if at_right else "lower left")
         legend.set_bbox_to_anchor((0, bottom / height, 1, 1 - (top + bottom) / height))
     for texts, start in ((head, 1 - 0.05 / height), (foot, bottom / height)):
         place = start

@@ -33,7 +33,7 @@ def kept_as_cases(data: xr.Dataset) -> xr.Dataset:
     return data.assign_coords(case=(DESIGN, np.array(names, dtype=object)))
 
 
-def told_kept(view: View) -> View:
+def with_kept_note(view: View) -> View:
     """A view whose notes say how many designs were kept, of how many."""
     if REDUCTION not in view.data.attrs or DESIGN not in view.data.sizes:
         return view
@@ -50,7 +50,7 @@ FOLLOWERS = {
     "rod_length": ("reciprocating_mass", "crank_ratio"),
     "stroke": ("reciprocating_mass", "rod_length"),
 }
-"""What may change together with a parameter without being a second one: a longer rod leaves
+"""Parameters that may change together with another one without being varied: a longer rod leaves
 another part of its mass to the piston (Kakaitsas 5.2.3), a stroke of equal ratio moves the rod."""
 
 
@@ -71,34 +71,34 @@ class Study:
     view: View
     base: tuple[tuple[str, View], ...] = ()
     """Families with the nominal design: the parameter, and the view in which it is an axis."""
-    aside: tuple[tuple[str, View, tuple[str, ...]], ...] = ()
+    elsewhere: tuple[tuple[str, View, tuple[str, ...]], ...] = ()
     """Families without it: the same, and the parameters in which they differ from it."""
     apart: bool = False
     """Whether some designs are in no family."""
     given: xr.Dataset | None = None
     """The archive itself, where the view counts the crank angle otherwise."""
 
-    def unturned(self) -> Study:
+    def with_own_angle(self) -> Study:
         """The same study with the crank angle of the archive."""
         options = replace(self.view.options, angle=None, zero="firing-tdc")
         return self if self.given is None else study_of(self.given, options.select, options)
 
     def views_by_axis(self, names: Sequence[str]) -> list[tuple[View, str | None]]:
         """Each axis that changes the variables, with the view in which it is an axis."""
-        found: list[tuple[View, str | None]] = []
+        views: list[tuple[View, str | None]] = []
         axes = self.view.axes(names)
         if "design" in axes and self.base:
-            found += [(view, p) for p, view in self.base if view.varies(names, p)]
+            views += [(view, p) for p, view in self.base if view.varies(names, p)]
             axes.remove("design")
-        found += [(self.view, axis) for axis in axes if not self.view.idle(names, axis)]
-        return found or [(self.view.only(names, ()), None)]
+        views += [(self.view, axis) for axis in axes if not self.view.idle(names, axis)]
+        return views or [(self.view.only(names, ()), None)]
 
     def views_of(self, name: str) -> Iterator[tuple[View, str | None]]:
         """Those of one variable by axis, and its families away from the nominal design."""
         yield from self.views_by_axis([name])
         # A grid of designs has very many families away from the nominal design.
-        if "design" in self.view.array(name).dims and len(self.aside) <= 4:
-            for parameter, view, _ in self.aside:
+        if "design" in self.view.array(name).dims and len(self.elsewhere) <= 4:
+            for parameter, view, _ in self.elsewhere:
                 if view.varies([name], parameter):
                     yield view, parameter
 
@@ -136,7 +136,7 @@ def families_of(data: xr.Dataset) -> list[Family]:
     """
     names = parameters_of(data)
     codes = {name: _codes(data[name].variable) for name in names}
-    found: list[Family] = []
+    families: list[Family] = []
     for name in names:
         values = data[name].variable
         for following in ((), FOLLOWERS.get(name, ())):
@@ -147,16 +147,16 @@ def families_of(data: xr.Dataset) -> list[Family]:
             members = _distinct(values, codes[name], np.flatnonzero(alike))
             if len(members) > 1 and 0 in members:
                 moved = [k for k in following if k in names and np.ptp(codes[k][list(members)])]
-                found.append(Family(name, members, tuple(moved)))
+                families.append(Family(name, members, tuple(moved)))
                 break
         others = [codes[key] for key in names if key != name]
         if others:
             groups = np.unique(np.stack(others, axis=1), axis=0, return_inverse=True)[1].reshape(-1)
-            found += _asides(values, codes, name, groups)
-    return found
+            families += _families_elsewhere(values, codes, name, groups)
+    return families
 
 
-def _asides(
+def _families_elsewhere(
     values: xr.Variable,
     codes: Mapping[str, Integers],
     name: str,
@@ -164,14 +164,14 @@ def _asides(
 ) -> list[Family]:
     """Families of a parameter that the nominal design is not in."""
     sizes = np.bincount(groups)
-    found = []
+    families = []
     for group in np.flatnonzero(sizes >= 3):
         members = _distinct(values, codes[name], np.flatnonzero(groups == group))
         if group != groups[0] and len(members) >= 3:
             row = members[0]
             differs = [key for key in codes if key != name and codes[key][row] != codes[key][0]]
-            found.append(Family(name, members, (), tuple(differs)))
-    return [found[i] for i in pick(len(found), MOST_LINES - 1)]
+            families.append(Family(name, members, (), tuple(differs)))
+    return [families[i] for i in pick(len(families), MOST_LINES - 1)]
 
 
 def _distinct(values: xr.Variable, codes: Integers, rows: NDArray[np.intp]) -> tuple[int, ...]:
@@ -251,23 +251,23 @@ def study_of(
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
     if REDUCTION in view.data.attrs:  # the designs that were kept are no families
-        return Study(told_kept(view), given=given)
+        return Study(with_kept_note(view), given=given)
     if "design" not in view.data.sizes:
         return Study(view, given=None if data is given else given)
     base: list[tuple[str, View]] = []
-    aside: list[tuple[str, View, tuple[str, ...]]] = []
-    lonely = np.ones(view.data.sizes["design"], dtype=bool)
+    elsewhere: list[tuple[str, View, tuple[str, ...]]] = []
+    single_designs = np.ones(view.data.sizes["design"], dtype=bool)
     listed = tuple(design_text(view.data, key, 0) for key in parameters_of(view.data))
     for family in families_of(view.data):
         part = _family_view(view, family)
         if family.differs:
-            aside.append((family.parameter, part, family.differs))
+            elsewhere.append((family.parameter, part, family.differs))
         else:
             base.append((family.parameter, part))
-        lonely[list(family.members)] = False
+        single_designs[list(family.members)] = False
     if base:
         view = replace(view, nominal={"design": 0}, others=listed)
-    return Study(view, tuple(base), tuple(aside), bool(lonely.any()), given)
+    return Study(view, tuple(base), tuple(elsewhere), bool(single_designs.any()), given)
 
 
 def _in_rising_order(data: xr.Dataset) -> xr.Dataset:
@@ -285,12 +285,12 @@ def _in_rising_order(data: xr.Dataset) -> xr.Dataset:
 
 def _own_values(data: xr.Dataset) -> dict[str, float]:
     """Values of axes that the engine has by itself: of its file, and no misfire."""
-    found = {MISFIRE: 0.0}
+    values = {MISFIRE: 0.0}
     try:
         files = json.loads(data.attrs["input_files"])["files"]
         texts = [entry["text"] for name, entry in files.items() if name.endswith(".toml")]
     except (KeyError, TypeError, ValueError, AttributeError):
-        return found
+        return values
     for text in texts:
         try:
             keys = tomllib.loads(text)
@@ -300,8 +300,8 @@ def _own_values(data: xr.Dataset) -> dict[str, float]:
         for name in map(str, data.dims):
             value = keys.get(name)
             if isinstance(value, int | float) and not isinstance(value, bool):
-                found.setdefault(name, float(value))
-    return found
+                values.setdefault(name, float(value))
+    return values
 
 
 def _tolerance(data: xr.Dataset) -> float:

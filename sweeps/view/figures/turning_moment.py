@@ -97,13 +97,13 @@ def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
         entries[lost] = lost_handle(lost)
     else:
         resistance, text = _resistance(view, names, x, torque)
-        found = turning(x, torque, resistance)
+        diagram = turning(x, torque, resistance)
         joules = JOULES[_torque_unit(view)]
-        found = replace(found, energy=joules * found.energy, areas=joules * found.areas)
-        unit = _unit(found.swing)[1]
+        diagram = replace(diagram, energy=joules * diagram.energy, areas=joules * diagram.areas)
+        unit = _unit(diagram.swing)[1]
         notes.append(f"areas in {unit}")
-        _areas(upper, found, entries, text, view.title("torque"))
-        _levels(lower, found, entries)
+        _areas(upper, diagram, entries, text, view.title("torque"))
+        _levels(lower, diagram, entries)
     set_cycle((upper, lower), view, 5.0, [lower])
     y_label(upper, "Torque" + view.unit("torque"), 2.7)
     y_label(lower, f"Energy above its minimum{HARD_SPACE}({unit})", 1.8)
@@ -123,39 +123,39 @@ def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> 
     return np.full(x.size, mean), "Mean torque"
 
 
-def _areas(panel: Axes, found: Turning, entries: Entries, text: str, label: str) -> None:
+def _areas(panel: Axes, diagram: Turning, entries: Entries, text: str, label: str) -> None:
     """Torque and resistance with the areas between them and their sizes."""
-    x, torque, resistance = found.angle, found.torque, found.resistance
+    x, torque, resistance = diagram.angle, diagram.torque, diagram.resistance
     (line,) = panel.plot(x, torque, color="black", linewidth=1.6)
     (other,) = panel.plot(x, resistance, color="#2f7d55", linewidth=1.6, linestyle=(0, (6, 1.5)))
     entries |= {label: line, text: other}
     shade_work(panel, x, torque, resistance, entries)
-    sizes = np.abs(found.areas)
+    sizes = np.abs(diagram.areas)
     written = np.argsort(-sizes)[:16]
-    for number in written[sizes[written] >= 0.04 * found.swing]:
-        _write_area(panel, found, int(number))
+    for number in written[sizes[written] >= 0.04 * diagram.swing]:
+        _write_area(panel, diagram, int(number))
 
 
-def _write_area(panel: Axes, found: Turning, number: int) -> None:
+def _write_area(panel: Axes, diagram: Turning, number: int) -> None:
     """Write the size of one area at its middle, or beyond its tip where it is too flat for that."""
     from matplotlib.patheffects import withStroke
 
-    start = found.crossings[number]
-    last = number + 1 == found.crossings.size
-    parts = [(start, found.angle.size), (0, found.crossings[0] + 1)] if last else []
-    parts = parts or [(start, found.crossings[number + 1] + 1)]
-    first, end = max(parts, key=lambda part: found.angle[part[1] - 1] - found.angle[part[0]])
-    rest = np.abs(found.torque - found.resistance)[first:end]
+    start = diagram.crossings[number]
+    last = number + 1 == diagram.crossings.size
+    parts = [(start, diagram.angle.size), (0, diagram.crossings[0] + 1)] if last else []
+    parts = parts or [(start, diagram.crossings[number + 1] + 1)]
+    first, end = max(parts, key=lambda part: diagram.angle[part[1] - 1] - diagram.angle[part[0]])
+    rest = np.abs(diagram.torque - diagram.resistance)[first:end]
     if rest.sum() == 0.0:
         return
-    middle = float(np.average(found.angle[first:end], weights=rest))
-    height = float(np.interp(middle, found.angle, found.torque - found.resistance))
-    level = float(np.interp(middle, found.angle, found.resistance))
-    area = found.areas[number]
-    narrow = found.angle[end - 1] - found.angle[first] < 50.0
-    flat = abs(height) < (0.16 if narrow else 0.07) * np.ptp(found.torque)
+    middle = float(np.average(diagram.angle[first:end], weights=rest))
+    height = float(np.interp(middle, diagram.angle, diagram.torque - diagram.resistance))
+    level = float(np.interp(middle, diagram.angle, diagram.resistance))
+    area = diagram.areas[number]
+    narrow = diagram.angle[end - 1] - diagram.angle[first] < 50.0
+    flat = abs(height) < (0.16 if narrow else 0.07) * np.ptp(diagram.torque)
     panel.annotate(
-        f"{'+' if area > 0 else ''}{_energy_text(area, found.swing, False)}",
+        f"{'+' if area > 0 else ''}{_energy_text(area, diagram.swing, False)}",
         (middle, level + (1.0 if flat else 0.4) * height), textcoords="offset points",
         xytext=(0.0, np.copysign(3.0, height) if flat else 0.0), ha="center",
         va=("bottom" if height > 0.0 else "top") if flat else "center", fontsize=6.5, zorder=6,
@@ -164,34 +164,36 @@ def _write_area(panel: Axes, found: Turning, number: int) -> None:
     )  # fmt: skip
 
 
-def _levels(panel: Axes, found: Turning, entries: Entries) -> None:
+def _levels(panel: Axes, diagram: Turning, entries: Entries) -> None:
     """Running energy, its levels at the crossings, and the swing between the outermost."""
-    x, energy = found.angle, found.energy / _unit(found.swing)[0]
+    x, energy = diagram.angle, diagram.energy / _unit(diagram.swing)[0]
     (line,) = panel.plot(x, energy, color="#1b4f9c", linewidth=1.4)
     (points,) = panel.plot(
-        x[found.crossings], energy[found.crossings], "o", color="#1b4f9c", markerfacecolor="white",
-        markersize=4.0,
+        x[diagram.crossings], energy[diagram.crossings], "o", color="#1b4f9c", markersize=4.0,
+        markerfacecolor="white",
     )  # fmt: skip
     entries["Energy of the rotating masses"] = line
     entries["Energy at an intersection"] = points
-    low, high = _extremes(found)
-    swing = found.swing / _unit(found.swing)[0]
+    low, high = _extremes(diagram)
+    swing = diagram.swing / _unit(diagram.swing)[0]
     for level in (0.0, swing):
         panel.axhline(level, color=GREY, linewidth=0.7, linestyle=(0, (4, 3)))
     # between the extremes, where the curve leaves most room beside the arrow
     place = 0.5 * (low + high)
     arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "linewidth": 1.0}
     panel.annotate("", (place, swing), (place, 0.0), arrowprops=arrow)
-    panel.set_title(f"Largest swing of the energy ΔW = {_energy_text(found.swing, found.swing)}")
+    panel.set_title(
+        f"Largest swing of the energy ΔW = {_energy_text(diagram.swing, diagram.swing)}"
+    )
     panel.margins(y=0.12)
 
 
-def _extremes(found: Turning) -> tuple[float, float]:
+def _extremes(diagram: Turning) -> tuple[float, float]:
     """Angles of the largest energy and of the least one that is next to it."""
-    high = int(np.argmax(found.energy))
-    lowest = np.flatnonzero(found.energy <= 1e-6 * found.swing)
-    low = lowest[np.argmin(np.abs(found.angle[lowest] - found.angle[high]))]
-    return float(found.angle[low]), float(found.angle[high])
+    high = int(np.argmax(diagram.energy))
+    lowest = np.flatnonzero(diagram.energy <= 1e-6 * diagram.swing)
+    low = lowest[np.argmin(np.abs(diagram.angle[lowest] - diagram.angle[high]))]
+    return float(diagram.angle[low]), float(diagram.angle[high])
 
 
 def _unit(swing: float) -> tuple[float, str]:

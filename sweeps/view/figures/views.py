@@ -1,4 +1,4 @@
-"""What a figure draws along: the axes of an archive and its slices."""
+"""Axes of an archive that figures draw along, and slices across the others."""
 
 from __future__ import annotations
 
@@ -30,33 +30,33 @@ from sweeps.view.figures.wording import (
 )
 
 MOST_LINES = 8
-"""Lines of one panel: more cannot be told apart without colour."""
+"""Most lines of one panel: more cannot be told apart without colour."""
 
 MOST_PANELS = 9
-"""Panels of one figure."""
+"""Most panels of one figure."""
 
 MOST_ROWS = 45
-"""Rows of a table, or of a chart with a row for each case."""
+"""Most rows of a chart with a row for each case."""
 
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
 
 RUNNING = ("crank_angle", "order", "crossing")
-"""Dimensions that a curve runs along; all others are axes of the study."""
+"""Dimensions that curves run along; all others are axes of the study."""
 
 SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)
 """Outcomes whose numbers are reliable."""
 
 FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc", "inertia_torque_")
-"""How names of variables begin that come from the speed solution, which `status` describes."""
+"""Beginnings of the names of variables that come from the solution of the speed."""
 
 NO_VALUE = "no value"
-"""Said of a number that is missing though its design did not fail."""
+"""Words for a number that is missing though its design did not fail."""
 
 
 MOST_READ = 4_000_000
-"""Values of a variable that are read to see whether an axis changes it."""
+"""Most values of a variable that are read to see whether an axis changes it."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class StudyAxis:
         return not self.words and self.name not in (*COUNTED, *others)
 
     def mark(self, index: int) -> str:
-        """What is said beside the value of the nominal design."""
+        """Words after the value of the nominal design; nothing after others."""
         return " (nominal)" if index == self.nominal else ""
 
     def tag(self, index: int) -> str:
@@ -175,7 +175,7 @@ def pick(size: int, most: int, keep: int | None = None) -> list[int]:
 
 
 NO_AXIS = StudyAxis("", np.zeros(1), ("",), "", xr.Variable((), 0.0), False)
-"""One place without a name, where nothing is drawn along an axis."""
+"""Axis of one place without a name, for figures that are not drawn along an axis."""
 
 
 @dataclass(frozen=True)
@@ -195,12 +195,12 @@ class View:
     others: tuple[str, ...] = ()  # parameters that are the same in all of it
     tolerance: float = 0.0  # of the solver
     own: Mapping[str, float] = field(default_factory=dict)  # values of the scene's engine itself
-    twins: Mapping[str, str] = field(default_factory=dict)  # what is said of equal variables
+    equals: Mapping[str, str] = field(default_factory=dict)  # what is said of equal variables
     options: Options = field(default_factory=Options)
 
     @property
     def caption(self) -> str:
-        """What stands below a figure: the parameters that it does not show."""
+        """Caption below a figure: the parameters that it does not show."""
         return f"At {', '.join(self.others)}" if self.others else ""
 
     def array(self, name: str) -> xr.Variable:
@@ -217,7 +217,7 @@ class View:
         return np.asarray(self.at(name, index or {}).values, dtype=float)
 
     def label(self, name: str) -> str:
-        """What stands beside an axis of a variable: name, symbol and unit."""
+        """Label of an axis of a variable: name, symbol and unit."""
         return axis_label(self.array(name), name)
 
     def title(self, name: str) -> str:
@@ -326,7 +326,7 @@ class View:
         names = list(names)
         had = {dim for name in names for dim in self.had.get(name, ())}
         notes = [text for dim, text in self.fixed.items() if dim in had]
-        notes += [self.twins[name] for name in names if name in self.twins]
+        notes += [self.equals[name] for name in names if name in self.equals]
         for name in names:
             attributes = self.array(name).attrs
             if units and "units" not in attributes and "comment" in attributes:
@@ -426,7 +426,7 @@ def _level(array: xr.Variable, dim: str, least: float) -> bool:
 
 
 def meanings_of(status: xr.Variable) -> dict[int, str]:
-    """What the codes of a status variable mean, in words."""
+    """Meanings of the codes of a status variable, in words."""
     known = dict(enumerate(outcome.MEANINGS))
     values = np.atleast_1d(status.attrs.get("flag_values", []))
     words = str(status.attrs.get("flag_meanings", "")).split()

@@ -118,7 +118,7 @@ def shorten(text: str, most: int = 40) -> str:
 
 
 def file_label(path: str) -> str:
-    """What a figure calls a recording: its file, without the folder and the ending."""
+    """Name of a recording on figures: its file, without the folder and the ending."""
     return shorten(PureWindowsPath(path).stem)  # which knows the separators of all systems
 
 

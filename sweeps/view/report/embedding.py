@@ -31,10 +31,10 @@ Places = npt.NDArray[np.int64]
 
 
 ROUNDING = 1e-8
-"""What varies by this share of the largest number is taken for constant."""
+"""Variation, relative to the largest number, up to which a quantity is taken for constant."""
 
 LONGEST_WORD = 120
-"""Characters of a name."""
+"""Most characters of a name in the page."""
 
 
 @dataclass
@@ -87,10 +87,10 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
 
     The archive may be larger than memory.
     """
-    found = Embedded()
+    page = Embedded()
     names = [str(n) for n, v in archive.data_vars.items() if v.dtype.kind in "fiub" and v.size > 0]
     for name in [str(n) for n in archive.data_vars if str(n) not in names]:
-        found.left_out.append(f"{one_line(name, 60)} is left out, because it has no numbers.")
+        page.left_out.append(f"{one_line(name, 60)} is left out, because it has no numbers.")
     numbers = [n for n in names if not set(archive[n].dims) & {"crank_angle", "order"}]
     curves = [n for n in names if n not in numbers]
     columns = columns_along(archive, names)
@@ -98,19 +98,19 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     budget = room / (4.0 * 4.0 / 3.0)
     # Curves get the rest of the room.
     share = 0.6 if curves else 1.0
-    numbers, counts = _thinned(archive, numbers, columns, budget * share, found)
+    numbers, counts = _thinned(archive, numbers, columns, budget * share, page)
     places = {dim: _places(archive, dim, count) for dim, count in counts.items()}
     used = _cost(archive, numbers, columns, counts)
-    of_curves = _places_of_curves(archive, curves, places, budget - used, found)
+    of_curves = _places_of_curves(archive, curves, places, budget - used, page)
     for dim, picked in of_curves.items():
         places.setdefault(dim, picked)
     for dim, picked in places.items():
-        found.axes[dim] = _axis(archive, dim, picked, columns)
+        page.axes[dim] = _axis(archive, dim, picked, columns)
         if len(picked) < archive.sizes[dim]:
-            found.left_out.append(_thinned_text(archive, dim, picked))
+            page.left_out.append(_thinned_text(archive, dim, picked))
     for key, (dim, variable) in columns.items():
         if dim in places:
-            found.columns[key] = _column(variable, key, places[dim], choices.get(key))
+            page.columns[key] = _column(variable, key, places[dim], choices.get(key))
     spans: dict[str, tuple[float, float]] = {}
     for name in (n for n in names if n in numbers or n in curves):
         variable = archive[name].variable
@@ -119,31 +119,31 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
         values = _read(variable, picked_by)
         spans[name] = _span(values)
         if "direction" in variable.dims and _in_plane(values, variable.dims.index("direction")):
-            found.planes.add(name)
-        found.quantities[name] = _quantity(
+            page.planes.add(name)
+        page.quantities[name] = _quantity(
             variable, values, name, picked_by, places, choices.get(name)
         )
-    found.flat = _flat(found, spans)
-    found.left_out += _coarser_text(archive, of_curves, places)
-    return found
+    page.flat = _flat(page, spans)
+    page.left_out += _coarser_text(archive, of_curves, places)
+    return page
 
 
 def columns_along(archive: xr.Dataset, names: Sequence[str]) -> dict[str, tuple[str, xr.Variable]]:
     """Return what tells the values along each dimension: its own values, columns of designs."""
     words = words_of(archive)
-    found: dict[str, tuple[str, xr.Variable]] = {}
+    columns: dict[str, tuple[str, xr.Variable]] = {}
     for dim in dict.fromkeys(str(d) for n in names for d in archive[n].dims):
         home = words.get(dim, dim)
         if home in archive.coords:
-            found[dim] = (dim, archive[home].variable)
+            columns[dim] = (dim, archive[home].variable)
         else:
             import xarray as xr
 
-            found[dim] = (dim, xr.Variable((dim,), np.arange(archive.sizes[dim])))
+            columns[dim] = (dim, xr.Variable((dim,), np.arange(archive.sizes[dim])))
         for name, coordinate in archive.coords.items():
             if coordinate.dims == (dim,) and str(name) not in (dim, home):
-                found[str(name)] = (dim, coordinate.variable)
-    return found
+                columns[str(name)] = (dim, coordinate.variable)
+    return columns
 
 
 def is_list(archive: xr.Dataset, dim: str) -> bool:
@@ -173,7 +173,7 @@ def _cost(
 
 def _thinned(
     archive: xr.Dataset, names: Sequence[str], columns: Mapping[str, tuple[str, xr.Variable]],
-    budget: float, found: Embedded, counts: Mapping[str, int] | None = None,
+    budget: float, page: Embedded, counts: Mapping[str, int] | None = None,
 ) -> tuple[list[str], dict[str, int]]:  # fmt: skip
     """How many values of each dimension have room, and of which quantities."""
     kept = list(names)
@@ -198,7 +198,7 @@ def _thinned(
         # The first of an archive are those that were asked for first; outcomes stay.
         last = next((n for n in reversed(kept) if n not in ("status", "delta")), kept[-1])
         kept.remove(last)
-        found.left_out.append(
+        page.left_out.append(
             f"{last} is left out, because it does not fit; a larger --limit makes room."
         )
 
@@ -237,7 +237,7 @@ def _chosen(size: int, count: int, *, sample: bool) -> Places:
 
 def _places_of_curves(
     archive: xr.Dataset, curves: list[str], places: Mapping[str, Places], room: float,
-    found: Embedded,
+    page: Embedded,
 ) -> dict[str, Places]:  # fmt: skip
     """Which values curves have, out of those that single numbers have."""
     if not curves:
@@ -248,7 +248,7 @@ def _places_of_curves(
         for key, value in columns_along(archive, curves).items()
         if value[0] not in places
     }
-    kept, now = _thinned(archive, curves, columns, room, found, counts)
+    kept, now = _thinned(archive, curves, columns, room, page, counts)
     curves[:] = kept
     of_curves = {}
     for dim, count in now.items():
@@ -300,18 +300,18 @@ def _in_plane(values: npt.NDArray[Any], axis: int) -> bool:
     return min(widths) > ROUNDING * max(widths)
 
 
-def _flat(found: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
+def _flat(page: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
     """Quantities that vary by rounding alone, beside what else has their unit."""
     largest: dict[str, float] = {}
     for name, (low, high) in spans.items():
-        unit = found.quantities[name]["unit"]
+        unit = page.quantities[name]["unit"]
         size = max(abs(low), abs(high))
         # Numbers without a unit have nothing to do with each other.
         key = unit or name
         largest[key] = max(largest.get(key, 0.0), size)
     return {
         name for name, (low, high) in spans.items()
-        if high - low <= ROUNDING * largest[found.quantities[name]["unit"] or name]
+        if high - low <= ROUNDING * largest[page.quantities[name]["unit"] or name]
     }  # fmt: skip
 
 
@@ -366,15 +366,15 @@ def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[An
     if math.prod(len(own) for own in index if not isinstance(own, slice)) <= 3000:
         return variable.isel(dict(zip(dims, index, strict=True))).values
     shape = tuple(variable.sizes[d] for d in dims)
-    found = np.empty(tuple(len(places[d]) for d in dims), variable.dtype)
+    result = np.empty(tuple(len(places[d]) for d in dims), variable.dtype)
     for begin, extent, arrays in ranges({"one": variable}, dims, shape):
         inside, into = [], []
         for dim, first, length in zip(dims, begin, extent, strict=True):
             low, high = np.searchsorted(places[dim], [first, first + length])
             inside.append(places[dim][low:high] - first)
             into.append(slice(low, high))
-        found[tuple(into)] = arrays["one"][np.ix_(*inside)]
-    return found
+        result[tuple(into)] = arrays["one"][np.ix_(*inside)]
+    return result
 
 
 def _thinned_text(archive: xr.Dataset, dim: str, places: Places) -> str:

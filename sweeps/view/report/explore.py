@@ -31,10 +31,10 @@ Values = npt.NDArray[Any]
 OF_CURVES = ("crank_angle", "order")
 
 MOST_OPTIONS = 1000
-"""Values of an axis that a slider shows one by one; a longer one counts."""
+"""Most values of an axis whose slider shows the values themselves, not their numbers."""
 
 MOST_POINTS = 5000
-"""Of a line."""
+"""Most points of a line."""
 
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
@@ -66,7 +66,7 @@ def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> An
     >>> explore("first.nc")  # doctest: +SKIP
     """
     panel = library("panel", "panel", "explore", extra="explore")
-    # What a notebook needs of Panel, without a network; sliders tell where they are let go.
+    # The notebook then needs no network; a slider counts only where it is let go.
     panel.extension(inline=True, throttled=True)
     if isinstance(archive, str | Path):
         from sweeps.decide.explore.opening import open as open_any

@@ -58,7 +58,7 @@ def table(
 
 
 FIRST_ROWS = 20
-"""Designs that are shown of many."""
+"""First designs of many, which are shown in place of all of them."""
 
 
 def value_text(variable: xr.Variable | xr.DataArray, value: Any, choice: str | None) -> str:

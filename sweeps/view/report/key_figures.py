@@ -12,47 +12,47 @@ Specification = dict[str, Any]
 FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "torque_irregularity",
                     "torque_max", "torque_range", "shaking_force_max", "shaking_moment_max",
                     "crank_pin_load_max", "main_journal_load_max", "omega_max")  # fmt: skip
-"""Single numbers that are drawn first; those of the archive follow."""
+"""Quantities with one number for each design that are drawn first; others follow."""
 
 
 MOST_CURVES = 8
-"""Curves of one figure."""
+"""Most curves of one figure."""
 
 
 NAMED = 60
-"""Designs of a list whose names stand beside a figure."""
+"""Most designs of a list whose names stand along an axis."""
 
 
-def starting_places(found: Embedded) -> dict[str, int]:
+def starting_places(page: Embedded) -> dict[str, int]:
     """Where the figures cut and the explorer begins: in the middle, of lists at the first."""
     return {
         dim: 0 if axis["list"] or axis["named_by"] or not axis["of_designs"] else axis["count"] // 2
-        for dim, axis in found.axes.items()
+        for dim, axis in page.axes.items()
     }
 
 
-def key_figures(found: Embedded) -> list[Specification]:
+def key_figures(page: Embedded) -> list[Specification]:
     """Return what `drawing.js` draws: a kind, quantities, axes and places for each figure."""
-    at = starting_places(found)
-    figures = [*_numbers(found), *_maps(found), *_curves(found, "crank_angle"),
-               *_polar(found), *_curves(found, "order")]  # fmt: skip
+    at = starting_places(page)
+    figures = [*_numbers(page), *_maps(page), *_curves(page, "crank_angle"),
+               *_polar(page), *_curves(page, "order")]  # fmt: skip
     for figure in figures:
         figure["at"] = at
         names = figure.get("quantities") or [figure["quantity"]]
         used = {figure.get("lines"), figure.get("over"), "direction"}
-        used |= {found.columns[k]["dim"] for k in (figure.get("x"), figure.get("y")) if k}
-        fixed = [d for n in names for d in found.quantities[n]["dims"]
-                 if d not in used and found.axes[d]["count"] > 1
-                 and not found.axes[d]["of_curves"]]  # fmt: skip
+        used |= {page.columns[k]["dim"] for k in (figure.get("x"), figure.get("y")) if k}
+        fixed = [d for n in names for d in page.quantities[n]["dims"]
+                 if d not in used and page.axes[d]["count"] > 1
+                 and not page.axes[d]["of_curves"]]  # fmt: skip
         figure["cut"] = list(dict.fromkeys(fixed))
     return figures
 
 
-def _varying(found: Embedded, name: str) -> list[str]:
+def _varying(page: Embedded, name: str) -> list[str]:
     """Dimensions of designs along which a quantity goes, numbers and long ones first."""
-    axes = found.axes
+    axes = page.axes
     dims = [
-        d for d in found.quantities[name]["dims"]
+        d for d in page.quantities[name]["dims"]
         if not axes[d]["of_curves"] and axes[d]["count"] > 1
     ]  # fmt: skip
     return sorted(
@@ -60,89 +60,89 @@ def _varying(found: Embedded, name: str) -> list[str]:
     )
 
 
-def _single(found: Embedded) -> list[str]:
+def _single(page: Embedded) -> list[str]:
     """Quantities without curves, the most wanted first."""
     names = [
-        n for n, q in found.quantities.items()
-        if n not in found.flat | {"status"} and not n.endswith("_published") and _varying(found, n)
-        and not any(found.axes[d]["of_curves"] for d in q["dims"])
+        n for n, q in page.quantities.items()
+        if n not in page.flat | {"status"} and not n.endswith("_published") and _varying(page, n)
+        and not any(page.axes[d]["of_curves"] for d in q["dims"])
     ]  # fmt: skip
     return sorted(names, key=lambda n: FIRST_QUANTITIES.index(n) if n in FIRST_QUANTITIES else 99)
 
 
-def _has_lines(found: Embedded, dim: str) -> bool:
+def _has_lines(page: Embedded, dim: str) -> bool:
     """Whether lines for the values of a dimension can be told apart."""
-    axis = found.axes[dim]
+    axis = page.axes[dim]
     return not axis["list"] or (axis["named_by"] is not None and axis["count"] <= MOST_CURVES)
 
 
-def _across(found: Embedded, dim: str) -> str:
-    """What stands along an axis: of a list of designs their names, or a column of numbers."""
-    axis = found.axes[dim]
+def _across(page: Embedded, dim: str) -> str:
+    """The column along an axis; for a list of designs their names, or a column of numbers."""
+    axis = page.axes[dim]
     if not axis["list"]:
         return dim
     if axis["named_by"] and axis["count"] <= NAMED:
         return str(axis["named_by"])
-    numbers = [c for c in axis["columns"] if "values" in found.columns[c]]
+    numbers = [c for c in axis["columns"] if "values" in page.columns[c]]
     return str(numbers[0]) if numbers else dim
 
 
-def _numbers(found: Embedded) -> list[Specification]:
+def _numbers(page: Embedded) -> list[Specification]:
     figures = []
-    for name in _single(found)[:3]:
-        dims = _varying(found, name)
-        others = [d for d in dims[1:] if _has_lines(found, d)]
+    for name in _single(page)[:3]:
+        dims = _varying(page, name)
+        others = [d for d in dims[1:] if _has_lines(page, d)]
         published = f"{name}_published"
-        beside = [published] if _same_dims(found, name, published) else []
+        others_too = [published] if _same_dims(page, name, published) else []
         figures.append({
-            "kind": "numbers", "quantities": [name, *beside], "x": _across(found, dims[0]),
-            "lines": others[0] if others and not beside else None,
-            "title": _sentence(found.quantities[name]["title"]),
+            "kind": "numbers", "quantities": [name, *others_too], "x": _across(page, dims[0]),
+            "lines": others[0] if others and not others_too else None,
+            "title": _sentence(page.quantities[name]["title"]),
         })  # fmt: skip
     return figures
 
 
-def _same_dims(found: Embedded, name: str, other: str) -> bool:
-    if other not in found.quantities:
+def _same_dims(page: Embedded, name: str, other: str) -> bool:
+    if other not in page.quantities:
         return False
-    return set(found.quantities[name]["dims"]) == set(found.quantities[other]["dims"])
+    return set(page.quantities[name]["dims"]) == set(page.quantities[other]["dims"])
 
 
-def _maps(found: Embedded) -> list[Specification]:
-    for name in _single(found)[:1]:
-        dims = _varying(found, name)
-        pairs = [d for d in dims if not found.axes[d]["list"]][:2]
-        lists = [d for d in dims if found.axes[d]["list"] and found.axes[d]["count"] > NAMED]
+def _maps(page: Embedded) -> list[Specification]:
+    for name in _single(page)[:1]:
+        dims = _varying(page, name)
+        pairs = [d for d in dims if not page.axes[d]["list"]][:2]
+        lists = [d for d in dims if page.axes[d]["list"] and page.axes[d]["count"] > NAMED]
         if len(pairs) < 2 and lists:
-            pairs = [c for c in found.axes[lists[0]]["columns"] if "values" in found.columns[c]][:2]
+            pairs = [c for c in page.axes[lists[0]]["columns"] if "values" in page.columns[c]][:2]
         if len(pairs) == 2:
-            title = f"{_sentence(found.quantities[name]['title'])}, map"
+            title = f"{_sentence(page.quantities[name]['title'])}, map"
             return [{"kind": "map", "quantity": name, "x": pairs[0], "y": pairs[1], "title": title}]
     return []
 
 
-def _curves(found: Embedded, over: str) -> list[Specification]:
+def _curves(page: Embedded, over: str) -> list[Specification]:
     """Speed at several designs, and quantities with the same unit in one figure."""
-    if over not in found.axes or found.axes[over]["count"] < 2:
+    if over not in page.axes or page.axes[over]["count"] < 2:
         return []
     names = [
-        n for n, q in found.quantities.items()
+        n for n, q in page.quantities.items()
         if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
-        and n not in found.flat
+        and n not in page.flat
     ]  # fmt: skip
     figures: list[Specification] = []
-    if "omega" in names and _varying(found, "omega"):
+    if "omega" in names and _varying(page, "omega"):
         names.remove("omega")
         figures.append({"kind": "curves", "quantities": ["omega"], "over": over,
-                        "lines": _compared(found, "omega")[0],
-                        "title": _sentence(found.quantities["omega"]["title"])})  # fmt: skip
+                        "lines": _compared(page, "omega")[0],
+                        "title": _sentence(page.quantities["omega"]["title"])})  # fmt: skip
     groups: dict[str, list[str]] = {}
     for name in names:
-        groups.setdefault(found.quantities[name]["unit"], []).append(name)
+        groups.setdefault(page.quantities[name]["unit"], []).append(name)
     for unit, group in sorted(groups.items(), key=lambda item: (item[0] != "N m", -len(item[1]))):
         if len(figures) >= 3:
             break
-        title = _sentence(found.quantities[group[0]]["title"])
+        title = _sentence(page.quantities[group[0]]["title"])
         if len(group) > 1:
             kind = {"N m": "Torques", "kN": "Forces", "rpm": "Speeds", "bar": "Pressures"}
             few = ", ".join(name.replace("_", " ") for name in group)
@@ -150,47 +150,47 @@ def _curves(found: Embedded, over: str) -> list[Specification]:
             title = kind.get(unit, _sentence(few) if len(group) <= 3 else other)
         if over == "order":
             title += " over the order" if title != "Orders" else ""
-        alone = _compared(found, group[0])[:1] if len(group) == 1 else []
+        alone = _compared(page, group[0])[:1] if len(group) == 1 else []
         # Orders of more designs would hide each other.
-        if over == "order" and alone and found.axes[alone[0]]["count"] > 4:
+        if over == "order" and alone and page.axes[alone[0]]["count"] > 4:
             alone = []
         figures.append({"kind": "curves", "quantities": group[:MOST_CURVES], "over": over,
                         "lines": alone[0] if alone else None, "title": title})  # fmt: skip
     return figures
 
 
-def _compared(found: Embedded, name: str) -> list[str]:
+def _compared(page: Embedded, name: str) -> list[str]:
     """Dimensions for whose values curves are drawn beside each other: first a few with names."""
-    axes = found.axes
+    axes = page.axes
     return sorted(
-        _varying(found, name),
+        _varying(page, name),
         key=lambda d: not (axes[d]["named_by"] and axes[d]["count"] <= MOST_CURVES),
     )
 
 
-def paths(found: Embedded) -> list[Specification]:
+def paths(page: Embedded) -> list[Specification]:
     """Forces whose two components can be drawn against each other: to the right, and up."""
     result: list[Specification] = []
-    for name, quantity in found.quantities.items():
+    for name, quantity in page.quantities.items():
         if "crank_angle" not in quantity["dims"]:
             continue
-        if name in found.planes:
+        if name in page.planes:
             title = f"{_sentence(quantity['title'])}, locus over the cycle"
             result.append({"title": title, "right": [name, 0], "up": [name, 1]})
         for (right, up), said in POLAR.items():
             load = name.removesuffix(f"_{right}")
             other = f"{load}_{up}"
-            if load != name and _same_dims(found, name, other):
+            if load != name and _same_dims(page, name, other):
                 title = f"Locus of the load: {load.replace('_', ' ')}, {said}"
                 result.append({"title": title, "right": [name, None], "up": [other, None]})
     return result
 
 
-def _polar(found: Embedded) -> list[Specification]:
+def _polar(page: Embedded) -> list[Specification]:
     figures = []
-    for path in paths(found)[:2]:
+    for path in paths(page)[:2]:
         name = path["right"][0]
-        lines = next(iter(_compared(found, name)), None)
+        lines = next(iter(_compared(page, name)), None)
         figures.append({"kind": "polar", "quantities": [name], "lines": lines, **path})
     return figures
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Choices = Mapping[str, str]
 
 MOST_ROWS = 60
-"""Designs that a table holds."""
+"""Most designs of an archive whose designs are all in a table."""
 
 
 def results(archive: xr.Dataset, choices: Choices) -> str:
@@ -36,22 +36,22 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     parts = _reduced(archive, choices) if REDUCTION in archive.attrs else []
     archive = archive.drop_vars([n for n, v in archive.data_vars.items() if not v.size])
     try:
-        found = rows(archive, limit=MOST_ROWS)
+        shown = rows(archive, limit=MOST_ROWS)
     except SceneError:  # no quantity has one number for each design
-        found = None
-    if found is not None and found.designs <= MOST_ROWS:
-        parts.append(_rows_table(found, choices))
-    several = found is None or found.designs > 1
+        shown = None
+    if shown is not None and shown.designs <= MOST_ROWS:
+        parts.append(_rows_table(shown, choices))
+    several = shown is None or shown.designs > 1
     extremes = [*_extremes(archive, choices)] if several and REDUCTION not in archive.attrs else []
     if extremes:
         head = ("quantity", "unit", "smallest", "at", "largest", "at")
         parts += ["<h3>Smallest and largest</h3>", table(head, extremes, (2, 4))]
-    if found is not None and found.designs > MOST_ROWS:
-        order = "delta" if "delta" in found.table and REDUCTION not in archive.attrs else None
+    if shown is not None and shown.designs > MOST_ROWS:
+        order = "delta" if "delta" in shown.table and REDUCTION not in archive.attrs else None
         first = rows(archive, limit=FIRST_ROWS, sort=order)
         which = "with the smallest delta" if order else "in the order of the archive"
         which = "that the first search found best" if REDUCTION in archive.attrs else which
-        parts += [f"<h3>{FIRST_ROWS} of {found.designs:,} designs, those {which}</h3>",
+        parts += [f"<h3>{FIRST_ROWS} of {shown.designs:,} designs, those {which}</h3>",
                   _rows_table(first, choices)]  # fmt: skip
     told = recorded_cycle_lines(archive)
     if told:
@@ -61,7 +61,7 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
 
 
 def _reduced(archive: xr.Dataset, choices: Choices) -> list[str]:
-    """What was found of all designs: statistics, counts within limits, searches."""
+    """Results over all designs: statistics, counts within limits, searches."""
     parts = []
     heads, lines = statistics_table(archive, choices)
     if lines:
@@ -72,43 +72,43 @@ def _reduced(archive: xr.Dataset, choices: Choices) -> list[str]:
     within = [(condition, f"{n:,}") for condition, n in counts_within(archive)]
     if within:
         parts += ["<h3>Designs within limits</h3>", table(("condition", "designs"), within, (1,))]
-    found = searches(archive)
-    if found:
-        parts += ["<h3>Searches</h3>", table(("searched for", "found"), found)]
+    searched = searches(archive)
+    if searched:
+        parts += ["<h3>Searches</h3>", table(("searched for", "found"), searched)]
     return parts
 
 
-def _rows_table(found: Rows, choices: Choices) -> str:
+def _rows_table(shown: Rows, choices: Choices) -> str:
     """A row for each design, its name first; of few designs a row for each quantity."""
-    names = [n for n in found.table if n not in found.units and n in found.given]
-    given = [n for n in found.given if n not in names and not (names and n == "design")]
-    order = [*names, *given, *(n for n in found.table if n not in found.given)]
+    names = [n for n in shown.table if n not in shown.units and n in shown.given]
+    given = [n for n in shown.given if n not in names and not (names and n == "design")]
+    order = [*names, *given, *(n for n in shown.table if n not in shown.given)]
     cells: dict[str, Sequence[str]] = {}
     units: dict[str, str] = {}
     for name in order:
-        if name in found.units:
-            cells[name], units[name] = number_cells(found, name, choices.get(name))
+        if name in shown.units:
+            cells[name], units[name] = number_cells(shown, name, choices.get(name))
         else:
             units[name] = ""
             cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
-                           for value in found.table[name]]  # fmt: skip
+                           for value in shown.table[name]]  # fmt: skip
     # Few designs stand beside each other, with a line for each quantity.
-    if found.number <= 3:
-        lines = [(name, *cells[name], units[name], meaning(found, name)) for name in order]
-        numbers = list(range(1, 1 + found.number))
-        head = [f"design {i}" for i in numbers] if found.number > 1 else [""]
-        bands = paragraph(f"{OF_BANDS.capitalize()}.", "note") if found.bands else ""
+    if shown.number <= 3:
+        lines = [(name, *cells[name], units[name], meaning(shown, name)) for name in order]
+        numbers = list(range(1, 1 + shown.number))
+        head = [f"design {i}" for i in numbers] if shown.number > 1 else [""]
+        bands = paragraph(f"{OF_BANDS.capitalize()}.", "note") if shown.bands else ""
         return table(("", *head, "", ""), lines, numbers) + bands
     same = {n: cells[n][0] for n in order if n not in names and len(set(cells[n])) == 1}
     left = [n for n in order if n not in same]
     head = [f"{n} [{units[n]}]" if units[n] else n for n in left]
-    numbers = [i for i, n in enumerate(left) if n in found.units]
+    numbers = [i for i, n in enumerate(left) if n in shown.units]
     body = table(head, zip(*(cells[n] for n in left), strict=True), numbers)
-    if found.bands:
-        mostly = "; ".join(f"{n} mostly from {parameter}" for n, parameter in found.mainly.items())
+    if shown.bands:
+        mostly = "; ".join(f"{n} mostly from {parameter}" for n, parameter in shown.mainly.items())
         body += paragraph(f"{OF_BANDS.capitalize()}: {mostly}.", "note")
     if len(same) > 5:
-        lines = [(n, value, units[n], found.texts.get(n, "")) for n, value in same.items()]
+        lines = [(n, value, units[n], shown.texts.get(n, "")) for n, value in same.items()]
         return body + details("The same in all of these rows", table(("", "", "", ""), lines, (1,)))
     told = ", ".join(f"{n} {value} {units[n]}".rstrip() for n, value in same.items())
     return body + (paragraph(f"The same in all of these rows: {told}.", "note") if told else "")
@@ -121,11 +121,11 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
             continue
         if set(data.dims) & set(DIMENSIONS) or _of_a_band(archive, str(name)):
             continue
-        found = _lowest_and_highest(data.variable)
-        if found is None:
+        ends = _lowest_and_highest(data.variable)
+        if ends is None:
             yield str(name), "", "no value", "", "no value", ""
             continue
-        (low, low_at), (high, high_at) = found
+        (low, low_at), (high, high_at) = ends
         if low == high:
             continue
         factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(str(name)))

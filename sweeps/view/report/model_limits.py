@@ -13,7 +13,7 @@ PRESSURE, FRICTION, FLYWHEEL = "pressure, work and power", "friction", "flywheel
 ORDERS, SERIES = "orders", "truncated series"
 
 GAS = (SPEED, TORQUE, PRESSURE, FLYWHEEL, ONE_CYLINDER, BEARINGS, ORDERS, TORSION)
-"""What needs the pressure in the cylinders."""
+"""Subjects of quantities that need the pressure in the cylinders."""
 
 LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
     (
@@ -77,7 +77,7 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
     ),
     ((SERIES,), "The coefficients of the series apply to engines without pin offset."),
 )
-"""Subjects of quantities, and what holds for them."""
+"""Limits of the model, each with the subjects of the quantities that it applies to."""
 
 
 def model_limits(
@@ -86,20 +86,20 @@ def model_limits(
     """Return the limits of the model that apply to some quantities, a sentence or two each."""
     names = set(quantities)
     subjects = {s for s, nodes in SUBJECTS.items() if names & {node.name for node in nodes}}
-    found = [limit for of, limit in LIMITS if subjects & set(of)]
+    limits = [limit for of, limit in LIMITS if subjects & set(of)]
     if two_stroke and subjects & set(GAS):
-        found.append(
+        limits.append(
             "Two-stroke engines are solved with the same equations; no comparison with a measured "
             "two-stroke diagram has been made."
         )
     if "thesis" in methods and SPEED in subjects:
-        found.append(
+        limits.append(
             "Method thesis uses explicit Euler steps of one degree to reproduce the thesis; it is "
             "of first order and drifts."
         )
-    if found:
-        found.append(
+    if limits:
+        limits.append(
             "Articulated rods on a master rod are not modelled; in radial engines all rods act on "
             "the crank pin itself."
         )
-    return found
+    return limits

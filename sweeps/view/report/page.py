@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 LIMIT = 20e6
-"""Bytes of a report, if nothing else is asked for."""
+"""Most bytes of a report, if nothing else is asked for."""
 
 SPARE = 50e3
-"""Bytes for names and shapes of what is embedded."""
+"""Bytes that are kept for names and shapes of the numbers in the page."""
 
 
 def report(
@@ -100,8 +100,8 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     """
     choices = choices_of(archive, units)
     parts = {
-        place: "".join(_section(key, title, make(archive, choices)) for key, title, make in found)
-        for place, found in SECTIONS.items()
+        place: "".join(_section(key, title, make(archive, choices)) for key, title, make in content)
+        for place, content in SECTIONS.items()
     }
     title = one_line(archive.attrs.get("title") or "Report", 300)
     code = _code()
@@ -115,13 +115,13 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     archive = archive[of_designs(archive)]  # of a reduced archive, those that it kept
     template = Template(_resource("page.html"))
     while True:
-        found = embedded(archive, choices, room)
-        data = {**found.json(), "figures": key_figures(found), "paths": paths(found),
-                "start": starting_places(found)}  # fmt: skip
+        content = embedded(archive, choices, room)
+        data = {**content.json(), "figures": key_figures(content), "paths": paths(content),
+                "start": starting_places(content)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
             before=parts["before"], after=parts["after"], figures=_figures(data),
-            left=_left(found), contents=_contents(),
+            left=_left(content), contents=_contents(),
         )  # fmt: skip
         over = len(written.encode(errors="replace")) - limit
         if over <= 0 or room < 1.0:
@@ -147,15 +147,15 @@ def _figures(data: Mapping[str, Any]) -> str:
     return paragraph("No quantity varies, so there is nothing to draw.")
 
 
-def _left(found: Embedded) -> str:
-    """What is not in the page."""
-    if not found.quantities:
+def _left(content: Embedded) -> str:
+    """Sentences about values of the archive that are not in the page."""
+    if not content.quantities:
         return paragraph("The archive has no numbers to explore.")
     said = "Numbers have seven digits."
-    if not found.left_out:
+    if not content.left_out:
         return paragraph(f"All values of the archive are in this page. {said}", "note")
     return paragraph(f"{said} Some values of the archive were left out:", "note") + listed(
-        found.left_out
+        content.left_out
     )
 
 

@@ -67,7 +67,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
         dims = ["design"]
     sizes = {d: columns["status"].sizes[d] for d in dims}
     given = [n for n in columns if n != "status"]
-    found = Failures([*given, "outcome"])
+    failed = Failures([*given, "outcome"])
     with_numbers = np.array([has_numbers(code) for code in range(256)])
     spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if _is_number(columns[n])}
     # Along longer axes, failed designs are not counted at each value.
@@ -81,7 +81,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
             if dim in counts:
                 others = tuple(i for i in range(len(dims)) if i != axis)
                 counts[dim][begin[axis] : begin[axis] + extent[axis]] += lost.sum(axis=others)
-        for flat in np.flatnonzero(lost)[: FIRST_ROWS - len(found.first)]:
+        for flat in np.flatnonzero(lost)[: FIRST_ROWS - len(failed.first)]:
             at = np.unravel_index(flat, extent)
             texts = [
                 value_text(columns[n], np.broadcast_to(read[n], extent)[at], choices.get(n))
@@ -89,7 +89,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
             ]
             code = int(codes[at])
             why = MEANINGS[code] if code < len(MEANINGS) else str(code)
-            found.first.append([*texts, why.replace("_", " ")])
+            failed.first.append([*texts, why.replace("_", " ")])
     for name in given:
         variable, choice = columns[name], choices.get(name)
         at_each = _counted(variable, counts, sizes, choice) if name in dims else ""
@@ -98,8 +98,8 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
             span = spans[name]
             lost_span, both = (_span(variable, part, choice) for part in (span[:2], span[2:]))
         if at_each or lost_span:
-            found.where.append((name, lost_span, both, at_each))
-    return found
+            failed.where.append((name, lost_span, both, at_each))
+    return failed
 
 
 def _is_number(variable: xr.Variable) -> bool:
@@ -141,10 +141,10 @@ def _span(variable: xr.Variable, span: Sequence[float], choice: str | None) -> s
 Choices = Mapping[str, str]
 
 MOST_LINES = 500
-"""Warnings, assumptions and parameters that are listed."""
+"""Most warnings, assumptions or parameters that are listed."""
 
 FEW = 12
-"""Values of an axis that are all told."""
+"""Most values of an axis that are all listed."""
 
 OUTCOMES: Mapping[str, str] = {
     "converged": "steady state found with the requested accuracy",
@@ -156,12 +156,12 @@ OUTCOMES: Mapping[str, str] = {
     "tolerance_not_met": "result found, but less accurate than requested",
     "passes_done": PASSES,
 }
-"""What an outcome means."""
+"""Meanings of the outcomes of designs."""
 
 
-def _members(found: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
+def _members(table_of: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
     """Names and texts of members, those of tables within them by their whole names."""
-    for key, value in found.items():
+    for key, value in table_of.items():
         name = f"{head}{key}"
         if isinstance(value, dict) and not head:
             yield from _members(value, f"{name}: ")
@@ -240,14 +240,18 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
 def _arrangements(archive: xr.Dataset) -> list[dict[str, Any]]:
     """Arrangements of the cylinders: of one engine, or of several."""
     try:
-        found = json.loads(str(archive.attrs.get("arrangement", "{}")))
+        described = json.loads(str(archive.attrs.get("arrangement", "{}")))
     except (ValueError, RecursionError):
         return []
-    return [a for a in (found if isinstance(found, list) else [found]) if isinstance(a, dict)]
+    return [
+        a
+        for a in (described if isinstance(described, list) else [described])
+        if isinstance(a, dict)
+    ]
 
 
 def _meaning(variable: xr.DataArray) -> str:
-    """What a quantity is, and which engines do not have it."""
+    """The long name of a quantity, and the engines that do not have it."""
     said = (variable.attrs.get("long_name"), variable.attrs.get("comment"))
     return "; ".join(str(part) for part in said if part)
 
@@ -270,8 +274,8 @@ def _values_text(coordinate: xr.DataArray, choice: str | None) -> str:
     if not len(values):
         return "none"
     if coordinate.dtype.kind not in "fiu":
-        found = list(dict.fromkeys(one_line(v, 60) for v in values[:10_000]))
-        return ", ".join(found[:FEW]) + (", ..." if len(found) > FEW else "")
+        words = list(dict.fromkeys(one_line(v, 60) for v in values[:10_000]))
+        return ", ".join(words[:FEW]) + (", ..." if len(words) > FEW else "")
     factor, unit = converted(str(coordinate.attrs.get("units", "1")), choice)
     distinct = np.unique(values) * factor
     if len(distinct) <= FEW:
@@ -326,13 +330,15 @@ def outcomes(archive: xr.Dataset, choices: Choices) -> str:
         return "".join([*parts, paragraph("Every design has a result.")])
     if REDUCTION in archive.attrs:
         return "".join([*parts, paragraph("Which designs failed is not in a reduced archive.")])
-    found = failures(archive, choices)
+    places = failures(archive, choices)
     parts += [
         "<h3>Where designs failed</h3>",
-        table(("axis or column", "designs without a result", "all designs", "failed"), found.where),
+        table(
+            ("axis or column", "designs without a result", "all designs", "failed"), places.where
+        ),
         "<h3>Designs without a result</h3>" if failed <= FIRST_ROWS
         else f"<h3>{FIRST_ROWS} of {failed:,} designs without a result</h3>",
-        table(found.head, found.first),
+        table(places.head, places.first),
     ]  # fmt: skip
     return "".join(parts)
 
@@ -347,12 +353,14 @@ def warned(archive: xr.Dataset, choices: Choices) -> str:
 
 
 def assumed(archive: xr.Dataset, choices: Choices) -> str:
-    """What was assumed because the sources of the engine do not give it, and all parameters."""
-    found, more = _limited(list(_members(members_of(archive, "engine_assumed"))), "assumptions")
+    """Values that the sources of the engine do not give, and all parameters."""
+    assumptions, more = _limited(
+        list(_members(members_of(archive, "engine_assumed"))), "assumptions"
+    )
     parts = (
         [paragraph("These values are assumed, because the sources of the engine do not give them."),
-         table(("assumed", "why"), found), more]
-        if found
+         table(("assumed", "why"), assumptions), more]
+        if assumptions
         else [paragraph("No value of the engine is marked as assumed.")]
     )  # fmt: skip
     parameters = {k: with_word(k, v) for k, v in members_of(archive, "parameters").items()}
@@ -373,12 +381,14 @@ def _about(key: str) -> tuple[str, str]:
 def limited(archive: xr.Dataset, choices: Choices) -> str:
     """Limits of the model that apply to what was computed."""
     methods = members_of(archive, "solver").get("method")
-    found = model_limits(
+    limits = model_limits(
         members_of(archive, REDUCTION).get("quantities", [str(n) for n in archive.data_vars]),
         two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
         methods=map(str, methods) if isinstance(methods, list) else (),
     )
-    return listed(found) if found else paragraph("No model limits are known for these quantities.")
+    return (
+        listed(limits) if limits else paragraph("No model limits are known for these quantities.")
+    )
 
 
 # ---- provenance ----------------------------------------------------------------------------------

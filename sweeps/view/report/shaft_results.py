@@ -34,7 +34,7 @@ def _numeric(archive: xr.Dataset, place: str) -> bool:
 
 
 def _system(archive: xr.Dataset) -> Iterator[str]:
-    """What the shaft is: numbers that all designs share, and what varies."""
+    """The shaft: numbers that all designs share, and those that vary."""
     given = members_of(archive, "parameters")
     numbers = {
         "disc": ("inertia kg m2", "damping N m s/rad", "ground_stiffness N m/rad"),
@@ -83,10 +83,10 @@ def _modes(archive: xr.Dataset) -> Iterator[str]:
             for i, mode in enumerate(archive["mode"].values)
         ]
         yield table(("mode", *heads), body, tuple(range(1, 1 + len(names))))
-    found = list(_critical(archive))
-    if found:
+    crossings = list(_critical(archive))
+    if crossings:
         head = ("mode", "order", "critical speed", "vector sum")
-        yield table(head, found, (1, 2, 3))
+        yield table(head, crossings, (1, 2, 3))
 
 
 def _critical(archive: xr.Dataset) -> Iterator[list[str]]:
@@ -147,10 +147,10 @@ def _of_crank(archive: xr.Dataset) -> set[str]:
     pairs, throws = told.get("shafts"), told.get("throws")
     if "shaft_name" not in archive.coords or not isinstance(pairs, list):
         return set()
-    beside = [isinstance(throws, list) and bool({*map(str, throws)} & {*map(str, pair)})
+    at_throws = [isinstance(throws, list) and bool({*map(str, throws)} & {*map(str, pair)})
               if isinstance(pair, list) else False for pair in pairs]  # fmt: skip
     names = archive["shaft_name"].values
-    return {str(name) for name, near in zip(names, beside, strict=False) if near}
+    return {str(name) for name, near in zip(names, at_throws, strict=False) if near}
 
 
 def _verdict(one: Worst) -> str:
@@ -166,13 +166,13 @@ def _barred(archive: xr.Dataset) -> Iterator[str]:
     names = set(OVER_LIMITS) & set(archive.data_vars)
     if not names or any("speed" not in archive[name].dims for name in names):
         return
-    found = barred_speeds(archive)
-    if not found:
+    barred = barred_speeds(archive)
+    if not barred:
         yield paragraph("No speed is barred: nothing is above its limit.")
         return
     body = [
         [one.place, one.quantity.removeprefix("shaft_").removesuffix("_over_limit"),
          f"{one.low:.5g} to {one.high:.5g}", f"{one.largest:.3g}"]
-        for one in found
+        for one in barred
     ]  # fmt: skip
     yield table(("shaft", "limit of", "barred speeds, rpm", "largest over the limit"), body, (2, 3))

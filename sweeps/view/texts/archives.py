@@ -1,4 +1,4 @@
-"""What an archive or an interrupted run holds, as a text: axes, quantities, provenance."""
+"""Content of an archive or of an interrupted run as a text: axes, quantities, provenance."""
 
 from __future__ import annotations
 
@@ -61,17 +61,17 @@ def interrupted_text(path: Path) -> str:
 
 
 PASSES = "result after the requested number of cycles, not a steady state"
-"""Said of designs that were solved for a number of cycles, as [solver] `passes` asks."""
+"""Words for designs that were solved for a number of cycles, as [solver] `passes` asks."""
 
 
 RECORDED_CYCLE = "recorded_cycle"
 
 
 MOST_READ = 2_000_000
-"""Values of a quantity that are read to tell the smallest and the largest."""
+"""Most values of a quantity that are read to tell the smallest and the largest."""
 
 LONGEST_LINE = 1000
-"""Characters of one line that is printed of an attribute."""
+"""Most characters of a line that is printed of an attribute."""
 
 
 def archive_text(
@@ -231,8 +231,8 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
     for _, _, read in ranges({"status": codes}, dims, codes.shape, 1_000_000):
         # A range at a time: counting makes an index of eight bytes out of each code.
         counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
-    found = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
-    return of_all_designs(found, count_of_designs(dataset))
+    by_outcome = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
+    return of_all_designs(by_outcome, count_of_designs(dataset))
 
 
 def explained(outcome: str) -> str:
@@ -271,7 +271,7 @@ def _engine_line(dataset: xr.Dataset) -> str:
 
 
 def _run_line(dataset: xr.Dataset) -> str:
-    """What made an archive and when, how long that took, which part it is, by which command."""
+    """Version, date, time, part and command of the run that made an archive."""
     made = str(dataset.attrs.get("history", "")).splitlines()
     version = _version(dataset)
     words = [f"computed with engine-dyn {version}"] if version else []

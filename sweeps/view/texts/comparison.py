@@ -33,17 +33,19 @@ def draw_comparison(
     return draw(both, folder, file_format, options=options_of(only="compared"))
 
 
-def comparison_text(found: Comparison) -> str:
+def comparison_text(comparison: Comparison) -> str:
     """Lines on a comparison: axes, then each quantity with its largest differences."""
-    lines = [f"axes: {'; '.join(found.axes) if found.axes else 'the same'}"]
-    if found.made:
-        lines.append(f"made in different ways: {'; '.join(found.made)}")
-    for quantities, which in zip((found.only_first, found.only_second), found.names, strict=True):
+    lines = [f"axes: {'; '.join(comparison.axes) if comparison.axes else 'the same'}"]
+    if comparison.made:
+        lines.append(f"made in different ways: {'; '.join(comparison.made)}")
+    for quantities, which in zip(
+        (comparison.only_first, comparison.only_second), comparison.names, strict=True
+    ):
         if quantities:
             lines.append(f"only in {which}: {', '.join(quantities)}")
-    lines += [f"not compared: {why}" for why in found.not_compared]
-    width = max((len(d.name) for d in found.quantities), default=0)
-    for difference in found.quantities:
+    lines += [f"not compared: {why}" for why in comparison.not_compared]
+    width = max((len(d.name) for d in comparison.quantities), default=0)
+    for difference in comparison.quantities:
         lines += [
             f"{difference.name if i == 0 else '':<{width}}  {row}"
             for i, row in enumerate(_rows(difference))
@@ -51,22 +53,20 @@ def comparison_text(found: Comparison) -> str:
     return "\n".join(lines)
 
 
-def _rows(found: Difference) -> list[str]:
+def _rows(of: Difference) -> list[str]:
     """Lines on one quantity."""
-    if not found.differing:
-        return [f"the same in {counted(found.count, 'value')}"]
-    rows = [f"{found.differing} of {counted(found.count, 'value')} differ"]
-    if found.relative:
+    if not of.differing:
+        return [f"the same in {counted(of.count, 'value')}"]
+    rows = [f"{of.differing} of {counted(of.count, 'value')} differ"]
+    if of.relative:
         rows += [
-            f"largest relative difference {found.relative:.3g}: {_pair(found.relative_pair)}"
-            f"{_place(found.relative_at)}",
-            f"largest difference {found.largest:.3g} {found.units}".rstrip()
-            + f": {_pair(found.pair)}{_place(found.largest_at)}",
+            f"largest relative difference {of.relative:.3g}: {_pair(of.relative_pair)}"
+            f"{_place(of.relative_at)}",
+            f"largest difference {of.largest:.3g} {of.units}".rstrip()
+            + f": {_pair(of.pair)}{_place(of.largest_at)}",
         ]
-    if found.only_one:
-        rows.append(
-            f"{found.only_one} with a number in only one archive, first{_place(found.only_at)}"
-        )
+    if of.only_one:
+        rows.append(f"{of.only_one} with a number in only one archive, first{_place(of.only_at)}")
     return rows
 
 

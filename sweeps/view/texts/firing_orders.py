@@ -23,11 +23,11 @@ KNOWN, OWN = "*", "<"
 
 
 def orders_text(
-    found: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
+    ranked: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
 ) -> str:
     """Describe what `sweeps.firing_orders` returned: a row for each order, the best first."""
-    about = json.loads(found.attrs[OF_ORDERS])
-    best = found.isel({ARRANGEMENT: np.argsort(found["rank"].values, kind="stable")[:limit]})
+    about = json.loads(ranked.attrs[OF_ORDERS])
+    best = ranked.isel({ARRANGEMENT: np.argsort(ranked["rank"].values, kind="stable")[:limit]})
     orders = [str(text) for text in best["firing_order"].values]
     known = [str(text) for text in best["known_order"].values]
     named = [
@@ -37,21 +37,21 @@ def orders_text(
     table = {"rank": best["rank"].values.astype(float), "firing_order": np.array(named, object)}
     # The last two show whether the orders are alike in the whole engine's torque.
     shown_names = dict.fromkeys([*about["by"], *CRITERIA, "delta", "torque_range"])
-    others = {dim for name in shown_names if name in found for dim in found[name].dims}
+    others = {dim for name in shown_names if name in ranked for dim in ranked[name].dims}
     others.discard(ARRANGEMENT)
     for name in shown_names:
         if name in best:
             table[name] = np.broadcast_to(worst_of_orders(best, name), len(orders))
     if len(about["by"]) > 1:
         table["rank_sum"] = best["rank_sum"].values.astype(float)
-    numbers = {name: str(found[name].attrs.get("units", "1")) for name in [*table][2:]}
+    numbers = {name: str(ranked[name].attrs.get("units", "1")) for name in [*table][2:]}
     numbers["rank"] = "1"
     rows = Rows(
         table=table, units=numbers,
-        texts={name: str(found[name].attrs.get("long_name", "")) for name in table},
-        given=("rank", "firing_order"), fixed={}, designs=found.sizes[ARRANGEMENT], curves=(),
+        texts={name: str(ranked[name].attrs.get("long_name", "")) for name in table},
+        given=("rank", "firing_order"), fixed={}, designs=ranked.sizes[ARRANGEMENT], curves=(),
     )  # fmt: skip
-    lines = [_head(found, about), rows_text(rows, units, width)]
+    lines = [_head(ranked, about), rows_text(rows, units, width)]
     if others:
         lines.append(f"the worst value over {', '.join(sorted(map(str, others)))} counts")
     if OWN in "".join(named):
@@ -62,10 +62,10 @@ def orders_text(
     return "\n".join(lines)
 
 
-def _head(found: xr.Dataset, about: dict[str, object]) -> str:
+def _head(ranked: xr.Dataset, about: dict[str, object]) -> str:
     """How many orders there are, and how many of them are other engines."""
     total, computed = int(str(about["orders"])), int(str(about["computed"]))
-    engine = one_line(str(found.attrs.get("engine_title", "")), 80)
+    engine = one_line(str(ranked.attrs.get("engine_title", "")), 80)
     text = f"{engine}: {total:,} firing orders, {CRANKS[str(about['crank'])]}"
     if computed < total:
         text += f"; {computed:,} of them, drawn at random"
@@ -79,26 +79,26 @@ def _head(found: xr.Dataset, about: dict[str, object]) -> str:
 
 
 def patterns_text(
-    found: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
+    ranked: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
 ) -> str:
     """Describe what `sweeps.firing_patterns` returned: a row for each pattern, the best first."""
-    about = json.loads(found.attrs[OF_PATTERNS])
-    best = found.isel({FIRING_PATTERN: slice(limit)})
+    about = json.loads(ranked.attrs[OF_PATTERNS])
+    best = ranked.isel({FIRING_PATTERN: slice(limit)})
     name = str(about["by"]) + (f" {about['order']:g}" if about["order"] is not None else "")
     table = {
         "firings": best["firings"].values.astype(object),
         name: best["ranked_by"].values,
     }
-    attributes = found["ranked_by"].attrs
+    attributes = ranked["ranked_by"].attrs
     rows = Rows(
         table=table, units={name: str(attributes.get("units", "1"))},
         texts={"firings": "", name: str(attributes.get("long_name", ""))}, given=("firings",),
-        fixed={}, designs=found.sizes[FIRING_PATTERN], curves=(),
+        fixed={}, designs=ranked.sizes[FIRING_PATTERN], curves=(),
     )  # fmt: skip
-    engine = one_line(str(found.attrs.get("engine_title", "")), 80)
-    count = counted(found.sizes[FIRING_PATTERN], "firing pattern")
+    engine = one_line(str(ranked.attrs.get("engine_title", "")), 80)
+    count = counted(ranked.sizes[FIRING_PATTERN], "firing pattern")
     lines = [f"{engine}: {count} of density {about['density']}", rows_text(rows, units, width)]
-    others = sorted(str(d) for d in found[about["by"]].dims if d not in (FIRING_PATTERN, "order"))
+    others = sorted(str(d) for d in ranked[about["by"]].dims if d not in (FIRING_PATTERN, "order"))
     if others:
         lines.append(f"the largest value over {', '.join(others)} counts")
     factor = float(about["pressure_factor"])

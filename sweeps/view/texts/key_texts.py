@@ -1,4 +1,4 @@
-"""What is said of the keys of scenes: other names, values that are allowed, defaults."""
+"""Texts about keys of scenes: other names, values that are allowed, defaults."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ WORDS_OF_KEYS: Mapping[str, str] = {
     "piston_pin_width": "small-end bearing",
     "main_journal_diameter": "main bearing",
 }
-"""What people also call a key; its own name and description are searched too."""
+"""Other names that people have for keys; the name and meaning of a key are searched too."""
 
 
 def unit_text(unit: str) -> str:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sweeps.lab.speed.calibration_model import Calibration
 
 
-def measured_text(found: xr.Dataset) -> str:
+def measured_text(comparison: xr.Dataset) -> str:
     """Table of the recordings of `sweeps.measured`, and what was seen in them."""
     columns = (
         ("cycles", "recorded_cycles", "", "{:.0f}"),
@@ -31,16 +31,16 @@ def measured_text(found: xr.Dataset) -> str:
         ("rms %", "rms_difference_raw", "", "{:.3f}"),
     )
     rows = [["recording", *(title for title, *_ in columns)]]
-    for place in range(found.sizes["recording"]):
-        row = [one_line(found["file"].values[place], 40)]
+    for place in range(comparison.sizes["recording"]):
+        row = [one_line(comparison["file"].values[place], 40)]
         for title, name, uncertainty, form in columns:
-            value = float(found[name].values[place]) * (100.0 if title == "rms %" else 1.0)
+            value = float(comparison[name].values[place]) * (100.0 if title == "rms %" else 1.0)
             text = form.format(value) if np.isfinite(value) else "-"
-            unsure = float(found[uncertainty].values[place]) if uncertainty else np.nan
+            unsure = float(comparison[uncertainty].values[place]) if uncertainty else np.nan
             row.append(text + (f" ± {unsure:.4f}" if np.isfinite(unsure) else ""))
         rows.append(row)
     lines = aligned(rows, left=[0])
-    attributes = found.attrs
+    attributes = comparison.attrs
     if "wheel" in attributes:
         lines.append(
             f"wheel {attributes['wheel']}; tooth errors {attributes['tooth_errors']}; gap at "
@@ -51,10 +51,10 @@ def measured_text(found: xr.Dataset) -> str:
 
 
 MOST_ROWS = 40
-"""Cycles that are listed; of more the first ones."""
+"""Most cycles that are listed; only the first ones of more."""
 
 
-def train_text(found: xr.Dataset) -> str:
+def train_text(train: xr.Dataset) -> str:
     """Table of the cycles, the jump of the closed train, and what was assumed: `follow_cycles`."""
     columns = (
         ("imep bar", "imep", 1.0, "{:.3f}"),
@@ -65,39 +65,39 @@ def train_text(found: xr.Dataset) -> str:
         ("closed", "delta_closed", 1.0, "{:.5f}"),
         ("repeated", "delta_repeated", 1.0, "{:.5f}"),
     )
-    shown = [column for column in columns if column[1] in found]
+    shown = [column for column in columns if column[1] in train]
     rows = [["cycle", *(title for title, *_ in shown)]]
-    numbers = found["recorded_cycle"].values
+    numbers = train["recorded_cycle"].values
     for place, number in enumerate(numbers[:MOST_ROWS]):
         row = [str(number)]
         for _, name, factor, form in shown:
-            value = float(found[name].values[place]) * factor
+            value = float(train[name].values[place]) * factor
             row.append(form.format(value) if np.isfinite(value) else "-")
         rows.append(row)
     lines = aligned(rows)
     if len(numbers) > MOST_ROWS:
         lines.append(f"and {len(numbers) - MOST_ROWS} more cycles")
-    start, jump = float(found["start_speed_followed"]), float(found["jump"])
-    unit = found["load_coefficient_followed"].attrs.get("units", "")
+    start, jump = float(train["start_speed_followed"]), float(train["jump"])
+    unit = train["load_coefficient_followed"].attrs.get("units", "")
     lines += [
         f"initial speed {start / RPM:.2f} rpm; if the train is repeated, it starts "
         f"{jump / RPM:+.3f} rpm away from it ({100.0 * jump / start:+.3f} %)",
-        f"a change of the first energy is {100.0 * float(found['memory_of_a_cycle']):.3g} % of it "
-        f"after a cycle, {100.0 * float(found['memory']):.3g} % at the end",
-        f"load coefficient {float(found['load_coefficient_followed']):.6g} {unit}".rstrip()
-        + f", train repeated {float(found['load_coefficient_closed']):.6g}",
+        f"a change of the first energy is {100.0 * float(train['memory_of_a_cycle']):.3g} % of it "
+        f"after a cycle, {100.0 * float(train['memory']):.3g} % at the end",
+        f"load coefficient {float(train['load_coefficient_followed']):.6g} {unit}".rstrip()
+        + f", train repeated {float(train['load_coefficient_closed']):.6g}",
     ]
-    attributes = found.attrs
+    attributes = train.attrs
     lines += [str(attributes["first_speed_and_load_from"]),
               str(attributes["pressures_of_cylinders"])]  # fmt: skip
     if "rms_difference" in attributes:
         next_best = attributes.get("rms_difference_of_cycles_next")
-        beside = "" if next_best is None else f", next best alignment {100.0 * next_best:.3g} %"
+        next_text = "" if next_best is None else f", next best alignment {100.0 * next_best:.3g} %"
         lines.append(
             "rms difference between measured and computed speed "
             f"{100.0 * float(attributes['rms_difference']):.3g} %; of the part that does not "
             f"repeat every cycle {100.0 * float(attributes['rms_difference_of_cycles']):.3g} "
-            f"%{beside}; the speed recording begins in recorded cycle "
+            f"%{next_text}; the speed recording begins in recorded cycle "
             f"{attributes['first_cycle_of_speed']}"
         )
     lines += str(attributes.get("remarks", "")).splitlines()
@@ -105,14 +105,14 @@ def train_text(found: xr.Dataset) -> str:
 
 
 MOST_LISTED = 20
-"""Missed cycles that are named for each cylinder."""
+"""Most missed cycles that are named for each cylinder."""
 
 
-def deviations_text(found: xr.Dataset) -> str:
+def deviations_text(deviations: xr.Dataset) -> str:
     """For each recording and cylinder: lasting deviation, threshold, missed cycles."""
     lines: list[str] = []
-    for place in range(found.sizes["recording"]):
-        here = found.isel(recording=place)
+    for place in range(deviations.sizes["recording"]):
+        here = deviations.isel(recording=place)
         lines.append(
             f"{one_line(here['file'].values, 60)}: {int(here['recorded_cycles'])} cycles; a "
             f"misfire lacks {float(here['imep_of_combustion']):.2f} bar; scatter of normal cycles "
@@ -123,12 +123,12 @@ def deviations_text(found: xr.Dataset) -> str:
         for number in range(here.sizes["cylinder"]):
             rows.append(_row_of_cylinder(here.isel(cylinder=number)))
         lines += aligned(rows, left=[len(rows[0]) - 1])
-    rate = float(found.attrs["false_alarms"])
+    rate = float(deviations.attrs["false_alarms"])
     lines.append(
         f"thresholds for {rate:g} false alarms in a cycle of the engine; wheel "
-        f"{found.attrs['wheel']}, its gap from {found.attrs['gap_angle_from']}"
+        f"{deviations.attrs['wheel']}, its gap from {deviations.attrs['gap_angle_from']}"
     )
-    lines += str(found.attrs.get("remarks", "")).splitlines()
+    lines += str(deviations.attrs.get("remarks", "")).splitlines()
     return "\n".join(lines)
 
 
@@ -166,7 +166,7 @@ def fit_text(fit: xr.Dataset) -> str:
         )
     lines += _correlations(fit)
     likely = float(fit.attrs["likelihood_of_noise"])
-    # Of so many draws none was larger: the likelihood is this or less.
+    # None of the random draws was larger: the likelihood is this or less.
     at_most = "at most " if likely <= float(fit.attrs.get("least_likelihood", 0.0)) else ""
     lines.append(
         f"condition number {fit.attrs['condition_number']:.3g}; residuals: reduced chi square "

@@ -1,4 +1,4 @@
-"""What there is to choose from, as lists of names with a text for each."""
+"""Lists to choose from: engines, scenes, keys and others, each with names and texts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, key_line
-from sweeps.view.texts.quantity_search import found_lines, found_quantities
+from sweeps.view.texts.quantity_search import matching_lines, matching_quantities
 
 Lines = list[tuple[str, str]]
 
@@ -35,7 +35,7 @@ def symbol_text(symbol: str) -> str:
 
 def quantity_lines(words: str = "") -> list[str]:
     """Lines of the quantities that words lead to, grouped by subject; without words of all."""
-    groups, note = found_quantities(words)
+    groups, note = matching_quantities(words)
     width = max(len(node.name) for nodes in groups.values() for node in nodes)
     lines: list[str] = [f"# {note}"] if note else []
     for subject, nodes in groups.items():
@@ -84,14 +84,16 @@ LISTS: dict[str, Callable[[], Lines]] = {
     "classes": _classes,
     "sources": lambda: list(SOURCES.items()),
 }
-"""What `engine-dyn list` takes beside quantities, and what makes its lines: name and text."""
+"""Lists of `engine-dyn list` besides quantities, with the functions that make their lines."""
 
 
 def list_lines(of: str, words: str = "") -> list[str]:
     """Lines of one of `LISTS` that words lead to; without words of all."""
     lines = dict(LISTS[of]())
     more = WORDS_OF_KEYS if of == "keys" else {}
-    found = found_lines(words, {n: f"{text} {more.get(n, '')}" for n, text in lines.items()}, of)
-    width = max(len(name) for name in found.names)
-    told = [f"# {found.note}"] if found.note else []
-    return [*told, *(f"{name:<{width}}  {lines[name]}" for name in found.names)]
+    matches = matching_lines(
+        words, {n: f"{text} {more.get(n, '')}" for n, text in lines.items()}, of
+    )
+    width = max(len(name) for name in matches.names)
+    told = [f"# {matches.note}"] if matches.note else []
+    return [*told, *(f"{name:<{width}}  {lines[name]}" for name in matches.names)]

@@ -1,4 +1,4 @@
-"""What searches for designs found, as texts."""
+"""Results of searches for designs, as texts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def found_text(
-    archive: xr.Dataset, found: xr.Dataset, quantities: Sequence[str] | None = None,
+def best_text(
+    archive: xr.Dataset, design: xr.Dataset, quantities: Sequence[str] | None = None,
     units: str | None = None, width: int | None = None, within: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """Describe what `sweeps.best` found in an archive: its conditions with units, and a table.
@@ -33,11 +33,11 @@ def found_text(
     `quantities`, `units` and `width` are those of the table (`rows`, `rows_text`), `within` are the
     conditions of the search.
     """
-    place = fixed_of(archive, found)
-    lines = [one_line(found.attrs[TEXT])] if TEXT in found.attrs else []
+    place = fixed_of(archive, design)
+    lines = [one_line(design.attrs[TEXT])] if TEXT in design.attrs else []
     if within:
         lines.append(f"conditions: {', '.join(_condition(text, archive) for text in within)}")
-    shown = rows(found, quantities=quantities, limit=50)
+    shown = rows(design, quantities=quantities, limit=50)
     shown = replace(shown, fixed={**place, **shown.fixed})
     lines.append(rows_text(shown, units, width))
     return "\n".join(lines)
@@ -52,22 +52,22 @@ def _condition(text: str, archive: xr.Dataset) -> str:
 
 
 MOST_OF_FRONT = 12
-"""Designs of a front that are printed, spread over it."""
+"""Most designs of a front that are printed, spread over it."""
 
 
 def optimised_text(archive: xr.Dataset) -> str:
     """Describe what `sweeps.optimise` returned: what was found, and how sure that is."""
     about: dict[str, Any] = json.loads(archive.attrs[ATTRIBUTE_OF_SEARCH])
-    found = np.flatnonzero(archive[FOUND].values == 1)
+    best = np.flatnonzero(archive[FOUND].values == 1)
     wanted = [("least", name) for name in about["least"]]
     wanted += [("most", name) for name in about["most"]]
     lines: list[str] = []
-    if not found.size:
+    if not best.size:
         lines += _nothing(about)
     elif len(wanted) == 1:
-        lines += _one(archive, int(found[0]), *wanted[0], about)
+        lines += _one(archive, int(best[0]), *wanted[0], about)
     else:
-        lines += _front(archive, found, wanted, about)
+        lines += _front(archive, best, wanted, about)
     lines.append("")
     lines += _how(archive, about, len(wanted))
     return "\n".join(lines)
@@ -92,11 +92,11 @@ def _one(
 
 
 def _front(
-    archive: xr.Dataset, found: np.ndarray, wanted: list[tuple[str, str]], about: Mapping[str, Any]
+    archive: xr.Dataset, front: np.ndarray, wanted: list[tuple[str, str]], about: Mapping[str, Any]
 ) -> list[str]:
     """A table of the front, the best in the first quantity first."""
     worst = {
-        name: [_worst(archive.isel({DESIGN: int(i)}), name, kind == "least")[0] for i in found]
+        name: [_worst(archive.isel({DESIGN: int(i)}), name, kind == "least")[0] for i in front]
         for kind, name in wanted
     }
     kind, name = wanted[0]
@@ -109,13 +109,13 @@ def _front(
     heads += [f"{key}{_bracket(archive, key)}" for key in keys]
     rows = [
         [number_text(worst[name][i]) for _, name in wanted]
-        + [_cell(archive[key].values[found[i]]) for key in keys]
+        + [_cell(archive[key].values[front[i]]) for key in keys]
         for i in picked
     ]
     table = [f"  {line}" for line in aligned([heads, *rows])]
-    some = f", {len(picked)} of them" if len(picked) < len(found) else ""
+    some = f", {len(picked)} of them" if len(picked) < len(front) else ""
     best = "" if about["exact"] not in ("", "inertia") else "best found: "
-    first = f"{best}front of {counted(len(found), 'design')}{some}"
+    first = f"{best}front of {counted(len(front), 'design')}{some}"
     limits = f" with {' and '.join(about['within'])}" if about["within"] else ""
     return [f"{first}{limits}{_everywhere(about)}", *table]
 
@@ -206,7 +206,7 @@ def _worst(one: xr.Dataset, name: str, largest: bool) -> tuple[float, str]:
 
 def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told: str) -> list[str]:
     """Searched parameters of a design but for one; what is at the end of its range says so."""
-    found = []
+    texts = []
     for key, table in about["over"].items():
         if key == told:
             continue
@@ -219,8 +219,8 @@ def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told
                 text += ", the lower limit of its range"
             elif abs(float(value) - high) <= near:
                 text += ", the upper limit of its range"
-        found.append(text)
-    return found
+        texts.append(text)
+    return texts
 
 
 def _value(condition: Constraint, archive: xr.Dataset, value: float) -> str:

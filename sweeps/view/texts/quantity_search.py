@@ -36,11 +36,10 @@ SAME: tuple[tuple[str, ...], ...] = (
     ("crank pin", "crankpin", "big end"),
     ("main journal", "main bearing"),
 )
-"""Names of one thing: each finds whatever has any of them. Longer names stand before those within.
-"""
+"""Names of one thing: each leads to whatever has any of them. Longer names come first."""
 
 _NAMES = tuple((re.compile(rf"\b(?:{'|'.join(n)})s?\b"), n[0].replace(" ", "")) for n in SAME)
-"""What finds the names of each thing, and the one word that stands for it."""
+"""Pattern of the names of each thing, and the one word that stands for all of them."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def same_words(name: str, words: str) -> bool:
     return _plain(name) == _plain(words)
 
 
-def found_lines(words: str, texts: Mapping[str, str], of: str) -> Found:
+def matching_lines(words: str, texts: Mapping[str, str], of: str) -> Found:
     """Return what `named_by` finds in a list; where that is nothing, what near spellings find.
 
     Raises
@@ -106,12 +105,12 @@ def _typed(words: str) -> list[str]:
 
 def _searched(texts: Mapping[str, str]) -> dict[str, str]:
     """Each name with its text, and behind them all other names of what they name."""
-    found = {name: _plain(f"{name} {text}") for name, text in texts.items()}
-    for name, text in found.items():
+    searched = {name: _plain(f"{name} {text}") for name, text in texts.items()}
+    for name, text in searched.items():
         for (names, word), same in zip(_NAMES, SAME, strict=True):
             if names.search(text):
-                found[name] += f" {word} {' '.join(same)}"
-    return found
+                searched[name] += f" {word} {' '.join(same)}"
+    return searched
 
 
 def _nearest(part: str, known: Iterable[str]) -> str:
@@ -147,7 +146,7 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
     subject: (*nodes, *(n for one in FEATURES if one.subject == subject for n in one.nodes))
     for subject, nodes in _SUBJECTS.items()
 }
-"""Files of quantities, and what they are about."""
+"""Quantities by subject."""
 
 
 OF_CURVES = "axes of curves, which come with them and cannot be asked for"
@@ -244,10 +243,10 @@ OTHER_WORDS: Mapping[str, str] = {
     "rod_angle": "obliquity, connecting rod angle",
     "status": "convergence, failure",
 }
-"""What people also call a quantity; its own name and description are searched too."""
+"""Other names that people have for quantities; name and meaning are searched too."""
 
 
-def found_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
+def matching_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
     """Return quantities by subject that words lead to, and a note on what was not found.
 
     Each word must begin a word of a quantity's name, meaning, source or other names; no words find
@@ -266,8 +265,8 @@ def found_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
     if not names or ("rms" in parts and len(parts) > 1):
         names += named_by(words, _texts(CURVE_MEANS))
     if not names:
-        found = found_lines(words, texts, "quantities")
-        names, note = found.names, found.note
+        matches = matching_lines(words, texts, "quantities")
+        names, note = matches.names, matches.note
     known = {**ALL_QUANTITIES, **AXES}
     groups = {
         subject: sorted(

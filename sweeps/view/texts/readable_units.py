@@ -15,18 +15,18 @@ from sweeps.base.files.numbers_with_units import unit_registry
 READABLE: Mapping[str, str] = {
     "rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm", "cm3": "l",
 }  # fmt: skip
-"""What takes the place of a unit in tables for people."""
+"""Units of tables for people, by the units of archives that they replace."""
 
 SHOWN = {
     "1": "", "percent": "%", "degree": "°", "kg m2": "kg m²", "kg m-3": "kg/m³", "m s-1": "m/s",
     "rad s-1": "rad/s", "rad s-2": "rad/s²", "m3": "m³",
 }  # fmt: skip
-"""How a unit is written."""
+"""Units as tables write them."""
 
 
 _WORD = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
 _UNIT = re.compile(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}")
-"""Words with small exponents: pint computes what it is given, and 9**9**9 would take for ever."""
+"""Units of words with small exponents: pint would compute 9**9**9, which takes for ever."""
 
 
 def _parsed(text: str) -> Any:
@@ -76,8 +76,8 @@ def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
     """
     if text == "archive":
         return {}
-    found = {name: READABLE[unit] for name, unit in known.items() if unit in READABLE}
-    return found | asked_units(text, known)
+    readable = {name: READABLE[unit] for name, unit in known.items() if unit in READABLE}
+    return readable | asked_units(text, known)
 
 
 def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
@@ -88,7 +88,7 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
     SceneError
         As `unit_choices`.
     """
-    found: dict[str, str] = {}
+    asked: dict[str, str] = {}
     for item in [] if text in (None, "archive") else str(text).split(","):
         name, sign, wanted = (part.strip() for part in item.partition("="))
         if not sign or not wanted:
@@ -101,8 +101,8 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
             raise SceneError(f"--units {name}: no column{not_known(name, known)}")
         for one in meant:
             factor(known[one], wanted)  # refused here, before anything is printed
-            found[one] = wanted
-    return found
+            asked[one] = wanted
+    return asked
 
 
 def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
@@ -115,11 +115,11 @@ def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str
     """
     known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
     computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
-    found: dict[str, str] = {}
+    asked: dict[str, str] = {}
     for name, wanted in asked_units(text, computed).items():
         alike = [one for one in (name, name + PUBLISHED) if known.get(one) == known[name]]
-        found |= dict.fromkeys(alike, wanted)
-    return found
+        asked |= dict.fromkeys(alike, wanted)
+    return asked
 
 
 def converted(unit: str, choice: str | None) -> tuple[float, str]:

@@ -1,4 +1,4 @@
-"""What [reduce] found of all designs, as tables: statistics, counts within limits, searches."""
+"""Results of [reduce] over all designs, as tables: statistics, counts within limits, searches."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def counts_within(dataset: xr.Dataset) -> list[tuple[str, int]]:
 
 
 def searches(dataset: xr.Dataset) -> list[tuple[str, str]]:
-    """What each search looked for, and what it found."""
+    """Each search: the words that asked for it, and its result."""
     kept = members_of(dataset, REDUCTION).get("kept", [])
     return [(one["asked"], f"{one['found']:,} kept; {one['text']}") for one in kept]
 
@@ -91,11 +91,11 @@ def reduction_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
         designs = f"{count_of_designs(dataset):,}"
         lines += ["", "designs within limits"]
         lines += [f"  {condition}: {n:,} of {designs}" for condition, n in within]
-    found = searches(dataset)
-    if found:
+    searched = searches(dataset)
+    if searched:
         lines += ["", "searches"]
         lines += [f"  {n}. {asked}: {one_line(text, LONGEST)}"
-                  for n, (asked, text) in enumerate(found, start=1)]  # fmt: skip
+                  for n, (asked, text) in enumerate(searched, start=1)]  # fmt: skip
     heads, rows = statistics_table(dataset, chosen)
     if rows:
         about = members_of(dataset, REDUCTION)

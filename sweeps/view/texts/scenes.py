@@ -1,4 +1,4 @@
-"""What a scene, an engine or a shaft is, as a text."""
+"""Scenes, engines and shafts as texts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 FEW = 8
-"""Values that are listed; of more, the ends and the number."""
+"""Most values that are listed; of more, the ends and the number are told."""
 
 
 def scene_text(scene: Scene, name: str) -> str:
@@ -85,12 +85,12 @@ def _comment(path: Path | None) -> list[str]:
     """Comment at the head of the scene's file."""
     if path is None:
         return []
-    found = []
+    lines = []
     for line in path.read_text(encoding="utf-8-sig").splitlines():
         if not line.startswith("#"):
             break
-        found.append(line.removeprefix("#").strip())
-    return found
+        lines.append(line.removeprefix("#").strip())
+    return lines
 
 
 def _about(key: str) -> str:
@@ -227,12 +227,12 @@ def _line(place: int, name: str, about: list[str]) -> str:
 
 def _numbers(shaft: Shaft, kind: str, place: int, values: Mapping[str, float]) -> list[str]:
     """Numbers of a disc or shaft, or of a damper where it is its ring."""
-    found = []
+    texts = []
     for pattern in PATTERNS:
         what = pattern.removesuffix("_N")
         key = shaft.key_of(what, place) if what.startswith(f"{kind}_") else ""
         if key in values and what != "shaft_gear_ratio":
             unit = PARAMETERS[key].unit
             said = f"{what.removeprefix(f'{kind}_')} = {values[key]:.6g}"
-            found.append(said if unit == "1" else f"{said} [{unit}]")
-    return found
+            texts.append(said if unit == "1" else f"{said} [{unit}]")
+    return texts

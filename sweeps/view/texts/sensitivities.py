@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 MOST_POINTS = 10
-"""Points of the axes beside the sample that are printed."""
+"""Most points, of axes besides the sample, that are printed."""
 
 
 def has_indices(archive: xr.Dataset) -> bool:
@@ -23,25 +23,25 @@ def has_indices(archive: xr.Dataset) -> bool:
     return "sensitivity_method" in archive.attrs and PARAMETER in archive.dims
 
 
-def sensitivities_text(found: xr.Dataset) -> str:
+def sensitivities_text(indices: xr.Dataset) -> str:
     """A table for each quantity, and for each point of the axes beside the sample."""
-    methods = json.loads(found.attrs["sensitivity_method"])
-    lines = [one_line(str(found.attrs["title"]), 200)]
+    methods = json.loads(indices.attrs["sensitivity_method"])
+    lines = [one_line(str(indices.attrs["title"]), 200)]
     for quantity, method in methods.items():
-        ending = "" if f"{quantity}_first" in found else "_conditional"
+        ending = "" if f"{quantity}_first" in indices else "_conditional"
         lines += ["", f"{quantity}: {method}"]
         if ending:
             lines.append(
                 "more than 1 % of the designs failed; the indices refer only to designs with "
                 "results"
             )
-        names = [k for k in ("first", "total") if f"{quantity}_{k}{ending}" in found]
-        first = found[f"{quantity}_first{ending}"]
+        names = [k for k in ("first", "total") if f"{quantity}_{k}{ending}" in indices]
+        first = indices[f"{quantity}_first{ending}"]
         rest = [d for d in first.dims if d != PARAMETER]
         points = [*np.ndindex(*(first.sizes[d] for d in rest))]
         for point in points[:MOST_POINTS]:
             place = dict(zip(rest, point, strict=True))
-            one = found.isel(place)
+            one = indices.isel(place)
             at = [d for d, c in one.coords.items() if c.ndim == 0 and c.dtype.kind in "iuf"]
             where = ", ".join(f"{d} = {one[d].values:g}" for d in at)
             left = int(one[f"{quantity}_left_out"].values)

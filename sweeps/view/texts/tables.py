@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 DIGITS = 4
-"""Significant digits: a table is for reading; `export` writes all of them."""
+"""Significant digits of a table for reading; `export` writes all of them."""
 
 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
@@ -73,7 +73,7 @@ def aligned(rows: Sequence[Sequence[str]], left: Sequence[int] = ()) -> list[str
 
 
 NONE_IF = ", none if "
-"""What begins the reason for a missing value, at the end of a quantity's meaning."""
+"""Words before the reason for a missing value, at the end of a quantity's meaning."""
 
 
 def rows_text(
@@ -189,7 +189,7 @@ def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, 
 
 
 def meaning(rows: Rows, name: str) -> str:
-    """What a column is, and what its uncertainty is mostly due to."""
+    """Meaning of a column, and the parameter that most of its uncertainty comes from."""
     text = one_line(rows.texts.get(name, ""))
     return f"{text}; uncertainty mostly from {rows.mainly[name]}" if name in rows.mainly else text
 
