@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.view.figures.marks import DASHES, MARKERS, shade
-from sweeps.view.figures.scales import parameter_ticks
-from sweeps.view.figures.sheet import Entries, NamedFigures, multiples
+from sweeps.view.figures.parameter_lines import Line, ParameterPanel, parameter_figure
+from sweeps.view.figures.sheet import NamedFigures
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View, facet_of, stem_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 JOURNALS = "main_bearing"
 
@@ -66,46 +62,40 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
             continue
         facet = facet_of(whole, names, ["speed", JOURNALS])
         view = whole.only(names, ["speed", JOURNALS, facet])
-        speed, across = view.axis("speed"), view.axis(facet)
-        shown = across.picked(MOST_PANELS)
-        base, each = (0.5, 1.85) if across else (3.3, 0.0)
-        sheet = multiples(len(shown), base, each, sharex=True, sharey=True)
-        for panel, index in zip(sheet.panels, shown, strict=True):
-            here = view.slice_at({facet: index}) if facet else view
-            _lines(panel, here, names, what, sheet.entries)
-            parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
-            panel.set_title(across.tag(index))
-        sheet.panels[0].set_ylim(bottom=0.0)
-        sheet.label_x(speed.label, 5.0 / sheet.columns)
-        label = f"{what.capitalize()} of the bearing" + view.unit(names[0])
-        sheet.label_y(label, 1.5 if across else 2.8)
-        title = f"{what.capitalize()}s of the bearings over the speed"
-        notes = [*view.notes(names), across.picked_text(MOST_PANELS)]
-        drawn = sheet.finish(title, notes, view.caption, below=bool(across))
+        across = view.axis(facet)
+        panels = [
+            ParameterPanel(_lines(view.slice_at(across.place(i)), names, what), across.tag(i))
+            for i in across.picked(MOST_PANELS)
+        ]
+        drawn = parameter_figure(
+            view, view.axis("speed"), panels, names,
+            f"{what.capitalize()} of the bearing" + view.unit(names[0]),
+            f"{what.capitalize()}s of the bearings over the speed",
+            [*view.notes(names), across.picked_text(MOST_PANELS)], from_zero=True,
+        )  # fmt: skip
         yield stem_of(f"bearing_{what}s", view, "speed"), drawn
 
 
-def _lines(panel: Axes, view: View, names: Sequence[str], what: str, entries: Entries) -> None:
-    """Draw one line for each variable: a colour for each bearing, dashes for means."""
-    speed = view.axis("speed").values
+def _lines(view: View, names: Sequence[str], what: str) -> list[Line]:
+    """One line for each variable with numbers: a colour for each bearing, dashes for means."""
+    lines, shape = [], view.axis("speed").values.shape
     for rank, (bearing, title) in enumerate(BEARINGS.items()):
         load = f"{bearing}_{what}"
         journal, text = _most_loaded(view, names, load), title
         if journal is not None:
             text += f" {view.axis(JOURNALS).text(journal)}, the most loaded"
-        for size, said in SIZES.items():
+        for size, word in SIZES.items():
             if load + size not in names:
                 continue
             values = view.numbers(load + size, {} if journal is None else {JOURNALS: journal})
-            if not np.isfinite(values).any():
-                continue
-            (line,) = panel.plot(
-                speed, np.broadcast_to(values, speed.shape), color=shade(rank / 2),
-                linestyle="-" if size == "_max" else DASHES[1], marker=MARKERS[rank],
-                markerfacecolor=None if size == "_max" else "white",
-                markevery=max(speed.size // 20, 1),
-            )  # fmt: skip
-            entries.setdefault(f"{text}: {said} {what}", line)
+            look = {
+                "color": shade(rank / 2), "linestyle": "-" if size == "_max" else DASHES[1],
+                "marker": MARKERS[rank], "markerfacecolor": None if size == "_max" else "white",
+            }  # fmt: skip
+            if np.isfinite(values).any():
+                y = np.broadcast_to(values, shape)
+                lines.append(Line(f"{text}: {word} {what}", y, np.full(shape, ""), look=look))
+    return lines
 
 
 def _most_loaded(view: View, names: Sequence[str], load: str) -> int | None:

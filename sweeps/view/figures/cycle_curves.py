@@ -254,7 +254,8 @@ def _stacked(
         axis = view.axis(along)
         panels = []
         for number, name in enumerate(drawn):
-            again = name in drawn[:number] and np.nanmin(view.numbers(name), initial=np.inf) > 0
+            positive = bool(np.nanmin(view.numbers(name), initial=np.inf) > 0)
+            again = name in drawn[:number] and positive
             draw = partial(draw_curves, view=view, name=name, axis=axis, log=again)
             panels.append(AnglePanel(draw, view.label(name)))
         finished = angle_figure(
@@ -281,9 +282,11 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     views = {along: view for view, along in study.views_by_axis(names) if along is not None}
     few = [axis for axis, view in views.items() if view.axis(axis).size <= MOST_LINES]
     along = "load" if "load" in views else few[0] if few else None
-    whole = views.get(along, study.view)
-    shown = [name for name in names if along is not None and whole.varies([name], along)]
-    if along is None or len(shown) < 2:
+    if along is None:
+        return
+    whole = views[along]
+    shown = [name for name in names if whole.varies([name], along)]
+    if len(shown) < 2:
         return
     # Where the inertia torque is the same for all loads, it is drawn once (Kakaitsas, Fig 5.8).
     once = "inertia_torque"

@@ -234,7 +234,8 @@ def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         _title_raw if wheel else _measured_title, "Measured less computed (% of the mean)",
     )  # fmt: skip
     yield "measured_orders", _orders(view)
-    rows, step = DELTAS_MEASURED, 0.14
+    rows: Sequence[Delta] = DELTAS_MEASURED
+    step = 0.14
     if not _has_errors(view):  # there is one measured delta then
         rows, step = (replace(rows[2], text="measured"), rows[3]), 0.2
     yield "measured_delta", delta_figure(

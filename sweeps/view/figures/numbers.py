@@ -129,10 +129,10 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
             look = {"markersize": 8, "markerfacecolor": "none", "color": style["color"]}
             (rings,) = panel.plot(line.published[picked], y, "o", **look)
             entries.setdefault("Published", rings)
-        for why in sorted({str(said) for said in line.said if said}):
+        for why in sorted({str(said) for said in line.outcomes if said}):
             if why == NO_VALUE and axis.name in COUNTED:
                 continue  # the engine has no such part
-            places = np.flatnonzero(line.said[picked] == why)
+            places = np.flatnonzero(line.outcomes[picked] == why)
             if np.isfinite(line.y[picked][places]).any():
                 panel.plot(line.y[picked][places], places, **doubt_look(9.0))
                 continue
@@ -163,7 +163,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
             y, colour = line.y[picked], line_style(rank, len(lines))["color"]
             (dots,) = panel.plot(x, y, ".", color=colour, markersize=2.5, rasterized=True)
             entries.setdefault(line.text, dots)
-            for text, handle in mark_outcomes(panel, (x, y, line.said[picked]), 4.0).items():
+            for text, handle in mark_outcomes(panel, (x, y, line.outcomes[picked]), 4.0).items():
                 entries.setdefault(text, handle)
         target_lines(panel, view, group, entries)
         known = np.unique(x[np.isfinite(x)])

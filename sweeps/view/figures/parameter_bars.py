@@ -59,8 +59,8 @@ def _largest_first(values: Floats, least: float) -> Integers:
 def tornado_names(view: View) -> list[str]:
     """Elasticities and what belongs to them."""
     named = [str(name) for name in view.data.data_vars if PARAMETER in view.array(str(name)).dims]
-    own = (f"{ELASTICITY}_{end}" for end in ("error", "below", "above", "kind"))
-    return [name for name in named if name.endswith((ELASTICITY, "_derivative", *own))]
+    more = [f"{ELASTICITY}_{end}" for end in ("error", "below", "above", "kind")]
+    return [name for name in named if name.endswith((ELASTICITY, "_derivative", *more))]
 
 
 def tornados(study: Study, names: Sequence[str]) -> NamedFigures:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,18 +36,25 @@ COMPUTED = "Computed"
 
 @dataclass(frozen=True)
 class Line:
-    """Numbers along an axis, what is wrong with each ("" nothing), and published ones beside.
-
-    `band` are the ends of the uncertainty.
-    """
+    """Numbers along an axis, and how they are drawn."""
 
     text: str
     y: Floats
-    said: NDArray[Any]
-    published: Floats | None
+    outcomes: NDArray[Any]  # why a number is missing or doubtful, "" for a sound one
+    published: Floats | None = None
     x: Floats | None = None  # if not the axis's own values
     strong: bool = False
-    band: tuple[Floats, Floats] | None = None
+    band: tuple[Floats, Floats] | None = None  # ends of the uncertainty
+    look: Mapping[str, Any] = field(default_factory=dict)  # in place of that of its rank
+
+
+@dataclass(frozen=True)
+class ParameterPanel:
+    """A panel over a parameter: its lines, its title, and what else is drawn into it."""
+
+    lines: Sequence[Line]
+    title: str = ""
+    more: Callable[[Axes, Entries], object] | None = None
 
 
 def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: Any) -> Line:
@@ -57,8 +64,8 @@ def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: 
     low, high = band_names(name)
     there = low in view.data.variables and high in view.data.variables
     band = (view.numbers(low, index), view.numbers(high, index)) if there else None
-    said = view.outcomes(name, view.at(name, index), index)
-    return Line(text, view.numbers(name, index), said, published, band=band, **more)
+    outcomes = view.outcomes(name, view.at(name, index), index)
+    return Line(text, view.numbers(name, index), outcomes, published, band=band, **more)
 
 
 def band_names(name: str) -> tuple[str, str]:
@@ -76,10 +83,10 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             style |= {"linestyle": "none", "markersize": 5.0}
             if axis.words or axis.name in COUNTED:  # side by side, as values are often the same
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
-        elif x.size < 5:
+        elif x.size < 5 and not line.look:
             style["linewidth"] = 0.7  # of the curve little is known but its points
         thin = max(x.size // 20, 1) if x.size > 60 else 1
-        style["markevery"] = thin
+        style |= {"markevery": thin, **line.look}
         y = np.where(np.isfinite(line.y), line.y, np.nan)
         (drawn,) = panel.plot(x, y, **style)
         entries.setdefault(line.text, drawn)
@@ -95,9 +102,10 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             (rings,) = panel.plot(x, line.published, markerfacecolor="none", **look)
             single = len(lines) == 1
             entries.setdefault("Published" if single else f"{line.text}, published", rings)
-        parts = axis.name in COUNTED  # without a value, the engine has no such part
-        said = np.where(line.said == NO_VALUE, "", line.said) if parts else line.said
-        remarks |= mark_outcomes(panel, (x, y, said), 9.0, thin, style["color"])
+        whys = line.outcomes
+        if axis.name in COUNTED:  # without a value, the engine has no such part
+            whys = np.where(whys == NO_VALUE, "", whys)
+        remarks |= mark_outcomes(panel, (x, y, whys), 9.0, thin, style["color"])
     if not any(np.isfinite(line.y).any() for line in lines):
         no_ordinate(panel)
     for text, handle in remarks.items():
@@ -151,40 +159,61 @@ def line_figure(
     """Numbers against one axis: a line for each variable, or for each value of a second axis."""
     view = view.only(names, [along, over, facet])
     axis, other, across = view.axis(along), view.axis(over), view.axis(facet)
-    places = across.picked(MOST_PANELS)
-    base, each = (3.3, 0.0) if len(places) == 1 else (0.5, 1.85)
-    sheet = multiples(len(places), base, each, sharex=True, sharey=True)
-    every = []
-    for panel, place in zip(sheet.panels, places, strict=True):
-        at = across.place(place)
+
+    def lines_at(at: Mapping[str, int]) -> list[Line]:
         if other:
-            lines = [
-                line_of(
-                    view, names[0], at | {other.name: i}, other.text(i), strong=i == other.nominal
-                )
+            return [
+                line_of(view, names[0], {**at, other.name: i}, other.text(i),
+                        strong=i == other.nominal)
                 for i in other.picked()
-            ]
-        elif len(names) == 1:
-            lines = [line_of(view, names[0], at, text, strong=True), *more]
-        else:
-            lines = [line_of(view, name, at, view.title(name)) for name in names]
-        draw_points(panel, axis, lines, sheet.entries)
+            ]  # fmt: skip
+        if len(names) == 1:
+            return [line_of(view, names[0], at, text, strong=True), *more]
+        return [line_of(view, name, at, view.title(name)) for name in names]
+
+    label = common_label(view, names)
+    return parameter_figure(
+        view, axis, [ParameterPanel(lines_at(across.place(i)), across.tag(i))
+                     for i in across.picked(MOST_PANELS)],
+        names, label, f"{label.split(HARD_SPACE)[0]} against {axis.called}",
+        [*view.notes(names), other.picked_text(), across.picked_text(MOST_PANELS)],
+        legend_title=other.label,
+    )  # fmt: skip
+
+
+def parameter_figure(
+    view: View, axis: StudyAxis, panels: Sequence[ParameterPanel], names: Sequence[str],
+    label: str, title: str, notes: Iterable[str], *, each: float = 1.85, share: bool = True,
+    from_zero: bool = False, legend_title: str = "",
+) -> Figure:  # fmt: skip
+    """Draw panels of lines of some variables over one parameter.
+
+    The ordinates, with one `label`, begin at zero if `from_zero`, else their scale follows from
+    the numbers. Of several panels a row is `each` inches tall.
+    """
+    several = len(panels) > 1
+    size = (0.5, each) if several else (3.3, 0.0)
+    sheet = multiples(len(panels), *size, sharex=True, sharey=share)
+    for panel, content in zip(sheet.panels, panels, strict=True):
+        draw_points(panel, axis, content.lines, sheet.entries)
+        if content.more:
+            content.more(panel, sheet.entries)
         target_lines(panel, view, names, sheet.entries)
         target_places(panel, view, axis, sheet.entries)
-        every += [line.y for line in lines]
-        panel.set_title(across.tag(place))
+        panel.set_title(content.title)
+    every = [line.y for content in panels for line in content.lines]
     room = 5.0 / sheet.columns
     for panel in sheet.panels:
         parameter_ticks(panel, axis, "x", room)
-        free_scale(panel, every)
-        degree_ticks(panel, view.array(names[0]))
-    span = sensible_span(sheet.panels, every)
-    label = common_label(view, names)
+        if not from_zero:
+            free_scale(panel, every)
+            degree_ticks(panel, view.array(names[0]))
+    for panel in sheet.panels if from_zero else ():
+        panel.set_ylim(bottom=0.0)  # the scale is searched no more; panels may share it
+    span = "" if from_zero else sensible_span(sheet.panels, every)
     sheet.label_x(axis.label, room)
-    sheet.label_y(label, 1.6 if across else 2.8)
-    notes = [*view.notes(names), other.picked_text(), across.picked_text(MOST_PANELS), span]
+    sheet.label_y(label, 1.6 if several else 2.8)
     return sheet.finish(
-        f"{label.split(HARD_SPACE)[0]} against {axis.called}", notes, view.caption,
-        legend=told_apart(sheet.entries), legend_title=other.label,
-        below=bool(across),
+        title, [*notes, span], view.caption, legend=told_apart(sheet.entries),
+        legend_title=legend_title, below=several,
     )  # fmt: skip

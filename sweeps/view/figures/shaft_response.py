@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,14 +12,14 @@ import xarray as xr
 
 from engine_dyn.types import Floats
 from sweeps.view.figures.angle_lines import line_or_mark, set_cycle, trace
-from sweeps.view.figures.marks import DASHES, TARGET_LOOK, line_style, target_lines
+from sweeps.view.figures.marks import DASHES, TARGET_LOOK, line_style
 from sweeps.view.figures.options import with_angle_from_zero
 from sweeps.view.figures.parameter_lines import (
     COMPUTED,
-    draw_points,
+    ParameterPanel,
     line_figure,
     line_of,
-    told_apart,
+    parameter_figure,
 )
 from sweeps.view.figures.scales import parameter_ticks
 from sweeps.view.figures.shaft_modes import (
@@ -36,7 +37,7 @@ from sweeps.view.figures.shaft_modes import (
     part_of,
     part_text,
 )
-from sweeps.view.figures.sheet import GREY, OWN_ORDINATES, NamedFigures, multiples, rc
+from sweeps.view.figures.sheet import GREY, OWN_ORDINATES, Entries, NamedFigures, multiples, rc
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MISFIRE, MOST_PANELS, StudyAxis, View, stem_of
 from sweeps.view.figures.wording import number_text, symbol_of, with_unit, wrap
@@ -127,9 +128,8 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
     ranked = sorted(np.flatnonzero(sizes > least), key=lambda i: (not limited[i], -sizes[i]))
     shown = [int(index) for index in sorted(ranked[:MOST_PANELS])] or [0]
     share = sizes[shown].max() <= 4.0 * sizes[shown].min()
-    few = len(shown) == 1
-    sheet = multiples(len(shown), *((3.3, 0.0) if few else (0.5, 1.75)), sharex=True, sharey=share)
-    for panel, index in zip(sheet.panels, shown, strict=True):
+    panels = []
+    for index in shown:
         title, lines = parts.tag(index), []
         misfire, places = cases(view, name, parts.place(index))
         for place in places:
@@ -139,32 +139,36 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
                 title = f"{title}; {text.removeprefix('misfire of ')}"
                 text = "worst cylinder misfiring, named above"
             lines.append(line_of(view, name, place, text, strong=healthy))
-        draw_points(panel, speed, lines, sheet.entries)
-        for rank, limit in enumerate(limits):
-            values = _limit(view, limit, parts.place(index))
-            if values is not None:
-                look = TARGET_LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
-                sheet.entries[view.title(limit)] = panel.plot(speed.values, values, **look)[0]
-                worst = np.max([view.numbers(name, place) for place in places], axis=0)
-                if (worst > values).any():
-                    sheet.entries["above the limit: barred"] = panel.fill_between(
-                        speed.values, worst, values, where=worst > values, interpolate=True,
-                        color=PALE, linewidth=0.0, label="above the limit: barred",
-                    )  # fmt: skip
-        target_lines(panel, view, [name], sheet.entries)
-        parameter_ticks(panel, speed, "x", 5.0 / sheet.columns)
-        panel.set_title(title if few else wrap(title, 34))
-    for panel in sheet.panels:
-        panel.set_ylim(bottom=0.0)  # which ends the search for a scale, that panels may share
-    sheet.label_x(speed.label, 5.0 / sheet.columns)
+        worst = np.max([line.y for line in lines], axis=0)
+        bounds = {limit: _limit(view, limit, parts.place(index)) for limit in limits}
+        title = title if len(shown) == 1 else wrap(title, 34)
+        panels.append(ParameterPanel(lines, title, partial(_draw_limits, view, bounds, worst)))
     symbol = symbol_of(view.array(name))  # the title has the name
-    sheet.label_y(symbol + view.unit(name) if symbol else view.label(name), 2.8 if few else 1.5)
     left = f"{len(shown)} of {parts.size} {part}s shown, those of the largest values"
-    return sheet.finish(
+    return parameter_figure(
+        view, speed, panels, [name], symbol + view.unit(name) if symbol else view.label(name),
         f"{view.title(name)} over the speed",
         [*view.notes([name]), left * (len(shown) < parts.size), "" if share else OWN_ORDINATES],
-        view.caption, legend=told_apart(sheet.entries), below=not few,
+        each=1.75, share=bool(share), from_zero=True,
     )  # fmt: skip
+
+
+def _draw_limits(
+    view: View, bounds: Mapping[str, Floats | None], worst: Floats, panel: Axes, entries: Entries
+) -> None:
+    """Lines at the limits of a part, and the areas above them."""
+    speed = view.axis(SPEED).values
+    for rank, (limit, values) in enumerate(bounds.items()):
+        if values is None:
+            continue
+        look = TARGET_LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
+        entries[view.title(limit)] = panel.plot(speed, values, **look)[0]
+        if (worst > values).any():
+            barred = "above the limit: barred"
+            entries[barred] = panel.fill_between(
+                speed, worst, values, where=worst > values, interpolate=True, color=PALE,
+                linewidth=0.0, label=barred,
+            )  # fmt: skip
 
 
 def _limit(view: View, limit: str, place: Mapping[str, int]) -> Floats | None:

@@ -31,8 +31,9 @@ _UNIT = re.compile(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}")
 
 def _parsed(text: str) -> Any:
     """A unit of an archive, `kg m2` or `rad s-1`, or one that a person writes, `kg*m**2`."""
-    signs = {"²": "2", "³": "3", "·": "*", "%": "percent", "°": "degree", "^": "**"}
-    plain = " ".join(text.translate(str.maketrans(signs)).split())
+    plain = " ".join(text.split())
+    for sign, word in zip("²³·%°^", ("2", "3", "*", "percent", "degree", "**"), strict=True):
+        plain = plain.replace(sign, word)
     if _UNIT.fullmatch(plain):
         words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
         try:
