@@ -30,10 +30,11 @@ Designs without an answer (``status``) are hatched in maps and marked on the fra
 the legend names the outcome; they are never drawn as numbers.
 
 To add a kind: write a function that takes a `Study` and the names of variables and yields figures
-with the names of their files, in a file of its own, and add a row to `KINDS`. It begins a figure by
-`sweeps.view.figures.sheet.multiples` and ends it by `finish`: size, style, a foreign ``ax`` and
-the line about engine and speed are theirs. What else a caller wants (target lines) stands in
-``study.view.options``.
+with the names of their files, in a file of its own, and add a row to `KINDS`. Lines over the crank
+angle are panels of `angle_lines.angle_figure`, lines over a parameter those of
+`parameter_lines.parameter_figure`. Any other figure begins by `sheet.multiples` and ends by its
+`finish`: size, style, a foreign ``ax`` and the line about engine and speed are theirs. What else a
+caller wants (target lines) stands in ``study.view.options``.
 
 matplotlib is imported inside functions, and always as `Figure` on the Agg canvas: pyplot keeps
 figures alive and picks a backend for the whole process, which a library must not do.
