@@ -149,7 +149,7 @@ def _parts_along(view: View, axis: StudyAxis, looks: Looks, title: str) -> Figur
 
 
 def _by_side(view: View, looks: Looks, title: str) -> Figure:
-    """Both components of one design above each other; one that is zero is said."""
+    """Both components of one design above each other; a note says which one is zero."""
     sides = _sides_of(view, list(looks))
     drawn = [(SIDES[side], _lines(view, looks, {}, side)) for side in sides]
     sheet = _over_turn(view, drawn, 0.3, 2.3, columns=1)
@@ -309,7 +309,7 @@ def _ordinate(view: View, name: str) -> str:
 
 
 def _without_rounding(curves: list[list[Pair]]) -> list[list[Pair]]:
-    """The same with zeros in place of what is rounding beside the largest of all."""
+    """The same curves with zeros for values that are rounding, compared with the largest of all."""
     sizes = [np.nanmax(np.abs(v), initial=0.0) for panel in curves for pair in panel for v in pair]
     least = NOTHING * max(sizes)
 

@@ -174,14 +174,14 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
         parameter_ticks(panel, axis, "x", 5.0)
     free_scale(panels[0], every)
     x_label(panels[1], axis.label, 5.0)
-    if axis.words:  # which have no values between them
+    if axis.words:  # no line runs from one word to the next
         for line in (line for panel in panels for line in panel.lines):
             line.set_linestyle("none")
     return _finished(view, name, panels, entries, False)
 
 
 def _bar_figure(view: View, names: Sequence[str]) -> Figure:
-    """Bars of the difference of single numbers, with both numbers beside them."""
+    """Bars of the differences of single numbers, with both numbers next to each."""
     figure, (panel,) = new_sheet(1, 1, 0.8 + 0.3 * len(names))
     values = [(view.numbers(name), view.numbers(name + COMPARED)) for name in names]
     change = [float(difference(one, two)) for one, two in values]

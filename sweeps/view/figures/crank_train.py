@@ -60,7 +60,7 @@ PISTON = 0.5
 class Mechanism:
     """Places in crank radii, x to the side where the pin goes down, y away from the shaft."""
 
-    angle: float  # of the crank [degree] after firing dead centre
+    angle: float  # crank angle [degree] after firing dead centre
     pin: Floats
     wrist: Floats  # piston pin
     half_bore: float
@@ -222,7 +222,7 @@ def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -
     panel.annotate("", tuple(end), tuple(start), arrowprops=look, zorder=6)
     along = vector / np.hypot(*vector)
     pressing = name in ("gas_force", "inertia_force") and vector[1] < 0.0
-    # beside what presses on the piston, beyond the tip of others; R ends at the shaft, among bars
+    # the symbol of a pressing force stands at its side, others beyond the tip; R ends among bars
     place = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
     if name == "radial_force":
         place = end + 0.3 * np.array([-along[1], along[0]])

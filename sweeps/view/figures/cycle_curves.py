@@ -430,7 +430,7 @@ def cylinders_names(view: View) -> list[str]:
 
 
 def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw engines of different numbers of cylinders: torque beside speed, a row for each."""
+    """Draw torque and speed of engines of different numbers of cylinders, a row for each."""
     names = [name for name in names if name != "load_torque"]
     for whole, along in study.views_by_axis(names):
         if along != "cylinders":

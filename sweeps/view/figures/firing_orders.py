@@ -109,7 +109,7 @@ def _strips(
     entries: Entries = {}
     backwards = np.array([text.endswith("other way)") for text in builders])
     # More orders of practice would not be told apart.
-    named = np.flatnonzero(known & ~backwards)[:8]  # of both senses most is the same
+    named = np.flatnonzero(known & ~backwards)[:8]  # an order read backwards is nearly the same
     for panel, name in zip(panels, criteria, strict=True):
         x = values[name]
         (marks,) = panel.plot(

@@ -250,7 +250,7 @@ KINDS = (
 
 
 def uncertainty_names(view: View) -> set[str]:
-    """Variables of `run --uncertainty`, which are drawn beside their quantities."""
+    """Variables of `run --uncertainty`; the figures of their quantities show them."""
     of_bands = {
         end for name in view.data.data_vars for end in parameter_lines.band_names(str(name))
     }

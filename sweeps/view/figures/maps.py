@@ -156,10 +156,7 @@ def _target_contours(
     for text, value in view.options.targets.get(name, ()):
         masked = np.ma.masked_invalid(table)
         if min(table.shape) > 1 and masked.min() < value < masked.max():
-            look = {
-                "colors": TARGET_LOOK["color"],
-                "linestyles": [TARGET_LOOK["linestyle"]],
-            }
+            look = {"colors": TARGET_LOOK["color"], "linestyles": [TARGET_LOOK["linestyle"]]}
             panel.contour(x.values, y.values, masked, [value], linewidths=1.8, **look)
             entries.setdefault(target_text(view, name, text), Line2D([], [], **TARGET_LOOK))
     target_places(panel, view, x, entries)

@@ -1,4 +1,4 @@
-"""Measured speeds beside computed and fitted ones: curves, differences, orders, teeth."""
+"""Measured speeds compared with computed and fitted ones: curves, differences, orders, teeth."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def delta_figure(
     view: View, rows: Sequence[Delta], step: float, ordinate: str, title: str,
     notes: Sequence[str], deviations: float = 1.0,
 ) -> Figure:  # fmt: skip
-    """Deltas of all recordings beside each other, with bars of so many standard errors."""
+    """Deltas of all recordings in one panel, with bars of so many standard errors."""
     count = view.data.sizes["recording"]
     figure, (panel,) = new_sheet(1, 1, 3.4)
     place = np.arange(count, dtype=float)

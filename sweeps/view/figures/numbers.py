@@ -388,8 +388,7 @@ def _study_figures(view: View, name: str) -> NamedFigures:
         return
     pool = [dim for dim in numbers if dim != "direction"] or axes
     along = max(
-        pool,
-        key=lambda d: (d in COUNTED, d not in (*WHOLE, "direction"), view.data.sizes[d]),
+        pool, key=lambda d: (d in COUNTED, d not in (*WHOLE, "direction"), view.data.sizes[d])
     )
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None

@@ -233,7 +233,7 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
     if isinstance(given, Mapping):
         _check_style(given, "style")
         return dict(given)
-    if not os.path.exists(given):  # that of Path fails for names that are too long
+    if not os.path.exists(given):  # Path.exists fails for names that are too long
         if str(given) in style.library:
             return {str(key): value for key, value in style.library[str(given)].items()}
         raise SceneError(

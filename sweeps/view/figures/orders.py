@@ -145,7 +145,7 @@ def waterfall_names(view: View) -> list[str]:
         name
         for name in names
         if {"speed", "order"} <= set(view.array(name).dims)
-        and "mode" not in view.array(name).dims  # critical speeds, which the Campbell diagram has
+        and "mode" not in view.array(name).dims  # the Campbell diagram has critical speeds
         and view.data.sizes["speed"] >= 3
         and not view.axis("speed").words
         and view.array(name).attrs.get("units") != "degree"  # phases have no height
@@ -205,7 +205,7 @@ def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, facto
 
 
 def _scale(panel: Axes, unit: str, largest: float, factor: float) -> None:
-    """Draw a bar of a round amplitude beside the panel: the ordinate shows the speed."""
+    """Draw a bar of a round amplitude next to the panel, whose ordinate shows the speed."""
     power = 10.0 ** np.floor(np.log10(largest))
     length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= largest)
     low, high = panel.get_ylim()

@@ -69,7 +69,7 @@ def line_of(view: View, name: str, index: Mapping[str, int], text: str, **more: 
 
 
 def band_names(name: str) -> tuple[str, str]:
-    """Variables that `run --uncertainty` writes beside a quantity: the ends of its band."""
+    """Names of the ends of the band of a quantity, as `run --uncertainty` writes them."""
     return name + LOW, name + HIGH
 
 
@@ -84,7 +84,7 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             if axis.words or axis.name in COUNTED:  # side by side, as values are often the same
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
         elif x.size < 5 and not line.look:
-            style["linewidth"] = 0.7  # of the curve little is known but its points
+            style["linewidth"] = 0.7  # between so few points the curve is not known
         thin = max(x.size // 20, 1) if x.size > 60 else 1
         style |= {"markevery": thin, **line.look}
         y = np.where(np.isfinite(line.y), line.y, np.nan)

@@ -155,7 +155,7 @@ def title_of_front(view: View, names: Sequence[str]) -> str:
 
 
 def _others(view: View, known: Booleans, conditions: bool) -> Iterator[tuple[str, Integers, str]]:
-    """Designs beside the front: what the legend calls them, their places, and a colour."""
+    """Designs that are not on the front: text of the legend, their places, and a colour."""
     if FULFILLING not in view.data:  # none of them were kept
         return
     fulfilling = view.data[FULFILLING].values == 1
@@ -203,8 +203,8 @@ PARTS = ("main_bearing",)
 class Front:
     """Two quantities of all designs, and the front."""
 
-    points: Floats  # of some of the designs, evenly taken, shape (2, n)
-    values: Floats  # of the front, the best in the first quantity first, shape (2, m)
+    points: Floats  # some of the designs, evenly taken, shape (2, n)
+    values: Floats  # the front, the best in the first quantity first, shape (2, m)
     places: Integers  # numbers in the archive of the designs of the front, over `dims`
     dims: tuple[str, ...]  # axes of the designs
     count: int  # designs with numbers

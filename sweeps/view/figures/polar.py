@@ -211,7 +211,7 @@ def _marks(loop: _Loop, every: float) -> Any:
 
 
 def _write_angles(panel: Axes, loop: _Loop, colour: Any, *, apart: float) -> None:
-    """The dead centres and the quarters between them, by their angle, beside a curve."""
+    """Write the angles of the dead centres and of the quarters between them next to a curve."""
     from matplotlib.patheffects import withStroke
 
     x, y, angle = loop.x, loop.y, loop.angle

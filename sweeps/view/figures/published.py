@@ -1,4 +1,4 @@
-"""Computed values beside published ones."""
+"""Computed values compared with published ones."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def published_names(view: View) -> list[str]:
-    """Computed variables with published values beside them, over the same axes or more."""
+    """Computed variables that have published values, over the same axes or more."""
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
     return [name for name in names if _has_published(view, name)]
 

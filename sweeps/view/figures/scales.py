@@ -163,7 +163,7 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
             return f"{number}\nTDC"
         return f"{number}\nfiring{gap}TDC"
 
-    # a quarter turn needs some 0.45 inch for its number beside the name of a dead centre
+    # a quarter turn needs some 0.45 inch for its number, next to the name of a dead centre
     step = next((s for s in (90, 180, 360) if s * per_degree > (0.42 if s == 90 else 0.5)), 360)
     first = np.ceil(low / step) * step
     axes.xaxis.set_major_locator(FixedLocator(list(np.arange(first, high + 1, step))))

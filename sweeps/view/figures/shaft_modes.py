@@ -35,7 +35,7 @@ LARGEST = 130.0
 """Area in square points of the mark of the largest vector sum."""
 
 LABELLED = 0.1
-"""Share of the largest vector sum from which the speed of a crossing is written beside it."""
+"""Share of the largest vector sum from which the speed of a crossing is written."""
 
 WIDE, TALL = 4.7, 3.4
 """Width and height of the panel of a Campbell diagram in inches, without its labels."""

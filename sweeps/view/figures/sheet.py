@@ -70,7 +70,7 @@ NamedFigures = Iterator[tuple[str, "Figure"]]
 class Setting:
     """Subject, size and panel of all figures that are drawn at one time."""
 
-    subject: str = ""  # engine and speed, with which the second line of each figure begins
+    subject: str = ""  # engine and speed, at the beginning of the second line of each figure
     inches: tuple[float, float] | None = None  # width and height; else they follow from the panels
     ax: Axes | None = None  # a panel of somebody else's figure, in place of a new sheet
 

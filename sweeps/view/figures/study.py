@@ -61,7 +61,7 @@ class Family:
     parameter: str
     members: tuple[int, ...]  # by rising value
     followers: tuple[str, ...] = ()
-    differs: tuple[str, ...] = ()  # in which other parameters it is not the first design
+    differs: tuple[str, ...] = ()  # other parameters that differ from the first design
 
 
 @dataclass(frozen=True)
@@ -157,10 +157,7 @@ def families_of(data: xr.Dataset) -> list[Family]:
 
 
 def _families_elsewhere(
-    values: xr.Variable,
-    codes: Mapping[str, Integers],
-    name: str,
-    groups: Integers,
+    values: xr.Variable, codes: Mapping[str, Integers], name: str, groups: Integers
 ) -> list[Family]:
     """Families of a parameter that the nominal design is not in."""
     sizes = np.bincount(groups)

@@ -202,7 +202,7 @@ def _unit(swing: float) -> tuple[float, str]:
 
 
 def _energy_text(energy: float, swing: float, named: bool = True) -> str:
-    """A part of an energy swing, with as many digits as can be read beside an area."""
+    """A part of an energy swing, with as many digits as can be read next to an area."""
     factor, unit = _unit(swing)
     value = energy / factor
     text = number_text(round(value) if abs(value) >= 100.0 else float(f"{value:.3g}"))

@@ -193,7 +193,7 @@ class View:
     remarks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     suffix: str = ""
     others: tuple[str, ...] = ()  # parameters that are the same in all of it
-    tolerance: float = 0.0  # of the solver
+    tolerance: float = 0.0  # relative tolerance of the solver
     own: Mapping[str, float] = field(default_factory=dict)  # values of the scene's engine itself
     equals: Mapping[str, str] = field(default_factory=dict)  # what is said of equal variables
     options: Options = field(default_factory=Options)
@@ -319,7 +319,7 @@ class View:
         return 0 if axis.words or dim == "design" else (axis.size - 1) // 2
 
     def notes(self, names: Iterable[str], units: bool = True) -> list[str]:
-        """The slices that these variables were cut at, and what is said in place of a unit.
+        """Slices that these variables were cut at, and comments of variables without a unit.
 
         Where only ratios are drawn, `units` is False: no unit is missed.
         """
@@ -380,7 +380,7 @@ class View:
         return _level(status, dim, 0.0)
 
     def published(self, name: str, everywhere: bool = False) -> str | None:
-        """The variable of published values beside a computed one, if in the same units.
+        """The variable of published values of a computed one, if in the same units.
 
         `everywhere`: also one over axes that the computed one does not depend on.
         """

@@ -119,7 +119,7 @@ def shorten(text: str, most: int = 40) -> str:
 
 def file_label(path: str) -> str:
     """Name of a recording on figures: its file, without the folder and the ending."""
-    return shorten(PureWindowsPath(path).stem)  # which knows the separators of all systems
+    return shorten(PureWindowsPath(path).stem)  # this path knows the separators of all systems
 
 
 def wrap(text: str, most: int) -> str:

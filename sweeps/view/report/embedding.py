@@ -301,7 +301,7 @@ def _in_plane(values: npt.NDArray[Any], axis: int) -> bool:
 
 
 def _flat(page: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
-    """Quantities that vary by rounding alone, beside what else has their unit."""
+    """Quantities whose variation is only rounding, compared with all quantities of their unit."""
     largest: dict[str, float] = {}
     for name, (low, high) in spans.items():
         unit = page.quantities[name]["unit"]
@@ -338,7 +338,7 @@ def _quantity(
 
 
 def _base64(values: npt.NDArray[Any], kind: str) -> str:
-    with np.errstate(over="ignore", invalid="ignore"):  # of other people's archives
+    with np.errstate(over="ignore", invalid="ignore"):  # archives of others may hold such numbers
         stored = np.ascontiguousarray(values).astype(kind)
     return base64.b64encode(stored.tobytes()).decode("ascii")
 

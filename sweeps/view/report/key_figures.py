@@ -160,7 +160,7 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
 
 
 def _compared(page: Embedded, name: str) -> list[str]:
-    """Dimensions for whose values curves are drawn beside each other: first a few with names."""
+    """Dimensions whose values may be lines of one figure: first those of a few names."""
     axes = page.axes
     return sorted(
         _varying(page, name),

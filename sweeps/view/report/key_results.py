@@ -92,7 +92,7 @@ def _rows_table(shown: Rows, choices: Choices) -> str:
             units[name] = ""
             cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
                            for value in shown.table[name]]  # fmt: skip
-    # Few designs stand beside each other, with a line for each quantity.
+    # A few designs are columns, with a row for each quantity.
     if shown.number <= 3:
         lines = [(name, *cells[name], units[name], meaning(shown, name)) for name in order]
         numbers = list(range(1, 1 + shown.number))
@@ -137,7 +137,7 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
 
 
 def _of_a_band(archive: xr.Dataset, name: str) -> bool:
-    """Whether it says how uncertain another quantity is, beside which the table has it."""
+    """Whether it is the uncertainty of another quantity, with which the table shows it."""
     return any(
         name.endswith(ending) and name.removesuffix(ending) + SHARE in archive
         for ending in (LOW, HIGH, EXPLAINED)

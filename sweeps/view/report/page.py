@@ -112,7 +112,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
             f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
             "tables and program of this report need this much"
         )
-    archive = archive[of_designs(archive)]  # of a reduced archive, those that it kept
+    archive = archive[of_designs(archive)]  # those that were kept, where it is reduced
     template = Template(_resource("page.html"))
     while True:
         content = embedded(archive, choices, room)

@@ -170,7 +170,7 @@ def _members(table_of: Mapping[str, Any], head: str = "") -> Iterator[tuple[str,
 
 
 def _limited(lines: Sequence[Any], what: str) -> tuple[Sequence[Any], str]:
-    """The first of many, and what is said of the others."""
+    """The first of many lines, and a note on the number of all."""
     if len(lines) <= MOST_LINES:
         return lines, ""
     return lines[:MOST_LINES], paragraph(

@@ -100,7 +100,7 @@ def _critical(archive: xr.Dataset) -> Iterator[list[str]]:
     for i, mode in enumerate(archive["mode"].values):
         for j, order in enumerate(archive["order"].values):
             speed = float(speeds.values[i, j])
-            # Weaker orders do not matter beside the strongest one of a mode.
+            # Orders that are much weaker than the strongest one of the mode do not matter.
             if low <= speed <= high and sums[i, j] >= 0.3 * np.nanmax(sums[i]):
                 yield [str(mode), f"{order:g}", f"{speed:.4g} {speeds.attrs.get('units', '')}",
                        f"{sums[i, j]:.3g}"]  # fmt: skip
@@ -142,7 +142,7 @@ def _worst(archive: xr.Dataset) -> Iterator[str]:
 
 
 def _of_crank(archive: xr.Dataset) -> set[str]:
-    """Names of the shafts beside a throw."""
+    """Names of the shafts that are joined to a throw."""
     told = members_of(archive, "shaft")
     pairs, throws = told.get("shafts"), told.get("throws")
     if "shaft_name" not in archive.coords or not isinstance(pairs, list):

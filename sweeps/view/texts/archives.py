@@ -315,7 +315,9 @@ def _parameter_lines(dataset: xr.Dataset, value: object) -> list[str]:
             k: v for k, v in members.items() if k not in given and v == UNLESS_GIVEN.get(k, 0.0)
         }
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
-        return _attribute_lines("parameters", value)  # of several engines, or of another program
+        return _attribute_lines(
+            "parameters", value
+        )  # an archive of several engines, or of another program
     rest = {name: number for name, number in members.items() if name not in left}
     lines = _attribute_lines("parameters", json.dumps(rest)) if rest else ["  parameters:"]
     neutral = ", ".join(f"{name} {number_text(float(number))}" for name, number in left.items())

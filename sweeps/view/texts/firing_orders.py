@@ -85,10 +85,7 @@ def patterns_text(
     about = json.loads(ranked.attrs[OF_PATTERNS])
     best = ranked.isel({FIRING_PATTERN: slice(limit)})
     name = str(about["by"]) + (f" {about['order']:g}" if about["order"] is not None else "")
-    table = {
-        "firings": best["firings"].values.astype(object),
-        name: best["ranked_by"].values,
-    }
+    table = {"firings": best["firings"].values.astype(object), name: best["ranked_by"].values}
     attributes = ranked["ranked_by"].attrs
     rows = Rows(
         table=table, units={name: str(attributes.get("units", "1"))},

@@ -155,7 +155,7 @@ OF_CURVES = "axes of curves, which come with them and cannot be asked for"
 AXES: Mapping[str, Node] = {
     name: NODES[name][0] for name, dimension in DIMENSIONS.items() if dimension.public
 }
-"""Axes that quantities have beside those of a scene."""
+"""Axes of quantities that are no axes of scenes."""
 
 
 _GROUPS: Mapping[str, Iterable[Node]] = {
@@ -280,7 +280,7 @@ def matching_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
 
 
 def _texts(quantities: Mapping[str, Node]) -> dict[str, str]:
-    """All that quantities are found by, beside their names."""
+    """Texts that quantities are found by, besides their names."""
     return {
         name: f"{node.long_name} {node.source} "
         + (OF_CURVES if name in AXES else OTHER_WORDS.get(name, ""))

@@ -54,7 +54,7 @@ def factor(unit: str, wanted: str) -> float:
     """
     if unit == wanted:
         return 1.0
-    if wanted == READABLE.get(unit):  # without the registry, which takes a third of a second
+    if wanted == READABLE.get(unit):  # loading the registry takes a third of a second
         quick = {"rpm": 1.0 / RPM, "mm": 1e3}
         return quick.get(wanted, 1e-3)
     one, other = _parsed(unit if unit != "1" else "dimensionless"), _parsed(wanted)
@@ -107,7 +107,7 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
 
 
 def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
-    """Return the units that a text names, also of the published values beside a quantity.
+    """Return the units that a text names, also for the published values of a quantity.
 
     Raises
     ------

@@ -24,7 +24,7 @@ def has_indices(archive: xr.Dataset) -> bool:
 
 
 def sensitivities_text(indices: xr.Dataset) -> str:
-    """A table for each quantity, and for each point of the axes beside the sample."""
+    """A table for each quantity, and for each point of the axes besides the sample."""
     methods = json.loads(indices.attrs["sensitivity_method"])
     lines = [one_line(str(indices.attrs["title"]), 200)]
     for quantity, method in methods.items():

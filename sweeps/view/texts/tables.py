@@ -50,7 +50,7 @@ def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
 
 
 def without_rounding(values: npt.NDArray[Any], unit: str) -> npt.NDArray[Any]:
-    """Results with 0 for what is rounding beside the largest of them, or beside 1 of their unit.
+    """Results with 0 for rounding, compared with the largest of them or with 1 of their unit.
 
     Numbers without a unit, such as relative errors, may all be small.
     """
@@ -100,7 +100,7 @@ def rows_text(
     lines = []
     if rows.fixed:
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
-    if rows.number <= 3:  # few designs have room beside each other
+    if rows.number <= 3:  # so few designs are columns of one table
         lines.append(_upright(columns, rows, width or WIDTH))
     else:
         same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
@@ -216,7 +216,7 @@ def _printed(table: Any, width: int) -> str:
 
 
 def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
-    """A line for each column: few designs have room beside each other."""
+    """A line for each column; a few designs have room next to each other."""
     table = _table(show_header=rows.number > 1)
     table.add_column("")
     for number in range(rows.number):
