@@ -92,7 +92,7 @@ class _Found:
     # Detection of a missed cycle, and of a dead cylinder.
     of_cycle: Detection
     of_mean: Detection
-    missing: float  # Energy that a missed cycle lacks
+    missing: float  # Imep that a missed cycle lacks [Pa]
     dispersion: float  # Standard deviation of the imep of normal cycles
     passage: float  # Errors of the places of passing teeth, in shares of the smallest interval
     reference_cycles: int  # In the mean that single cycles are compared with
