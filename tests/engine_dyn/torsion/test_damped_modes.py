@@ -76,7 +76,8 @@ def test_a_damper_moves_the_mode_to_where_the_response_peaks() -> None:
         [[zero, one], [-(stiffness + 1j * loss) / inertia[:, None], -damping / inertia[:, None]]]
     )
     roots = np.linalg.eigvals(state)
-    roots = roots[roots.imag > 0.1 * np.abs(roots)]
+    # The shaft turns freely: two of the roots are 0 but for rounding, in whatever direction.
+    roots = roots[(roots.imag > 0.1 * np.abs(roots)) & (np.abs(roots) > 1.0)]
     np.testing.assert_allclose(found.omega, np.sort(np.abs(roots)), rtol=1e-9)
     speed = 2.0 * np.pi * np.linspace(150.0, 230.0, 801)
     angle = forced_response(made, [1.0], speed, DIESEL_NODES, np.ones((6, 1)))["angle"]
