@@ -10,9 +10,7 @@ from pages import csv_text, markdown, with_notes
 
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
-from sweeps.scene.engine_schema import engine_schema
-from sweeps.scene.json_schema import scene_schema
-from sweeps.scene.schema_parts import Schema
+from sweeps.scene.json_schema import Schema, engine_schema, scene_schema
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, default_text, values_text
 
 Row = dict[str, str]

@@ -79,7 +79,7 @@ def schema(of_engine: bool) -> None:
     import json
 
     if of_engine:
-        from sweeps.scene.engine_schema import engine_schema
+        from sweeps.scene.json_schema import engine_schema
 
         made = engine_schema()
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,16 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
 from sweeps.base.checks import check_range, check_structure, is_ratio, known_key, number, numbers
-from sweeps.base.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, METHOD
-from sweeps.base.errors import SceneError, shown
+from sweeps.base.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, LABELS, METHOD
+from sweeps.base.errors import SceneError, counted, one_line, shown
+from sweeps.base.files.regular_files import referred
 from sweeps.scene.cylinders import read_arrangement_axis
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.firing_patterns import FiringPattern, read_pattern_axis
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 
-__all__ = ["read_axes", "read_settings"]
+__all__ = ["read_axes", "read_designs_table", "read_settings"]
 
 MOST_VALUES = 2 * LARGEST_AXIS
 """Values of all axes of one scene together."""
@@ -150,3 +152,77 @@ def _range(raw: dict[str, Any], where: str) -> Floats:
         if value <= 0.0:
             raise SceneError(f"{where} {end} = {value:g}: must be above 0 with spacing = 'log'")
     return np.geomspace(given.start, given.stop, given.num)
+
+
+def read_designs_table(
+    raw: Mapping[str, Any] | None, name: str, base: Path
+) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+    """Read [designs]: columns of numbers, and labels.
+
+    Raises
+    ------
+    SceneError
+        For unknown keys, values that are no numbers or outside their range, unequal lengths.
+    """
+    columns: dict[str, Floats] = {}
+    labels: dict[str, tuple[str, ...]] = {}
+    if raw is None:
+        return columns, labels
+    if "file" in raw:
+        return _designs_from_file(raw, name, base)
+    for key, item in raw.items():
+        where = f"{name}: [designs] {key}"
+        node = known_key(key, f"{name}: [designs]", LABELS)
+        if node is None:
+            labels[key] = _labels(item, where)
+            continue
+        columns[key] = numbers(item, where, node)
+        check_range(columns[key], where, node)
+    _check_lengths({**columns, **labels}, name)
+    return columns, labels
+
+
+def _labels(raw: Any, where: str) -> tuple[str, ...]:
+    if not isinstance(raw, list) or not raw or not all(isinstance(item, str) for item in raw):
+        raise SceneError(f"{where} = {shown(raw)}: must be a list of strings, one for each design")
+    return tuple(one_line(item) for item in raw)
+
+
+def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
+    if not set(columns) - {LABELS[0]}:
+        raise SceneError(
+            f"{name}: [designs] has no column for a parameter; at least one is needed, such as "
+            "inertia = [1.0, 2.0]"
+        )
+    lengths = {key: len(values) for key, values in columns.items()}
+    first, expected = next(iter(lengths.items()))
+    for key, length in lengths.items():
+        if length != expected:
+            raise SceneError(
+                f"{name}: [designs] {key} has {counted(length, 'value')}, {first} has {expected}: "
+                "lists of [designs] must be equally long"
+            )
+
+
+def _designs_from_file(
+    raw: Mapping[str, Any], name: str, base: Path
+) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+    """[designs] file = "table.csv": its columns are named as keys."""
+    file = raw["file"]
+    if not isinstance(file, str) or not file:
+        raise SceneError(
+            f"{name}: [designs] file = {shown(file)}: must be a string: the path of a CSV, netCDF "
+            "or Parquet file"
+        )
+    for key in raw:
+        if key != "file":
+            raise SceneError(
+                f"{name}: [designs] {key}: not allowed together with file, which contains all "
+                "columns"
+            )
+    path = referred(base, file, f"{name}: [designs] file")
+    from sweeps.scene.design_files.design_files import read_designs
+
+    columns, labels = read_designs(path, f"{name}: [designs] {file}")
+    _check_lengths({**columns, **labels}, name)
+    return columns, labels

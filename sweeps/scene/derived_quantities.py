@@ -1,7 +1,7 @@
 """Quantities that follow from others: their names, and of which there are some.
 
 `delta_elasticity` in [output] asks for the elasticities of `delta`. What is computed for it is in
-`sweeps.scene.plan.elasticities`. `torque_rms` and `torque_mean`, the root mean square and the mean
+`sweeps.scene.plan.variations`. `torque_rms` and `torque_mean`, the root mean square and the mean
 of a curve, are nodes of the graph (`engine_dyn.quantities.curve_means`) and so need nothing here.
 """
 

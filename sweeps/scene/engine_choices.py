@@ -8,10 +8,10 @@ each, and where its results belong.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -32,7 +32,13 @@ from sweeps.scene.engine.cylinder_keys import (
 from sweeps.scene.engine.engine_files import engine_path, load_engine
 from sweeps.scene.toml_tables import SceneFile
 
-__all__ = ["EngineChoice", "EngineChoices", "check_engine_given", "engine_choices"]
+__all__ = [
+    "EngineChoice",
+    "EngineChoices",
+    "check_engine_given",
+    "engine_choices",
+    "those_possible",
+]
 
 MOST = 200
 """Ordinary scenes that one scene may consist of."""
@@ -319,3 +325,45 @@ def _rows_of(
         if key not in (ENGINE, ARRANGEMENT):
             columns[key] = list(texts) if rows is None else [texts[row] for row in rows]
     return columns
+
+
+Made = TypeVar("Made")
+
+
+def those_possible(
+    quantities: Sequence[str], make: Callable[[Sequence[str]], Made]
+) -> tuple[Made, dict[str, SceneError]]:
+    """Make something of all quantities, or of those of which it can be made.
+
+    Parameters
+    ----------
+    quantities : sequence of str
+        What is asked for.
+    make : callable
+        Makes it of some quantities; raises `SceneError` where that is not possible.
+
+    Returns
+    -------
+    made, refused
+        What was made, and the error of each quantity that was left out.
+
+    Raises
+    ------
+    SceneError
+        That of all quantities together, where it is possible of none of them.
+    """
+    try:
+        return make(quantities), {}
+    except SceneError as error:
+        if len(quantities) < 2:
+            raise
+        of_all = error
+    refused: dict[str, SceneError] = {}
+    for quantity in quantities:
+        try:
+            make([quantity])
+        except SceneError as error:
+            refused[quantity] = error
+    if not refused or len(refused) == len(quantities):
+        raise of_all
+    return make([quantity for quantity in quantities if quantity not in refused]), refused

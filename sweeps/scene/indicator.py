@@ -7,13 +7,14 @@ header has the hash of the recording, and not the recording, which may be large.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.quantities.graph import ALL_QUANTITIES, NODES
 from sweeps.base.errors import SceneError, no_laboratory
 from sweeps.base.files.regular_files import (
     add_files_read,
@@ -23,7 +24,6 @@ from sweeps.base.files.regular_files import (
     read_text,
     referred,
 )
-from sweeps.scene.confidential import without_pressures
 from sweeps.scene.engine.diagram_speeds import SPEEDS, read_speeds
 from sweeps.scene.engine.indicator_files import (
     HEAD,
@@ -38,14 +38,70 @@ from sweeps.scene.engine.indicator_files import (
 )
 from sweeps.scene.toml_tables import Indicator
 
-__all__ = ["Indicated", "read_indicator_table"]
+__all__ = ["check_quantities", "Indicated", "read_indicator_table", "TELLING", "without_pressures"]
+
+
+_OF_ONE_CYLINDER = (
+    "pressure", "crank_pin_components", "piston_pin_components", "main_journal_components",
+    "torque_after_throw", "cylinder_gas_torque_harmonics", "cylinder_torque_harmonics",
+    "throw_torque_harmonics",
+)  # fmt: skip
+"""Nodes that have the diagram of a single cylinder in them, over angle or order."""
+
+_RESULT, _LEVEL = ": imep ", ": not pegged, "
+_VALUE = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
+
+
+def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
+    """Quantities among these nodes, and all that follow from them."""
+    found = set(roots)
+    more = set(found)
+    while more:
+        more = {
+            name
+            for name, nodes in NODES.items()
+            if name not in found and any(not found.isdisjoint(node.needs) for node in nodes)
+        }
+        found |= more
+    return frozenset(found & set(ALL_QUANTITIES))
+
+
+TELLING = _all_that_need(_OF_ONE_CYLINDER)
+"""Quantities that tell the pressure to who knows the engine's measures and masses."""
+
+
+def check_quantities(quantities: Iterable[str], name: str) -> None:
+    """Refuse quantities that tell a confidential diagram.
+
+    Raises
+    ------
+    SceneError
+        For the first of them; `name` is the scene as messages call it.
+    """
+    for quantity in quantities:
+        if quantity in TELLING:
+            raise SceneError(
+                f"{name}: [output] quantities: '{quantity}': not allowed together with "
+                "[indicator] confidential = true: the pressure could be derived from it with the "
+                "engine's dimensions and masses"
+            )
+
+
+def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
+    """Notes without imep and largest pressure; warnings and level without pressures."""
+    return tuple(
+        _VALUE.sub("...", note) if note.startswith("warning: ") or _LEVEL in note else note
+        for note in notes
+        if _RESULT not in note
+    )
+
 
 _LABORATORY = EntryPoint(
     "pressure", "sweeps.lab.pressure.pressure:imported", group="sweeps.recordings"
 )
 """Used as it stands by a checkout that was installed before pyproject.toml had this entry point."""
 
-_OWN = frozenset(("file", "confidential", SPEEDS))
+_OWN_KEYS = frozenset(("file", "confidential", SPEEDS))
 _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
 
 
@@ -142,4 +198,4 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
 
     own = _OWN_HEADER.search(head) is not None
     text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
-    return text and own and not table.model_fields_set - _OWN
+    return text and own and not table.model_fields_set - _OWN_KEYS

@@ -7,33 +7,39 @@ exclude each other, `engine-dyn plan` finds.
 
 from __future__ import annotations
 
+import math
+from dataclasses import MISSING, fields
+from typing import Any
+
 from engine_dyn.loads.characteristic import CHARACTERISTICS
-from engine_dyn.quantities.graph import ALL_QUANTITIES, CURVE_MEANS, PARAMETERS, QUANTITIES
-from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.pressure.diesel_cycle import DieselCycle
+from engine_dyn.pressure.file_fields import MEANINGS, FileField
+from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
+from engine_dyn.quantities.graph import (
+    ALL_QUANTITIES,
+    CURVE_MEANS,
+    NUMBERED,
+    PARAMETERS,
+    QUANTITIES,
+)
+from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
-from sweeps.base.checks import is_ratio
+from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
 from sweeps.base.dimensions import ELASTICITY, FIRING_PATTERN, LABELS
-from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
+from sweeps.scene.engine.data_sheets import KNOWN_OF_CYCLE
+from sweeps.scene.engine.diagram_speeds import MEANING, SPEEDS
+from sweeps.scene.engine.engine_files import TORQUE
+from sweeps.scene.engine.engine_tables import EngineFile
+from sweeps.scene.engine.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.scene.engine.silenced_warnings import KNOWN
+from sweeps.scene.features import GIVEN_FEATURES
+from sweeps.scene.features.shaft import SHAFT_KEYS
+from sweeps.scene.features.torque_diagrams import TorqueDiagram
+from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
 from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
-from sweeps.scene.schema_parts import (
-    DRAFT,
-    FRACTION,
-    ONE_ARRANGEMENT,
-    Schema,
-    closed,
-    key_of_cylinders,
-    keys_of_torque_tables,
-    list_of,
-    list_of_different,
-    model_schema,
-    plain_schema,
-    reference,
-    text_schema,
-    unit_text,
-    value_schema,
-)
 from sweeps.scene.toml_tables import (
     FAILURES,
     LARGEST_TOLERANCE,
@@ -42,7 +48,147 @@ from sweeps.scene.toml_tables import (
     SceneFile,
 )
 
-__all__ = ["scene_schema"]
+__all__ = [
+    "DRAFT",
+    "ONE_ARRANGEMENT",
+    "Schema",
+    "closed",
+    "engine_schema",
+    "key_of_cylinders",
+    "keys_of_torque_tables",
+    "list_of",
+    "list_of_different",
+    "model_schema",
+    "plain_schema",
+    "reference",
+    "scene_schema",
+    "text_schema",
+    "unit_text",
+    "value_schema",
+]
+
+
+Schema = dict[str, Any]
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+FRACTION: Schema = {"type": "string", "pattern": "^[^/]+/[^/]+$"}
+"""A ratio as a fraction, such as "1/200"."""
+
+
+def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
+    """Schema of a file, and those of tables in it, of arrangements and shafts, by their names."""
+    schema: Schema = plain_schema(model.model_json_schema())
+    tables = schema.pop("$defs")
+    keys = schema["properties"]
+    features = {name: one for name, one in GIVEN_FEATURES.items() if name in keys and one.table}
+    written = [one.table for one in features.values() if one.table is not None]
+    parts: list[type[Strict]] = [ArrangementTable, RodTable, LoadInClosedForm, *written]
+    for part in parts:
+        own: Schema = plain_schema(part.model_json_schema())
+        tables |= {**own.pop("$defs", {}), part.__name__: own}
+    for name, table in zip(features, written, strict=True):
+        if features[name].most is None:
+            text: Schema = {"type": "string", "minLength": 1}
+            keys[name] |= {"anyOf": [text, reference(table.__name__)]}
+        else:
+            keys[name]["items"] = reference(table.__name__)
+    return schema, tables
+
+
+def keys_of_torque_tables() -> Schema:
+    """Schemas of the keys that name tables of torque; a load's may stand in closed form."""
+    found: Schema = {name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()}
+    closed_form = reference(LoadInClosedForm.__name__)
+    about = found["load_table"].pop("description")
+    found["load_table"] = {"description": about, "anyOf": [found["load_table"], closed_form]}
+    return found
+
+
+def plain_schema(schema: Any) -> Any:
+    """Without titles that repeat names, and without null, which TOML has not."""
+    if isinstance(schema, list):
+        return [plain_schema(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    found = {
+        key: {name: plain_schema(item) for name, item in value.items()}
+        if key in ("properties", "$defs")
+        else plain_schema(value)
+        for key, value in schema.items()
+        if key != "title" and not (key == "default" and value is None)
+    }
+    some = [item for item in found.get("anyOf", []) if item != {"type": "null"}]
+    if len(some) == 1:
+        del found["anyOf"]
+        found = {**some[0], **found}
+    elif some:
+        found["anyOf"] = some
+    return found
+
+
+def value_schema(node: Node) -> Schema:
+    """One value of a parameter."""
+    number: Schema = {"type": "number"}
+    if node.whole:
+        number["multipleOf"] = 2 if node.even else 1
+    if node.low > -math.inf:
+        number["minimum" if node.low_included else "exclusiveMinimum"] = node.low
+    if node.high < math.inf:
+        number["maximum" if node.high_included else "exclusiveMaximum"] = node.high
+    about = {"description": f"{node.long_name}: {allowed(node)}"}
+    ways = [number]
+    if is_ratio(node):
+        ways.append(FRACTION)
+    if is_power(node):
+        ways.append({"type": "string", "pattern": f"^{POWER.pattern}$"})
+    if node.named:
+        ways.append({"enum": [name for name, _ in node.named]})
+    return {**about, **number} if len(ways) == 1 else {**about, "anyOf": ways}
+
+
+def unit_text(node: Node) -> str:
+    """Unit of a quantity in brackets."""
+    return f"[{node.unit}]" if node.unit else ""  # none where it follows an exponent
+
+
+def reference(name: str) -> Schema:
+    """Reference to a definition."""
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def list_of(items: Schema) -> Schema:
+    """List of one item or more."""
+    return {"type": "array", "minItems": 1, "items": items}
+
+
+def list_of_different(items: Schema, least: int = 1) -> Schema:
+    """List of at least so many items, all different."""
+    return {"type": "array", "minItems": least, "uniqueItems": True, "items": items}
+
+
+def text_schema(about: str) -> Schema:
+    """Text that is not empty."""
+    return {"type": "string", "minLength": 1, "description": about}
+
+
+ONE_ARRANGEMENT: Schema = {"anyOf": [{"type": "string"}, reference("ArrangementTable")]}
+"""One arrangement of the cylinders, by its name or written out."""
+
+
+def key_of_cylinders(name: str) -> Schema:
+    """Schema of a key of single cylinders."""
+    if name == "arrangement":
+        return {**ONE_ARRANGEMENT, "description": CYLINDER_KEYS[name]}
+    if name == "articulated_rods":
+        return {**reference("RodTable"), "description": CYLINDER_KEYS[name]}
+    return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
+
+
+def closed(properties: Schema, *required: str) -> Schema:
+    """Table with these keys and no others, some of which must be there."""
+    table: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    return {**table, "required": list(required)} if required else table
 
 
 _ONE_PATTERN: Schema = {"anyOf": [{"type": "string", "minLength": 1}, list_of({"type": "number"})]}
@@ -221,3 +367,107 @@ def _texts(name: str) -> Schema:
 def _one_or_several(words: tuple[str, ...]) -> Schema:
     one = {"enum": list(words)}
     return {"anyOf": [one, list_of_different(one)]}
+
+
+_NOT_OF_ENGINES = (*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, "wanted_delta")
+
+
+def engine_schema() -> Schema:
+    """JSON schema (draft 2020-12) of an engine file, in JSON's types."""
+    schema, tables = model_schema(EngineFile)
+    parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in _NOT_OF_ENGINES}
+    properties = schema["properties"]
+    properties["values"] |= closed({name: reference(name) for name in parameters})
+    for name in CYLINDER_KEYS:
+        properties[name] = key_of_cylinders(name)
+    properties |= keys_of_torque_tables()
+    properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
+    head: Schema = {
+        "load": reference("load"),
+        "speed": reference("speed"),
+        SPEEDS: {
+            "type": "array", "items": {"type": "number", "exclusiveMinimum": 0},
+            "minItems": 2, "maxItems": 2, "description": MEANING,
+        },
+    }  # fmt: skip
+    tables["PointsDiagram"] = {
+        "description": "a measured diagram",
+        **closed(
+            {
+                **head,
+                "kind": {"const": "points"},
+                "file": text_schema(
+                    "path of a CSV file: columns crank_angle_deg (0 is firing top dead centre) and "
+                    "pressure_bar (absolute)"
+                ),
+            },
+            "load",
+            "kind",
+            "file",
+        ),
+    }
+    for name, kind in KINDS.items():
+        tables[_name_of(name)] = _diagram(name, kind, head)
+    of_torque: Schema = plain_schema(TorqueDiagram.model_json_schema())
+    of_torque["properties"]["kind"] = {"const": TORQUE}
+    tables |= {**of_torque.pop("$defs"), _name_of(TORQUE): of_torque}
+    kinds = ("points", TORQUE, *KINDS)
+    properties["diagram"]["items"] = {"oneOf": [reference(_name_of(kind)) for kind in kinds]}
+    first = KINDS["first_law"]
+    tables["DataSheet"]["properties"]["cycle"] |= closed(
+        {key: _number(key, first.fields[key], first) for key in KNOWN_OF_CYCLE}
+    )
+    definitions = {**tables, **parameters}
+    return {"$schema": DRAFT, "title": "Engine file of engine-dyn", **schema, "$defs": definitions}
+
+
+def _of_values(kind: Kind) -> tuple[str, ...]:
+    """Fields that come from [values] where a diagram does not have them."""
+    return ("offset_ratio",) if kind.cycle is DieselCycle else ("offset_ratio", *OF_ENGINE)
+
+
+def _name_of(kind: str) -> str:
+    return "".join(part.capitalize() for part in kind.split("_")) + "Diagram"
+
+
+def _diagram(name: str, kind: Kind, head: Schema) -> Schema:
+    """[[diagram]] of a modelled kind."""
+    numbers = {key: _number(key, field, kind) for key, field in kind.fields.items()}
+    more: Schema = {
+        "step": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "maximum": 10,
+            "description": "step of the table [degree]; the cycle must be a multiple of it",
+        }
+    }
+    if kind.by_first_law:
+        words = ", ".join(f"'{w}' needs {', '.join(n)}" for w, n in FIELDS_OF_WALL.items() if n)
+        more["wall"] = {
+            "enum": list(FIELDS_OF_WALL),
+            "default": "adiabatic",
+            "description": f"loss of heat to the walls; {words}",
+        }
+    needed = [
+        item.name
+        for item in fields(kind.cycle)
+        if item.default is MISSING and item.name not in _of_values(kind)
+    ]
+    return {
+        "description": f"a modelled diagram: engine_dyn's {kind.cycle.__name__}",
+        **closed({"kind": {"const": name}, **more, **numbers, **head}, "load", "kind", *needed),
+    }
+
+
+def _number(key: str, field: FileField, kind: Kind) -> Schema:
+    """A number of a cycle with its unit and range."""
+    about = MEANINGS[key]
+    ends = ("minimum", "maximum") if field.ends else ("exclusiveMinimum", "exclusiveMaximum")
+    if key in _of_values(kind):
+        about += "; that of [values] if not given"
+    return {
+        "type": "number",
+        "description": f"{about} [{field.unit}]",
+        ends[0]: field.low,
+        ends[1]: field.high,
+    }

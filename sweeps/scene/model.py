@@ -26,7 +26,6 @@ from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats, Integers
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, one_line
-from sweeps.scene.driven import driven_machine
 from sweeps.scene.engine.engine_files import RATIO
 from sweeps.scene.features.torque_tables import TorqueTables
 from sweeps.scene.firing_patterns import FiringPatterns
@@ -36,7 +35,7 @@ from sweeps.scene.reduce import Reduce
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
-from sweeps.scene.variants import variant_words
+from sweeps.scene.variants import driven_machine, variant_words
 
 __all__ = ["OrdinaryScene", "Reference", "Scene"]
 

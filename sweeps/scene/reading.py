@@ -25,15 +25,13 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.base.files.regular_files import kept_files, reading, text_of_bytes
 from sweeps.base.files.toml_files import MOST_BYTES, parse_toml, toml_of_text
 from sweeps.catalogue import SCENES
-from sweeps.scene.axes import read_axes, read_settings
-from sweeps.scene.confidential import check_quantities
+from sweeps.scene.axes import read_axes, read_designs_table, read_settings
 from sweeps.scene.consistency.features import check_tables
 from sweeps.scene.consistency.outputs import check_output
 from sweeps.scene.consistency.places import check_places
 from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.derived_quantities import elasticities_in, ordinary
-from sweeps.scene.designs import read_designs_table
 from sweeps.scene.engine.cylinder_keys import read_cylinder_keys
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.engine.silenced_warnings import read_silenced
@@ -42,22 +40,21 @@ from sweeps.scene.engine_choices import (
     EngineChoices,
     check_engine_given,
     engine_choices,
+    those_possible,
 )
 from sweeps.scene.features import with_features, without_dropped
 from sweeps.scene.features.torque_tables import read_torque_tables
 from sweeps.scene.firing_patterns import read_firing_patterns
-from sweeps.scene.indicator import Indicated, read_indicator_table
+from sweeps.scene.indicator import Indicated, check_quantities, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.measured import read_measured
-from sweeps.scene.missing_quantities import those_possible
 from sweeps.scene.model import OrdinaryScene, Scene
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reduce_reading import read_reduce
 from sweeps.scene.reference import read_reference
-from sweeps.scene.sample import with_sample
+from sweeps.scene.sample import read_uncertainty, with_sample
 from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
-from sweeps.scene.uncertainty import read_uncertainty
 from sweeps.scene.values import GivenValues
 
 __all__ = [

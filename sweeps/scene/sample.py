@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.engine import Engine
 from engine_dyn.types import Floats
 from sweeps.base.checks import known_key, plain
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, shown, shown_for_whole
 from sweeps.base.files.libraries import library
-from sweeps.scene.crossings import refused
+from sweeps.scene.crossings import exclusive_pair, refused
 from sweeps.scene.distributions import Distribution, read_distribution
+from sweeps.scene.values import GivenValues
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,12 +30,15 @@ if TYPE_CHECKING:
 __all__ = [
     "Drawing",
     "METHODS",
+    "NUMBER",
     "SEARCH",
     "Sample",
     "WORDS",
+    "check_engine_ranges",
     "drawn",
     "parameters_of",
     "read_sample",
+    "read_uncertainty",
     "sample",
     "with_sample",
 ]
@@ -333,3 +338,69 @@ def sample(
 
     table = {**plain(parameters, "sample"), "method": method, "number": number, "seed": seed}
     return pd.DataFrame(drawn(read_sample(table, "sample", words=WORDS)))
+
+
+NUMBER = 256
+"""Draws unless a scene says otherwise: ends of a 95 % band are then known to some 5 % of its
+width."""
+
+_NUMBERS = ("number", "seed")
+
+
+def read_uncertainty(
+    raw: Mapping[str, Any] | None, values: GivenValues, name: str
+) -> Sample | None:
+    """Read [uncertainty]: the engine's ranges, and those that the scene gives instead or besides.
+
+    What the scene gives in [set], [axes] or [designs] is taken as known, and so is what that
+    replaces, unless its [uncertainty] says otherwise of a value of [set].
+
+    Raises
+    ------
+    SceneError
+        For what is no distribution, for keys that vary along an axis, and where nothing is
+        uncertain.
+    """
+    if raw is None:
+        return None
+    engine, where = values.engine, f"{name}: [uncertainty]"
+    if "method" in raw:
+        raise SceneError(f"{where} method: unknown key; draws are a Sobol' sequence")
+    own = {key: item for key, item in raw.items() if key not in _NUMBERS}
+    for key in own:
+        if key in values.axes or key in values.designs:
+            place = "axes" if key in values.axes else "designs"
+            raise SceneError(f"{where} {key}: varies in [{place}]; give it in one place")
+    known = {k: item for k, item in engine.uncertainty.items() if not _given_instead(k, values)}
+    if not {**known, **own}:
+        raise SceneError(
+            f"{where}: no uncertain values: the engine file of {engine.name} gives no ranges for "
+            "values left open by the scene; give some here, such as "
+            "friction_constant = { low = 0.1, high = 0.2 }"
+        )
+    check_engine_ranges(engine)
+    table = {"number": NUMBER, **known, **raw}
+    return read_sample(table, where)
+
+
+def _given_instead(key: str, values: GivenValues) -> bool:
+    """Whether the scene gives a value of the engine, or what replaces it: parts of the inertia."""
+    own = (*values.settings, *values.axes, *values.designs)
+    return values.gives(key) or any(exclusive_pair((key, other)) is not None for other in own)
+
+
+def check_engine_ranges(engine: Engine) -> None:
+    """Check the ranges of an engine file.
+
+    Raises
+    ------
+    SceneError
+        As `read_sample`; for keys that the engine gives no value of.
+    """
+    if not engine.uncertainty:
+        return
+    where = f"engine {engine.name}: [uncertainty]"
+    for key in _NUMBERS:
+        if key in engine.uncertainty:
+            raise SceneError(f"{where} {key}: must be in the scene")
+    read_sample({"number": 2, **engine.uncertainty}, where)

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.engine import Engine
-from engine_dyn.quantities.parameters import CYCLE_KEYS
+from engine_dyn.quantities.friction_components import FRICTION_LAWS
+from engine_dyn.quantities.parameters import CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import DESIGN
 
-__all__ = ["Given", "GivenValues"]
+__all__ = ["BY_COMPONENT", "friction_law", "Given", "GivenValues", "over_stroke"]
 
 
 class Given(NamedTuple):
@@ -98,3 +99,24 @@ class GivenValues:
     def cycle_keys(self) -> tuple[str, ...]:
         """Parameters of the modelled cycle that the scene replaces."""
         return tuple(key for key in CYCLE_KEYS if key in self.given)
+
+
+FIRST, BY_COMPONENT = FRICTION_LAWS
+"""The law that holds unless another one is named; the law that adds up components."""
+
+
+def friction_law(values: GivenValues) -> str:
+    """Name of the law: that of the scene, or else of its engine."""
+    number = values.given_or_own("friction_law", 1.0).values[0]
+    return FRICTION_LAWS[int(number) - 1]
+
+
+def over_stroke(values: GivenValues) -> bool:
+    """Whether the friction varies over the stroke.
+
+    By components it does where the pressure of the rings is given: the law says how much of it is
+    of rings and skirt. Otherwise it does where shares of it are given.
+    """
+    if friction_law(values) == BY_COMPONENT:
+        return values.nonzero("ring_pressure")
+    return any(values.nonzero(share) for share in STROKE_SHARES)

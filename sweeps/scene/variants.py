@@ -8,19 +8,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from engine_dyn.geometry.cylinders import SEALED, Cylinders
-from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
+from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from sweeps.scene.driven import motor_of_slip
 from sweeps.scene.engine.engine_files import GEOMETRIC
 from sweeps.scene.features import feature_words
+from sweeps.scene.features.torque_tables import TorqueTables
 from sweeps.scene.firing_patterns import FiringPatterns
-from sweeps.scene.friction_law import friction_law, over_stroke
-from sweeps.scene.values import GivenValues
+from sweeps.scene.values import GivenValues, friction_law, over_stroke
 
-__all__ = ["OF_EXTREMES", "variant_words"]
+__all__ = ["driven_machine", "motor_of_slip", "OF_EXTREMES", "variant_words"]
 
 
 OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_smallest"}
@@ -135,3 +136,39 @@ def _balance_words(values: GivenValues) -> tuple[str, ...]:
         "shaft" if values.nonzero("balance_shaft_mass") else "no_shaft",
         "pair" if values.nonzero("second_shaft_mass") else "no_pair",
     )
+
+
+def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
+    """Load tables, driver tables and motor of a scene, or else of its engine."""
+    engine = values.engine
+    load = tables.load or engine.load_table
+    motor = tables.driver is None and (
+        values.gives(*MOTOR_KEYS)
+        or (engine.driver_table is None and values.engine_gives(*MOTOR_KEYS))
+    )
+    given = auxiliaries.of(engine)
+    return DrivenMachine(
+        over_angle=load if isinstance(load, TorqueOverAngle) else None,
+        load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
+        driver_over_speed=None if motor else tables.driver or engine.driver_table,
+        motor=motor,
+        load_law=_load_law(values),
+        engine_torque=engine.torque,
+        auxiliaries=None if given is None else given.torque,
+    )
+
+
+def _load_law(values: GivenValues) -> str:
+    """Name of the load's law over speed: the scene's keys choose it, or else the engine's."""
+    for gives in (values.gives, values.engine_gives):
+        for law in LOAD_LAWS.values():
+            if gives(*law.keys):
+                return law.name
+    return next(iter(LOAD_LAWS))
+
+
+def motor_of_slip(values: GivenValues) -> bool:
+    """Whether the motor's synchronous speed follows from its slip."""
+    if values.gives("motor_synchronous_speed"):
+        return False
+    return values.gives("motor_slip") or values.engine_gives("motor_slip")

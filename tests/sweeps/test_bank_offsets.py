@@ -16,7 +16,7 @@ from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.units import RPM
 from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import load_engine
-from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.engine_choices import those_possible
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import asking, computed

@@ -19,7 +19,7 @@ from sweeps.base import checks
 from sweeps.base.errors import SceneError
 from sweeps.base.files.csv_tables import CsvTable, find_header, parse_rows
 from sweeps.running.archive import netcdf
-from sweeps.scene.design_files import design_csv, design_netcdf, design_parquet
+from sweeps.scene.design_files import design_csv, design_files
 from sweeps.scene.design_files.design_files import read_designs
 from sweeps.scene.reading import read_scene
 from tests.support import commands
@@ -97,8 +97,7 @@ def test_tables_longer_than_a_piece(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(design_csv, "PIECE", 100)
-    monkeypatch.setattr(design_netcdf, "ROWS", 7)
-    monkeypatch.setattr(design_parquet, "ROWS", 7)
+    monkeypatch.setattr(design_files, "ROWS", 7)
     values = np.linspace(1.0, 2.0, 100)
     path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
     columns, _ = read_designs(path, name)

@@ -7,7 +7,7 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities.graph import ALONG_SHAFT, QUANTITIES
-from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.engine_choices import those_possible
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import SPLIT_PINS

@@ -17,7 +17,7 @@ from engine_dyn.pressure.file_fields import MEANINGS
 from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.scene.engine.modelled_diagrams import KINDS
-from sweeps.scene.engine_schema import engine_schema
+from sweeps.scene.json_schema import engine_schema
 from sweeps.scene.reading import read_scene
 from tests.support.commands import invoke, ok, refused
 from tests.support.engine_files import indicator_text, points

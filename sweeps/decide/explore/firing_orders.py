@@ -30,7 +30,7 @@ from sweeps.base.errors import SceneError, counted, not_known, shown
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.cylinder_keys import arrangement_of, read_arrangement
 from sweeps.scene.engine.engine_files import catalogue
-from sweeps.scene.missing_quantities import those_possible
+from sweeps.scene.engine_choices import those_possible
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 

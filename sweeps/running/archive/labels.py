@@ -34,9 +34,9 @@ from sweeps.running.archive.warnings import ATTRIBUTE, Watch
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.indicator_files import NOT_PEGGED
 from sweeps.scene.model import Scene
-from sweeps.scene.plan.elasticities import KIND, KINDS
 from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.plausibility import implausible_results, plausibility_warnings
+from sweeps.scene.plan.variations import KIND, KINDS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,7 +19,8 @@ from engine_dyn.types import Floats
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.blocks import Block, Results, aligned, index_of
-from sweeps.scene.plan.elasticities import (
+from sweeps.scene.plan.plan import Plan
+from sweeps.scene.plan.variations import (
     AGREE,
     DIFFER,
     ENDINGS,
@@ -28,11 +29,10 @@ from sweeps.scene.plan.elasticities import (
     RATIO,
     STEPS,
     UNKNOWN,
+    Variation,
     changed_values,
     step_unit,
 )
-from sweeps.scene.plan.plan import Plan
-from sweeps.scene.plan.variations import Variation
 
 __all__ = ["Derivative", "derivative", "elasticities_of"]
 
@@ -54,7 +54,7 @@ class Derivative:
     below, above : ndarray
         Where the parameter decreases, and where it increases.
     kind : ndarray of int
-        `sweeps.scene.plan.elasticities.KINDS`.
+        `sweeps.scene.plan.variations.KINDS`.
     """
 
     value: Floats

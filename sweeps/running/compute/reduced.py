@@ -19,7 +19,7 @@ from sweeps.running.compute.progress import progress_bar
 from sweeps.running.reduce.reduction import Reduction, State
 from sweeps.scene.plan.blocks import block_count, blocks, lengths_within, shape_in
 from sweeps.scene.plan.plan import Plan
-from sweeps.scene.plan.portions import Portions
+from sweeps.scene.plan.shards import Portions
 
 if TYPE_CHECKING:
     import xarray as xr

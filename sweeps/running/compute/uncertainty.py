@@ -11,8 +11,7 @@ from engine_dyn.types import Floats
 from sweeps.base.dimensions import EXPLAINED, FAILED_DRAWS, HIGH, LOW, SHARE
 from sweeps.scene.plan.blocks import Block, Results
 from sweeps.scene.plan.plan import Plan
-from sweeps.scene.plan.uncertainty import QUANTILES
-from sweeps.scene.plan.variations import Variation
+from sweeps.scene.plan.variations import QUANTILES, Variation
 
 __all__ = ["bands_of", "shares"]
 

@@ -22,9 +22,9 @@ from sweeps.scene.consistency.pressure import burning_less
 from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused
 from sweeps.scene.derived_quantities import elasticities_in
 from sweeps.scene.features import shaft, web_weights
-from sweeps.scene.friction_law import BY_COMPONENT, friction_law
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import SceneFile
+from sweeps.scene.values import BY_COMPONENT, friction_law
 
 __all__ = ["FEATURES", "check_crossings", "check_tables"]
 

@@ -6,18 +6,233 @@ table `_READERS`. Columns are in the units of scenes; a file that states its uni
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from engine_dyn.quantities.graph import ALL_QUANTITIES
 from engine_dyn.types import Floats
-from sweeps.base.errors import SceneError
-from sweeps.scene.design_files.design_columns import DesignColumns
+from sweeps.base.dimensions import DESIGN, PUBLISHED
+from sweeps.base.errors import SceneError, one_line
+from sweeps.base.files.regular_files import check_rows, opened_file, reading, regular_bytes
+from sweeps.base.files.sheets import sheets
+from sweeps.base.netcdf.netcdf_files import TEXT_REFERENCE, check_chunks, opened_table
+from sweeps.scene.design_files.design_columns import (
+    ROWS,
+    DesignColumns,
+    check_kind,
+    check_units,
+    known_columns,
+    take_numbers,
+)
 from sweeps.scene.design_files.design_csv import read_design_csv
-from sweeps.scene.design_files.design_netcdf import read_design_netcdf
-from sweeps.scene.design_files.design_parquet import read_design_parquet
-from sweeps.scene.design_files.design_xlsx import read_design_xlsx
 
-__all__ = ["SUFFIXES", "read_designs"]
+__all__ = [
+    "SUFFIXES",
+    "read_design_netcdf",
+    "read_design_parquet",
+    "read_design_xlsx",
+    "read_designs",
+]
+
+
+def read_design_parquet(path: Path, name: str) -> DesignColumns:
+    """Read the columns of a Parquet file."""
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise SceneError(
+            f"{name}: Parquet needs pyarrow, which is not installed: pip install "
+            "'engine-dyn[parquet]'"
+        ) from None
+
+    def is_text(kind: Any) -> bool:
+        return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+    what = "a table of designs (Parquet)"
+    with reading(name, what, "a Parquet file", pa.ArrowException):
+        opened_file(path).close()  # its error says more than that of the library
+        labels = [f.name for f in pq.read_schema(path) if is_text(f.type)]
+        # Texts stay a dictionary, because runs of long texts would fill the memory.
+        file = pq.ParquetFile(path, read_dictionary=labels)
+    with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
+        schema = file.schema_arrow
+        index = _index_of_pandas(schema.metadata)
+        fields = [f for f in schema if not (f.name in index or f.name == DESIGN)]
+        nodes = known_columns([f.name for f in fields], name, "column")
+        if len(nodes) < len(fields):
+            raise SceneError(f"{name}: two columns have the same name; each name once")
+        columns = DesignColumns(name, nodes)
+        for f in fields:
+            plain: Any = np.dtype(object)
+            if pa.types.is_integer(f.type) or pa.types.is_floating(f.type):
+                plain = np.dtype(f.type.to_pandas_dtype())
+            elif is_text(f.type.value_type if pa.types.is_dictionary(f.type) else f.type):
+                plain = str
+            check_kind(f.name, nodes[f.name], plain, str(f.type), name)
+            units = (f.metadata or {}).get(b"units")
+            check_units(f.name, nodes[f.name], units.decode() if units else None, name)
+        if not nodes or not file.metadata.num_rows:
+            lacks = "rows" if nodes else "columns"
+            raise SceneError(f"{name}: no {lacks}; expected a table of designs (Parquet)")
+        check_rows(file.metadata.num_rows, len(nodes), name)
+        for key, node in nodes.items():
+            begin = 0
+            # Column by column, so that only one column of a group of rows is in memory.
+            for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
+                values = batch.column(0)
+                values.validate(full=True)  # places of texts, and lengths, are as the file says
+                if node is None:
+                    columns.take(key, _labels_of(values))
+                else:
+                    missing = np.asarray(values.is_null().to_numpy(zero_copy_only=False))
+                    is_texts = pa.types.is_dictionary(values.type)
+                    numbers = (
+                        _labels_of(values) if is_texts else values.to_numpy(zero_copy_only=False)
+                    )
+                    take_numbers(columns, key, numbers, missing, begin)
+                begin += batch.num_rows
+            if begin != file.metadata.num_rows:
+                raise SceneError(
+                    f"{name}: column {key} has {begin} of {file.metadata.num_rows} rows; the file "
+                    "is damaged"
+                )
+    return columns
+
+
+def _labels_of(values: Any) -> list[str]:
+    """Texts of a dictionary column; missing values become empty texts."""
+    texts = [one_line(text or "") for text in values.dictionary.to_pylist()]
+    return ["" if place is None else texts[place] for place in values.indices.to_pylist()]
+
+
+def _index_of_pandas(metadata: Mapping[bytes, bytes] | None) -> set[str]:
+    """Columns that are only the index of a data frame."""
+    try:
+        found = json.loads((metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
+    except (ValueError, AttributeError, RecursionError):
+        return set()
+    if not isinstance(found, list):
+        return set()
+    return {item for item in found if isinstance(item, str) and item.startswith("__index")}
+
+
+def read_design_netcdf(path: Path, name: str) -> DesignColumns:
+    """Read the one-dimensional variables of a netCDF file, or the designs of an archive."""
+    with opened_table(path, name, "a table of designs (netCDF)") as file:
+        variables = _variables_of_table(file, name)
+        nodes = known_columns(list(variables), name, "variable")
+        columns = DesignColumns(name, nodes)
+        (dimension,) = {v.dimensions for v in variables.values()}
+        count = len(file.dimensions[dimension[0]])
+        if not count:
+            raise SceneError(f"{name}: no rows along '{dimension[0]}'; at least one is needed")
+        check_rows(count, len(variables), name)
+        for key, node in nodes.items():
+            variable = variables[key]
+            check_kind(key, node, variable.dtype, str(variable.datatype), name)
+            check_units(key, node, getattr(variable, "units", None), name)
+            check_chunks(variable, getattr(variable.dtype, "itemsize", TEXT_REFERENCE), name)
+            for begin in range(0, count, ROWS):
+                values = variable[begin : begin + ROWS]
+                if node is None:
+                    columns.take(key, [str(text).strip() for text in values])
+                    continue
+                missing = np.ma.getmaskarray(values)
+                take_numbers(columns, key, np.ma.getdata(values), missing, begin)
+    return columns
+
+
+def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
+    """Variables that are columns: along one dimension, all along the same."""
+    # Beside its designs, an archive holds results, and axes that the designs are multiplied with.
+    archive = "scene" in file.ncattrs() and DESIGN in file.dimensions
+    variables = {
+        key: variable
+        for key, variable in file.variables.items()
+        if key != DESIGN and not (archive and (variable.dimensions != (DESIGN,)))
+        and key.removesuffix(PUBLISHED) not in ALL_QUANTITIES
+    }  # fmt: skip
+    if not variables:
+        found = one_line(", ".join(file.variables) or "none", 200)
+        raise SceneError(
+            f"{name}: no variable is named as a parameter; found: {found}; allowed: see "
+            "`engine-dyn list keys`"
+        )
+    known_columns(list(variables), name, "variable")  # an unknown name is told before a wrong shape
+    first, expected = "", ""
+    for key, variable in variables.items():
+        if variable.ndim != 1:
+            along = f"({', '.join(variable.dimensions)})" if variable.ndim else "none"
+            raise SceneError(
+                f"{name}: variable {key}: has dimensions {along}; must have one, the designs"
+            )
+        if first and variable.dimensions[0] != expected:
+            raise SceneError(
+                f"{name}: variable {key}: along '{variable.dimensions[0]}', {first} along "
+                f"'{expected}'; all must be along one dimension, the designs"
+            )
+        first, expected = key, variable.dimensions[0]
+    return variables
+
+
+MOST = 1 << 28
+"""Bytes of a file."""
+
+
+def read_design_xlsx(path: Path, name: str) -> DesignColumns:
+    """Read columns: names in the first row, and units in the second where it holds texts alone."""
+    what = "a table of designs (.xlsx)"
+    with reading(name, what):
+        data = regular_bytes(path, MOST)
+    (rows,) = sheets(data, name, first=True).values()
+    if len(rows) < 2:
+        raise SceneError(f"{name}: no rows; expected {what}, with names in its first row")
+    keys = ["" if cell is None else str(cell).strip() for cell in rows[0]]
+    used = [place for place, key in enumerate(keys) if key != DESIGN]
+    names = [keys[place] for place in used]
+    if "" in names or len({*names}) < len(names):
+        raise SceneError(
+            f"{name}: row 1: a name is missing or given twice; each column has its own"
+        )
+    nodes = known_columns(names, name, "column")
+    columns = DesignColumns(name, nodes)
+    body = rows[1:]
+    numbers = [place for place, key in zip(used, names, strict=True) if nodes[key] is not None]
+    units = numbers and all(isinstance(_cell(body[0], place), str | None) for place in numbers)
+    if units:
+        for place in numbers:
+            check_units(keys[place], nodes[keys[place]], _cell(body[0], place), name)
+        body = body[1:]
+    check_rows(len(body), len(names), name)
+    if not body:
+        raise SceneError(f"{name}: no rows; expected {what}")
+    for place, key in zip(used, names, strict=True):
+        values = [_cell(row, place) for row in body]
+        if nodes[key] is None:
+            columns.take(key, ["" if value is None else str(value) for value in values])
+            continue
+        missing = np.array([value is None for value in values])
+        for row, value in enumerate(values, start=1):
+            if not (value is None or type(value) in (int, float)):
+                kind = str if isinstance(value, str) else object
+                check_kind(key, nodes[key], kind, str(value), f"{name}, row {row}")
+        if any(isinstance(value, str) for value in values):
+            given = np.array(values, dtype=object)
+        else:
+            given = np.array([np.nan if value is None else float(value) for value in values])
+        take_numbers(columns, key, given, missing, 0)
+    return columns
+
+
+def _cell(row: list[Any], place: int) -> Any:
+    value = row[place] if place < len(row) else None
+    return None if value == "" else value
+
 
 _READERS: dict[str, Callable[[Path, str], DesignColumns]] = {
     ".csv": read_design_csv,

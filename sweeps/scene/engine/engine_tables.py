@@ -1,7 +1,7 @@
 """The tables of an engine file, as pydantic models: which keys there are, and their types.
 
 Whether values are allowed is checked where a table is read. The JSON schema of engine files
-(`sweeps.scene.engine_schema`) is made from these models.
+(`sweeps.scene.json_schema`) is made from these models.
 """
 
 from __future__ import annotations

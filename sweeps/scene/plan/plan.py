@@ -22,16 +22,20 @@ from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
 from sweeps.base.dimensions import DESIGN, STATUS, TORSION_STATUS
 from sweeps.base.errors import SceneError, one_line, size_text
-from sweeps.scene.friction_law import friction_law
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
-from sweeps.scene.plan.elasticities import changed_parameters, plan_elasticities
 from sweeps.scene.plan.leaves import leaves_of, points_of
 from sweeps.scene.plan.shaft_modes import modes_kept
-from sweeps.scene.plan.variations import Variation
+from sweeps.scene.plan.variations import (
+    Variation,
+    changed_parameters,
+    plan_elasticities,
+    plan_uncertainty,
+)
 from sweeps.scene.representations import html_tables, named_some
+from sweeps.scene.values import friction_law
 
-__all__ = ["Part", "Plan", "Stage", "make_plan"]
+__all__ = ["make_plan", "Part", "Plan", "points_of_several", "Stage"]
 
 ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
@@ -95,7 +99,7 @@ class Plan:
         These variables, which no stage computes.
     portions : range
         Which portions of a sample it is about, where that is reduced as it is computed; the plan
-        is then that of the first of them (`sweeps.scene.plan.portions`).
+        is then that of the first of them (`sweeps.scene.plan.shards`).
 
     Examples
     --------
@@ -438,3 +442,38 @@ def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[
     if DESIGN in touched:
         unused += tuple(c for c in scene.designs if c not in used)
     return unused
+
+
+DECIMALS = 9
+"""Angles that are the same to so many places are the same point."""
+
+Points = Mapping[str, npt.NDArray[Any]]
+
+
+def points_of_several(each: Sequence[Points]) -> tuple[Points, list[dict[str, Integers]]]:
+    """Points of all, and the places of the points of each among them."""
+    joined: dict[str, npt.NDArray[Any]] = {}
+    for name in dict.fromkeys(name for points in each for name in points):
+        own = [points[name] for points in each]
+        if all(np.array_equal(own[0], other) for other in own):
+            joined[name] = own[0]
+            continue
+        together = np.concatenate(own)
+        if together.dtype.kind == "f":
+            _, first = np.unique(np.round(together, DECIMALS), return_index=True)
+            joined[name] = together[first]
+        else:
+            joined[name] = np.unique(together)
+    places = [
+        {name: _places(joined[name], values) for name, values in points.items()} for points in each
+    ]
+    return joined, places
+
+
+def _places(joined: npt.NDArray[Any], own: npt.NDArray[Any]) -> Integers:
+    """Positions of points among all."""
+    if own is joined or np.array_equal(own, joined):
+        return np.arange(len(joined))
+    if own.dtype.kind == "f":
+        joined, own = np.round(joined, DECIMALS), np.round(own, DECIMALS)
+    return np.asarray(np.searchsorted(joined, own), dtype=np.int64)

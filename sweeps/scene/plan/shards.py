@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,16 +19,17 @@ import numpy as np
 from engine_dyn.types import Integers
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, counted
+from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.known_values import Value
 from sweeps.scene.plan.blocks import undivided
 from sweeps.scene.plan.leaves import CYCLES, leaves_of_points, points_of
-from sweeps.scene.plan.plan import Part, Plan
-from sweeps.scene.plan.portions import Portions
+from sweeps.scene.plan.plan import Part, Plan, make_plan
+from sweeps.scene.sample import Drawing
 
 OVER_CYCLES = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
 """Dimensions whose points follow from the cycles after which firing patterns repeat."""
 
-__all__ = ["by_cycles", "part", "shard"]
+__all__ = ["by_cycles", "part", "Portions", "shard"]
 
 
 def shard(plan: Plan, number: int, count: int) -> Plan:
@@ -192,3 +194,30 @@ def _scene_of(plan: Plan, axis: str, places: Integers) -> Any:
     else:
         chosen = values[places]
     return replace(scene, axes={**scene.axes, axis: chosen}, reference=reference)
+
+
+class Portions:
+    """The portions of a plan, in order; the plan itself is the first, and often the only one."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+
+    @cached_property
+    def _drawing(self) -> Drawing:
+        """The sample while it is drawn, which is fastest in order."""
+        assert self.plan.scene.sample is not None
+        return Drawing(self.plan.scene.sample)
+
+    def plans(self, numbers: range) -> Iterator[tuple[int, Plan]]:
+        """Plans of some portions, each with its first design."""
+        length = self.plan.sizes.get(DESIGN, 1)
+        for number in numbers:
+            plan = self.plan if number == self.plan.portions[0] else self._of(number)
+            yield number * length, plan
+
+    def _of(self, number: int) -> Plan:
+        points = self._drawing.sample.portion
+        columns = self._drawing.columns(number * points, points)
+        scene = replace(self.plan.scene, designs=columns)
+        check_scene(scene, self.plan.name)
+        return make_plan(scene)

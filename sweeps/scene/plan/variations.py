@@ -9,15 +9,56 @@ values too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from engine_dyn.quantities.node import Node
-from engine_dyn.types import Floats
-from sweeps.scene.model import Scene
+import numpy as np
 
-__all__ = ["Variation", "ordinary", "with_values"]
+from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
+from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.parameters import SOLVER_COLUMNS
+from engine_dyn.types import Booleans, Floats
+from sweeps.base.checks import outside
+from sweeps.base.dimensions import (
+    ELASTICITY,
+    EXPLAINED,
+    FAILED_DRAWS,
+    HIGH,
+    LOW,
+    PARAMETER,
+    SHARE,
+    UNCERTAIN,
+)
+from sweeps.base.errors import SceneError, shown
+from sweeps.scene.consistency.rules import ranges_of
+from sweeps.scene.consistency.whole import check_scene
+from sweeps.scene.derived_quantities import meanings_of
+from sweeps.scene.known_values import Value
+from sweeps.scene.model import Scene
+from sweeps.scene.sample import drawn
+
+__all__ = [
+    "AGREE",
+    "DIFFER",
+    "ENDINGS",
+    "KIND",
+    "KINDS",
+    "ONE_SIDE",
+    "QUANTILES",
+    "RATIO",
+    "STEPS",
+    "UNKNOWN",
+    "Variation",
+    "changed_parameters",
+    "changed_values",
+    "ordinary",
+    "plan_elasticities",
+    "plan_uncertainty",
+    "step_unit",
+    "with_values",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,3 +95,244 @@ def with_values(scene: Scene, values: Mapping[str, Floats]) -> Scene:
         else:
             settings[key] = float(data)
     return replace(scene, axes=axes, designs=designs, settings=settings)
+
+
+QUANTILES = (0.025, 0.975)
+"""Ends of the bands."""
+
+
+def _variables(base: Node, number: int) -> list[Node]:
+    """Nodes of the variables of one quantity; `number` draws of it exist at a time."""
+    low, high = (f"{100 * q:g} % quantile" for q in QUANTILES)
+    band = replace(
+        base, needs=(), make=None, adds=(), kind="value", gives=(), when="", can_fail=False,
+        width=8 * number,
+    )  # fmt: skip
+    plain = Node("", "", "1", "")
+    return [
+        replace(band, name=base.name + LOW, long_name=f"{base.long_name}, {low} of the draws"),
+        replace(band, name=base.name + HIGH, long_name=f"{base.long_name}, {high} of the draws"),
+        replace(
+            plain, name=f"{base.name}{EXPLAINED}",
+            long_name=f"share of the variance of the {base.long_name} explained as linear",
+        ),
+        replace(
+            plain, name=f"{base.name}{SHARE}", adds=(UNCERTAIN,),
+            long_name=f"share of the variance of the {base.long_name} due to the parameter",
+            source="regression coefficients, standardised",
+        ),
+    ]  # fmt: skip
+
+
+def plan_uncertainty(
+    scene: Scene, stages: Mapping[str, Any], make_plan: Callable[[Scene], Any], name: str
+) -> Variation:
+    """Plan the draws of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its [uncertainty] is given.
+    stages : dict
+        Those of its plan.
+    make_plan : callable
+        Plans an ordinary scene.
+    name : str
+        The scene as messages call it.
+
+    Raises
+    ------
+    SceneError
+        Where no result depends on what is uncertain, and none has one number for each design; where
+        a draw is one that the engine cannot have.
+    """
+    assert scene.uncertainty is not None
+    quantities = tuple(
+        quantity
+        for quantity in scene.quantities
+        if not set(stages[quantity].dims) & set(DIMENSIONS)
+        and quantity != "status"
+        and not meanings_of(quantity)
+    )
+    if not quantities:
+        raise SceneError(
+            f"{name}: [uncertainty]: no quantity with one number per design is requested"
+        )
+    plain = ordinary(scene, quantities)
+    columns = drawn(scene.uncertainty)
+    scenes = [
+        with_values(plain, {key: column[draw] for key, column in columns.items()})
+        for draw in range(scene.uncertainty.number)
+    ]
+    for one in scenes:
+        _check(one, columns, name)
+    unused = make_plan(scenes[0]).unused_settings
+    keys = tuple(key for key in columns if key not in unused)
+    if not keys:
+        raise SceneError(
+            f"{name}: [uncertainty]: no requested quantity depends on {', '.join(columns)}"
+        )
+    plans = tuple(make_plan(one) for one in scenes)
+    draws = np.column_stack([columns[key] for key in keys])
+    variables = [(q, node) for q in quantities for node in _variables(stages[q].node, len(plans))]
+    if "status" in stages:
+        variables.append(("status", Node(FAILED_DRAWS, "", "1", "draws without a result")))
+    return Variation(UNCERTAIN, keys, quantities, tuple(variables), plans, draws)
+
+
+def _check(scene: Scene, uncertain: Iterable[str], name: str) -> None:
+    """Check a draw as a scene with the same values in [set] is."""
+    try:
+        check_scene(scene, name)
+    except SceneError as error:
+        text = str(error)
+        for key in uncertain:
+            text = text.replace(f"[set] {key}", f"[uncertainty] {key}")
+        raise SceneError(text) from None
+
+
+RATIO = 4.0
+"""Ratio of a step to the next."""
+
+STEPS = (0.02, 0.02 / RATIO, 0.02 / RATIO**2)
+"""Relative steps, the largest first. Rows of the load family, where results bend, are 10 % and more
+apart: a step of 2 % sees one of them at most."""
+
+_TYPICAL = {"m": 0.01, "degree": 10.0, "N m": 10.0, "rpm": 100.0, "percent": 10.0}
+"""Sizes in the units of files, of which steps are taken where a parameter is zero or an angle; of
+other units, one."""
+
+AGREE, DIFFER, ONE_SIDE, UNKNOWN = 0, 1, 2, 3
+KINDS = ("both_sides_agree", "sides_differ", "one_side_only", "not_known")
+"""What is known of a derivative, by these numbers."""
+
+KIND = f"{ELASTICITY}_kind"
+
+ENDINGS = {
+    ELASTICITY: "elasticity: change of {} in percent for one percent of the parameter",
+    f"{ELASTICITY}_error": "estimated error of the elasticity of {}",
+    f"{ELASTICITY}_below": "elasticity of {} where the parameter decreases",
+    f"{ELASTICITY}_above": "elasticity of {} where the parameter increases",
+    KIND: "whether the elasticities of {} on both sides agree",
+    "_derivative": "derivative of {} by the parameter, in the unit of each",
+}
+"""Variables for each quantity, by the endings of their names."""
+
+
+def _variables_of(base: Node) -> list[Node]:
+    """Nodes of the variables of one quantity."""
+    found = []
+    for ending, about in ENDINGS.items():
+        symbol = ""
+        if ending == ELASTICITY and base.symbol:
+            symbol = rf"\partial \ln {base.symbol} / \partial \ln x"
+        found.append(
+            Node(
+                f"{base.name}{ending}", symbol, "" if ending == "_derivative" else "1",
+                about.format(base.long_name), adds=(PARAMETER,),
+                source="central differences, extrapolated (Richardson 1911)",
+            )
+        )  # fmt: skip
+    return found
+
+
+def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -> list[str]:
+    """Continuous parameters that scene or engine give and that results depend on.
+
+    `leaves` are the names of given values that are in force: what the scene gives may replace what
+    the engine does.
+    """
+    given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
+    family = scene.engine.family
+    if "double_acting" in scene.words:
+        given.difference_update(OF_EFFECTIVE_PRESSURE)
+    if scene.indicator is not None or (family.diagrams and family.low == family.high):
+        given.discard("load")  # the name of the only diagram
+    return [
+        key
+        for key, node in PARAMETERS.items()
+        if key in given
+        and key in leaves
+        and key in used
+        and not (node.whole or node.even)
+        and key not in SOLVER_COLUMNS
+    ]
+
+
+def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
+    """What the steps of a parameter are fractions of, and where that is the value itself.
+
+    Only there is an elasticity; elsewhere it is a typical size.
+    """
+    relative = (values != 0.0) & (node.unit != "degree")
+    return np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0)), relative
+
+
+def changed_values(scene: Scene, node: Node, values: Floats) -> Iterator[tuple[Floats, Booleans]]:
+    """Values of a parameter below and above its own, step by step, and where they are allowed.
+
+    Where one is not, or the engine has no diagram there, the design stays as it is, and that side
+    is not known.
+    """
+    unit, _ = step_unit(node, values)
+    covered = [(low, high) for key, low, high, _ in ranges_of(scene) if key == node.name]
+    for step in STEPS:
+        for sign in (-1.0, 1.0):
+            moved = values + sign * step * unit
+            allowed = ~outside(moved, node)
+            for low, high in covered:
+                allowed &= (moved >= low) & (moved <= high)
+            yield np.where(allowed, moved, values), allowed
+
+
+def plan_elasticities(
+    scene: Scene,
+    stages: Mapping[str, Any],
+    leaves: Mapping[str, Value],
+    keys: list[str],
+    make_plan: Callable[[Scene], Any],
+    name: str,
+) -> Variation:
+    """Plan the changed scenes of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What asks for elasticities.
+    stages, leaves : dict
+        Those of its plan.
+    keys : list of str
+        The parameters.
+    make_plan : callable
+        Plans an ordinary scene.
+    name : str
+        The scene as messages call it.
+
+    Returns
+    -------
+    Variation
+        Its plans are those of the first parameter, step by step below and above, then of the next.
+
+    Raises
+    ------
+    SceneError
+        Where a quantity is a curve, or nothing that it depends on is continuous.
+    """
+    for quantity in scene.elasticities:
+        where = f"{name}: [output] quantities: {shown(quantity + ELASTICITY)}"
+        curve = [d for d in stages[quantity].dims if d in DIMENSIONS]
+        if curve:
+            raise SceneError(
+                f"{where}: {quantity} is a curve over {curve[0]}; elasticities exist only for "
+                "single values"
+            )
+        if not keys:
+            raise SceneError(f"{where}: it depends on no continuous parameter that is given")
+    plain = ordinary(scene, scene.elasticities)
+    plans = [
+        make_plan(with_values(plain, {key: values}))
+        for key in keys
+        for values, _ in changed_values(scene, PARAMETERS[key], np.asarray(leaves[key].data))
+    ]
+    variables = [(q, node) for q in scene.elasticities for node in _variables_of(stages[q].node)]
+    return Variation(PARAMETER, tuple(keys), scene.elasticities, tuple(variables), tuple(plans))

@@ -12,8 +12,8 @@ import sweeps
 from engine_dyn.types import Floats
 from sweeps.running.compute.elasticities import derivative
 from sweeps.running.compute.uncertainty import shares
-from sweeps.scene.plan.elasticities import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
 from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.plan.variations import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
 from sweeps.scene.reading import read_scene
 from tests.support.archives import assert_same_in_parts
 from tests.support.commands import ok
