@@ -9,7 +9,7 @@ import contextlib
 import math
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,8 @@ __all__ = [
     "STATUS",
     "TORSION_STATUS",
     "UNCERTAIN",
+    "WORD_AXES",
+    "WordAxis",
     "selected_places",
     "words_of",
 ]
@@ -81,7 +83,40 @@ NOT_CHOSEN = (
 misfires that it meets, what is wanted of it, and how it is computed. A search takes none of their
 values for the best one unless it is asked to."""
 
-LABELS = ("case", ENGINE, ARRANGEMENT, FIRING_PATTERN)
+
+class WordAxis(NamedTuple):
+    """A dimension whose points are words, or a column of [designs] that holds texts.
+
+    Attributes
+    ----------
+    name, long_name : str
+        In archives.
+    column : bool
+        Whether [designs] may have it as a column.
+    title : str
+        What titles of figures say before a word of the axis, which does not tell by itself.
+    """
+
+    name: str
+    long_name: str
+    column: bool = True
+    title: str = ""
+
+
+WORD_AXES = {
+    one.name: one
+    for one in (
+        WordAxis("case", "name of the design"),
+        WordAxis(ENGINE, "engine"),
+        WordAxis(ARRANGEMENT, "arrangement of the cylinders"),
+        WordAxis(FIRING_PATTERN, "firing pattern", title="firing pattern "),
+        WordAxis(METHOD, "method of the periodic speed", column=False),
+        WordAxis(INERTIA_MODEL, "model of the moment of inertia", column=False),
+    )
+}
+"""All of them by name. What scenes may write for them stands in `sweeps.scene.axes`."""
+
+LABELS = tuple(name for name, axis in WORD_AXES.items() if axis.column)
 """Columns of [designs] that hold texts: the name of each design, its engine, arrangement and firing
 pattern."""
 

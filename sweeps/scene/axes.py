@@ -13,19 +13,34 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
 from sweeps.base.checks import check_range, check_structure, is_ratio, known_key, number, numbers
-from sweeps.base.dimensions import ARRANGEMENT, FIRING_PATTERN, INERTIA_MODEL, LABELS, METHOD
+from sweeps.base.dimensions import ENGINE, INERTIA_MODEL, LABELS, METHOD
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.regular_files import referred
-from sweeps.scene.cylinders import read_arrangement_axis
-from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, CylinderKeys, name_of
+from sweeps.scene import cylinders, firing_patterns
+from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, CylinderKeys
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
-from sweeps.scene.firing_patterns import FiringPattern, read_pattern_axis
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
+from sweeps.scene.word_keys import WordKey
 
-__all__ = ["read_axes", "read_designs_table", "read_settings"]
+__all__ = ["WORD_KEYS", "read_axes", "read_designs_table", "read_settings"]
 
 MOST_VALUES = 2 * LARGEST_AXIS
 """Values of all axes of one scene together."""
+
+_ONE_ENGINE = "an engine of the catalogue or the path of an engine file"
+
+WORD_KEYS: Mapping[str, WordKey] = {
+    one.name: one
+    for one in (
+        cylinders.KEY,
+        firing_patterns.KEY,
+        WordKey(
+            ENGINE, _ONE_ENGINE, "a list of engines of the catalogue or paths of engine files",
+            {"type": "string", "minLength": 1, "description": _ONE_ENGINE},
+        ),
+    )
+}  # fmt: skip
+"""Keys of axes of words by name; `engine_choices` reads engines before."""
 
 
 def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
@@ -38,7 +53,7 @@ def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     """
     values: dict[str, float] = {}
     for key, item in raw.items():
-        if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS or key == FIRING_PATTERN:
+        if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS or key in WORD_KEYS:
             continue
         node = _parameter(key, "set", name)
         where = f"{name}: [set] {key}"
@@ -49,22 +64,15 @@ def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
 
 def read_axes(
     raw: Mapping[str, Any], keys: CylinderKeys, name: str
-) -> tuple[
-    dict[str, Floats | tuple[str, ...]],
-    tuple[str | ArrangementTable, ...],
-    tuple[FiringPattern, ...],
-]:
+) -> tuple[dict[str, Floats | tuple[str, ...]], dict[str, tuple[Any, ...]]]:
     """Read [axes]; `keys` are those of [set] that an axis of arrangements excludes.
 
     Returns
     -------
     axes : dict
-        Values of every axis in the order of the file: numbers, or names of arrangements or firing
-        patterns.
-    arrangements : tuple
-        Texts and tables of [axes] arrangement; empty without it.
-    patterns : tuple of FiringPattern
-        Those of [axes] firing_pattern; empty without it.
+        Values of every axis in the order of the file: numbers, or names of words.
+    words : dict
+        What the words stand for along each axis of `WORD_KEYS` that there is.
 
     Raises
     ------
@@ -72,15 +80,12 @@ def read_axes(
         For unknown keys, values that no axis can have, and too many values.
     """
     axes: dict[str, Floats | tuple[str, ...]] = {}
-    arrangements: tuple[str | ArrangementTable, ...] = ()
-    patterns: tuple[FiringPattern, ...] = ()
+    words: dict[str, tuple[Any, ...]] = {}
     for key, item in raw.items():
-        if key == ARRANGEMENT:
-            arrangements = read_arrangement_axis(item, keys, name)
-            axes[key] = tuple(name_of(one) for one in arrangements)
-        elif key == FIRING_PATTERN:
-            patterns = read_pattern_axis(item, f"{name}: [axes] {key}")
-            axes[key] = tuple(one.name for one in patterns)
+        word = WORD_KEYS.get(key)
+        if word is not None and word.read is not None:
+            words[key] = word.read(item, keys, name)
+            axes[key] = tuple(map(word.name_of, words[key]))
         else:
             axes[key] = _axis(key, item, name)
         total = sum(len(values) for values in axes.values())
@@ -89,7 +94,7 @@ def read_axes(
                 f"{name}: [axes] {key}: {total} values together with the previous axes; must be "
                 f"at most {MOST_VALUES} together"
             )
-    return axes, arrangements, patterns
+    return axes, words
 
 
 def _parameter(key: str, table: str, name: str) -> Node:

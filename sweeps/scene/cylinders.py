@@ -7,9 +7,11 @@ from typing import Any
 
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from sweeps.base.checks import mentioned
+from sweeps.base.dimensions import ARRANGEMENT
 from sweeps.base.errors import SceneError, shown
 from sweeps.scene.crossings import refused
 from sweeps.scene.engine.cylinder_keys import (
+    CYLINDER_KEYS,
     ArrangementTable,
     CylinderKeys,
     arrangement_of,
@@ -19,11 +21,13 @@ from sweeps.scene.engine.cylinder_keys import (
 )
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
+from sweeps.scene.word_keys import WordKey
 
 __all__ = [
     "cylinders_along_axis",
     "cylinders_of_count",
     "own_cylinders",
+    "KEY",
     "read_arrangement_axis",
 ]
 
@@ -118,3 +122,10 @@ def read_arrangement_axis(
                 f"{where}: duplicate {shown(text)}; arrangements must be unique{other}"
             )
     return several
+
+
+KEY = WordKey(
+    ARRANGEMENT, CYLINDER_KEYS[ARRANGEMENT], CYLINDER_KEYS[ARRANGEMENT],
+    {"anyOf": [{"type": "string"}, {"$ref": "#/$defs/ArrangementTable"}]},
+    read_arrangement_axis, name_of=name_of,
+)  # fmt: skip

@@ -18,14 +18,15 @@ from engine_dyn.geometry.cylinders import LARGEST_FIRING, MOST_CYCLES, SEALED
 from sweeps.base.checks import numbers
 from sweeps.base.dimensions import DESIGN, FIRING_PATTERN
 from sweeps.base.errors import SceneError, shown
+from sweeps.scene.engine.cylinder_keys import CylinderKeys
 from sweeps.scene.representations import named_some
+from sweeps.scene.word_keys import WordKey
 
 __all__ = [
-    "PATTERN",
+    "KEY",
     "FiringPattern",
     "FiringPatterns",
     "read_firing_patterns",
-    "read_pattern_axis",
 ]
 
 PATTERN = (
@@ -95,14 +96,9 @@ class FiringPatterns:
         return math.lcm(*np.unique(self.cycles_of_each(counts)).tolist())
 
 
-def read_pattern_axis(raw: object, where: str) -> tuple[FiringPattern, ...]:
-    """Read [axes] firing_pattern: a list of patterns; a range of seeds stands for one each.
-
-    Raises
-    ------
-    SceneError
-        For anything else, and for duplicates.
-    """
+def _read_axis(raw: object, keys: CylinderKeys, name: str) -> tuple[FiringPattern, ...]:
+    """Read a list of patterns; a range of seeds stands for one each."""
+    where = f"{name}: [axes] {FIRING_PATTERN}"
     if not isinstance(raw, list) or not raw:
         raise SceneError(f"{where} = {shown(raw)}: must be a list, each {PATTERN}")
     found = [
@@ -223,3 +219,15 @@ def _random(found: re.Match[str], text: str, where: str) -> list[FiringPattern]:
                       cycles, seed)
         for seed in range(first, last + 1)
     ]  # fmt: skip
+
+
+KEY = WordKey(
+    FIRING_PATTERN, PATTERN, f"a list, each {PATTERN}",
+    {
+        "anyOf": [
+            {"type": "string", "minLength": 1},
+            {"type": "array", "minItems": 1, "items": {"type": "number"}},
+        ]
+    },
+    _read_axis, name_of=lambda one: one.name,
+)  # fmt: skip

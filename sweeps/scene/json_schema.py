@@ -26,7 +26,8 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
-from sweeps.base.dimensions import ELASTICITY, FIRING_PATTERN, LABELS
+from sweeps.base.dimensions import ELASTICITY, LABELS
+from sweeps.scene.axes import WORD_KEYS
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
 from sweeps.scene.engine.data_sheets import KNOWN_OF_CYCLE
 from sweeps.scene.engine.diagram_speeds import MEANING, SPEEDS
@@ -38,7 +39,6 @@ from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.scene.features.shaft import SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import TorqueDiagram
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
-from sweeps.scene.firing_patterns import PATTERN
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.toml_tables import (
     FAILURES,
@@ -50,7 +50,6 @@ from sweeps.scene.toml_tables import (
 
 __all__ = [
     "DRAFT",
-    "ONE_ARRANGEMENT",
     "Schema",
     "closed",
     "engine_schema",
@@ -172,14 +171,10 @@ def text_schema(about: str) -> Schema:
     return {"type": "string", "minLength": 1, "description": about}
 
 
-ONE_ARRANGEMENT: Schema = {"anyOf": [{"type": "string"}, reference("ArrangementTable")]}
-"""One arrangement of the cylinders, by its name or written out."""
-
-
 def key_of_cylinders(name: str) -> Schema:
     """Schema of a key of single cylinders."""
-    if name == "arrangement":
-        return {**ONE_ARRANGEMENT, "description": CYLINDER_KEYS[name]}
+    if name in WORD_KEYS:
+        return {**WORD_KEYS[name].schema, "description": CYLINDER_KEYS[name]}
     if name == "articulated_rods":
         return {**reference("RodTable"), "description": CYLINDER_KEYS[name]}
     return {**list_of({"type": "number"}), "description": CYLINDER_KEYS[name]}
@@ -189,9 +184,6 @@ def closed(properties: Schema, *required: str) -> Schema:
     """Table with these keys and no others, some of which must be there."""
     table: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
     return {**table, "required": list(required)} if required else table
-
-
-_ONE_PATTERN: Schema = {"anyOf": [{"type": "string", "minLength": 1}, list_of({"type": "number"})]}
 
 
 def scene_schema() -> Schema:
@@ -209,24 +201,20 @@ def scene_schema() -> Schema:
         {
             **{name: reference(name) for name in free},
             **{name: key_of_cylinders(name) for name in CYLINDER_KEYS},
-            FIRING_PATTERN: {**_ONE_PATTERN, "description": PATTERN},
+            **{
+                name: {**word.schema, "description": word.says}
+                for name, word in WORD_KEYS.items()
+                if name not in CYLINDER_KEYS and word.read is not None
+            },
             **keys_of_torque_tables(),
         }
     )
     properties["axes"] |= closed(
         {
             **{name: _axis(name) for name in free},
-            "arrangement": {
-                "description": CYLINDER_KEYS["arrangement"],
-                **list_of_different(ONE_ARRANGEMENT),
-            },
-            FIRING_PATTERN: {
-                "description": f"a list, each {PATTERN}",
-                **list_of_different(_ONE_PATTERN),
-            },
-            "engine": {
-                "description": "a list of engines of the catalogue or paths of engine files",
-                **list_of_different(text_schema(ENGINE_TEXT)),
+            **{
+                name: {"description": word.axis_says, **list_of_different(dict(word.schema))}
+                for name, word in WORD_KEYS.items()
             },
         }
     )
@@ -324,9 +312,6 @@ def scene_schema() -> Schema:
     tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
     definitions = {**tables, **parameters}
     return {"$schema": DRAFT, "title": "Scene of engine-dyn", **schema, "$defs": definitions}
-
-
-ENGINE_TEXT = "an engine of the catalogue or the path of an engine file"
 
 
 def _axis(name: str) -> Schema:

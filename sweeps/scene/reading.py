@@ -20,7 +20,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.types import Floats
 from sweeps.base.checks import check_structure, plain, shortened
-from sweeps.base.dimensions import DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
+from sweeps.base.dimensions import ARRANGEMENT, DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
 from sweeps.base.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.base.files.regular_files import kept_files, reading, text_of_bytes
 from sweeps.base.files.toml_files import MOST_BYTES, parse_toml, toml_of_text
@@ -364,7 +364,7 @@ def _assembled(
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
-    axes, arrangements, patterns = read_axes(given.axes, cylinder_keys, name)
+    axes, words = read_axes(given.axes, cylinder_keys, name)
     solver = read_solver(given.solver, name)
     values = GivenValues(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
@@ -394,9 +394,13 @@ def _assembled(
         confidential=indicated.confidential,
         measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
-        arrangements=cylinders_along_axis(arrangements, cylinder_keys, values, name),
+        arrangements=cylinders_along_axis(words.get(ARRANGEMENT, ()), cylinder_keys, values, name),
         firing_patterns=read_firing_patterns(
-            given.set.get(FIRING_PATTERN), patterns, labels, values.counts, name
+            given.set.get(FIRING_PATTERN),
+            words.get(FIRING_PATTERN, ()),
+            labels,
+            values.counts,
+            name,
         ),
         torque_tables=torque_tables,
         methods=solver.methods,

@@ -25,7 +25,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
-from sweeps.base.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN
+from sweeps.base.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN, WORD_AXES
 from sweeps.base.errors import printable
 from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.provenance import provenance
@@ -52,16 +52,6 @@ __all__ = [
     "label",
     "to_file_units",
 ]
-
-_NAMES = {
-    "case": "name of the design",
-    "engine": "engine",
-    "method": "method of the periodic speed",
-    "inertia_model": "model of the moment of inertia",
-    "arrangement": "arrangement of the cylinders",
-    "firing_pattern": "firing pattern",
-}
-"""Long names of axes of words and of labels of designs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +311,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
         if name in PARAMETERS:
             coordinates[name] = _of_values(name, scene.axes[name], PARAMETERS[name])
             continue
-        what = "design" if name == DESIGN else _NAMES[name]
+        what = "design" if name == DESIGN else WORD_AXES[name].long_name
         about = {"long_name": f"number of the {what}", "units": "1"}
         coordinates[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
         if name != DESIGN:
@@ -332,7 +322,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
         for column, values in scene.designs.items():
             coordinates[column] = _of_values(DESIGN, values, PARAMETERS[column])
         for column, texts in scene.labels.items():
-            coordinates[column] = _of_texts(DESIGN, texts, _NAMES.get(column, column))
+            coordinates[column] = _of_texts(DESIGN, texts, WORD_AXES[column].long_name)
     for name, points in plan.points.items():
         if name in used:
             coordinates[name] = _of_values(name, points, DIMENSIONS[name])

@@ -271,8 +271,6 @@ def make_plan(scene: Scene) -> Plan:
         variation = plan_elasticities(scene, found.stages, leaves, keys, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     if scene.uncertainty is not None:
-        from sweeps.scene.plan.uncertainty import plan_uncertainty
-
         variation = plan_uncertainty(scene, found.stages, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     return plan
@@ -343,8 +341,6 @@ def _plan_of_several(scene: Scene) -> Plan:
 
     Quantities that one of them has not are not asked of it: see `sweeps.scene.reading`.
     """
-    from sweeps.scene.plan.points_of_several import points_of_several
-
     plans = [make_plan(one.scene) for one in scene.beside]
     points, places = points_of_several([made.points for made in plans])
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import COUNTED, FIRING_PATTERN, PUBLISHED
+from sweeps.base.dimensions import COUNTED, PUBLISHED, WORD_AXES
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.wording import (
     LEAST_SPAN,
@@ -128,8 +128,8 @@ class StudyAxis:
             word = self.words[index]
             return "no misfire" if word == "none" else f"misfire of cylinder {word}"
         if self.words:
-            pattern = "firing pattern " if self.name == FIRING_PATTERN else ""
-            return pattern + self.words[index]
+            axis = WORD_AXES.get(self.name)
+            return ("" if axis is None else axis.title) + self.words[index]
         return value_text(self.variable, self.name, float(self.values[index]), self.digits)
 
     def heading(self, place: Mapping[str, int]) -> str:
