@@ -354,13 +354,11 @@ def _one_or_several(words: tuple[str, ...]) -> Schema:
     return {"anyOf": [one, list_of_different(one)]}
 
 
-_NOT_OF_ENGINES = (*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, "wanted_delta")
-
-
 def engine_schema() -> Schema:
     """JSON schema (draft 2020-12) of an engine file, in JSON's types."""
     schema, tables = model_schema(EngineFile)
-    parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in _NOT_OF_ENGINES}
+    others = {*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, "wanted_delta"}
+    parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in others}
     properties = schema["properties"]
     properties["values"] |= closed({name: reference(name) for name in parameters})
     for name in CYLINDER_KEYS:

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 __all__ = [
     "Drawing",
     "METHODS",
-    "NUMBER",
     "SEARCH",
     "Sample",
     "WORDS",
@@ -340,10 +339,6 @@ def sample(
     return pd.DataFrame(drawn(read_sample(table, "sample", words=WORDS)))
 
 
-NUMBER = 256
-"""Draws unless a scene says otherwise: ends of a 95 % band are then known to some 5 % of its
-width."""
-
 _NUMBERS = ("number", "seed")
 
 
@@ -379,7 +374,8 @@ def read_uncertainty(
             "friction_constant = { low = 0.1, high = 0.2 }"
         )
     check_engine_ranges(engine)
-    table = {"number": NUMBER, **known, **raw}
+    # By default 256 draws: the ends of a 95 % band are then known to some 5 % of its width.
+    table = {"number": 256, **known, **raw}
     return read_sample(table, where)
 
 

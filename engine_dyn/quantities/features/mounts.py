@@ -153,10 +153,6 @@ def _offset_moment_harmonics(*, order: Any, **needs: Any) -> Any:
     return _lever(needs) * sums
 
 
-_WITH_PITCH = tuple(dict.fromkeys((*FORCE, *MOMENT)))
-"""Nodes that the shaking force and moment need."""
-
-
 def _upright(needs: dict[str, Any]) -> Any:
     """Turn vectors from cylinder 1's direction to one whose real part is upright."""
     return np.exp(1j * value_of_sets(
@@ -230,7 +226,10 @@ NODES: tuple[Node, ...] = (
     ),
     *(
         node
-        for word, needs in (("mounts_without_pitch", FORCE), ("mounts_with_pitch", _WITH_PITCH))
+        for word, needs in (
+            ("mounts_without_pitch", FORCE),
+            ("mounts_with_pitch", tuple(dict.fromkeys((*FORCE, *MOMENT)))),
+        )
         for node in (
             Node(
                 "mount_force", "F_M", "N",

@@ -26,8 +26,6 @@ fifty times as much memory."""
 LONGEST_LINE = 1 << 20
 """Largest number of bytes of one line."""
 
-_OF_NUMBERS = b"0123456789+-.eE, \t\r\n"
-
 
 def read_design_csv(path: Path, name: str) -> DesignColumns:
     """Read comma-separated columns: fast where a piece is plain, line by line where it is not."""
@@ -117,7 +115,7 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
     if not body:
         return None
     if not labels:
-        if body.translate(None, _OF_NUMBERS):
+        if body.translate(None, b"0123456789+-.eE, \t\r\n"):
             return None
     elif any(mark in body for mark in (b'"', b"#", b"\0")):
         return None

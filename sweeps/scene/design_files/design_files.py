@@ -180,15 +180,11 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
     return variables
 
 
-MOST = 1 << 28
-"""Bytes of a file."""
-
-
 def read_design_xlsx(path: Path, name: str) -> DesignColumns:
     """Read columns: names in the first row, and units in the second where it holds texts alone."""
     what = "a table of designs (.xlsx)"
     with reading(name, what):
-        data = regular_bytes(path, MOST)
+        data = regular_bytes(path, 1 << 28)
     (rows,) = sheets(data, name, first=True).values()
     if len(rows) < 2:
         raise SceneError(f"{name}: no rows; expected {what}, with names in its first row")

@@ -222,9 +222,7 @@ _OTHER_WORDS = {
     "i": "in-line", "l": "in-line", "r": "in-line", "row": "in-line", "straight": "in-line",
     "flat": "boxer", "opposed": "boxer", "h": "boxer", "star": "radial",
 }  # fmt: skip
-"""What arrangements are also called, and the words that are understood."""
-
-_UNDERSTOOD = ("in-line", "boxer", "radial", "parallel twin", "v", "vr", "w")
+"""Other names of arrangements, and the words that are understood."""
 
 
 def _meant(text: str, period: float) -> str:
@@ -233,7 +231,8 @@ def _meant(text: str, period: float) -> str:
     if parts is None:
         return ""
     kind = parts[1].rstrip(" -")
-    near = difflib.get_close_matches(kind, _UNDERSTOOD, n=1, cutoff=0.6)
+    understood = ("in-line", "boxer", "radial", "parallel twin", "v", "vr", "w")
+    near = difflib.get_close_matches(kind, understood, n=1, cutoff=0.6)
     word = _OTHER_WORDS.get(kind, near[0] if near else "")
     meant = f"{word.upper()}{parts[2]}" if word in ("v", "vr", "w") else f"{word} {parts[2]}"
     try:

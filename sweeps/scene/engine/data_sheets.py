@@ -24,13 +24,12 @@ from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_t
 
 __all__ = ["KNOWN_OF_CYCLE", "PERIOD", "Sheet", "described", "files_named", "read_data_sheet"]
 
-_NEEDED = {"bore": "a number in m", "stroke": "a number in m", "cylinders": "a whole number"}
-
-_OF_ENGINE = ("crank_ratio", "offset_ratio", "bore", "stroke", "speed")
 _NOT_KNOWN = ("heat", "premixed_start", "wall_factor", "compression_exponent", "expansion_exponent")
 
 KNOWN_OF_CYCLE = tuple(
-    key for key in KINDS["first_law"].fields if key not in (*_OF_ENGINE, *_NOT_KNOWN)
+    key
+    for key in KINDS["first_law"].fields
+    if key not in ("crank_ratio", "offset_ratio", "bore", "stroke", "speed", *_NOT_KNOWN)
 )
 """Keys of [data_sheet.cycle]: of [[diagram]] kind = "first_law", without what is fitted."""
 
@@ -103,7 +102,8 @@ def read_data_sheet(path: str | Path) -> Sheet:
             f"{name}: [values] friction_law: not allowed here; diagrams are fitted with a + b p_max"
             " + c c_m + d c_m^2. Name the law in the scene, or in the calibrated file"
         )
-    for key, what in _NEEDED.items():
+    needed = {"bore": "a number in m", "stroke": "a number in m", "cylinders": "a whole number"}
+    for key, what in needed.items():
         if key not in values:
             raise SceneError(f"{name}: [values] {key}: missing; must be {what}")
     for key in ("bore", "stroke"):

@@ -31,7 +31,7 @@ from sweeps.scene.features.torque_diagrams import Harmonic, harmonics_of
 __all__ = ["TORQUE_TABLE_KEYS", "LoadInClosedForm", "TorqueTables", "read_torque_tables"]
 
 TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_speed_rpm"
-CRANK_COLUMN, OWN_COLUMN = "crank_angle_deg", "load_angle_deg"
+OWN_COLUMN = "load_angle_deg"
 
 TORQUE_TABLE_KEYS: Mapping[str, str] = {
     "load_table": "a string: the path of a CSV file with the load's torque_Nm over "
@@ -103,7 +103,7 @@ def _in_closed_form(item: Mapping[str, Any], where: str) -> TorqueOverAngle:
 def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
     columns: tuple[str, ...] = (SPEED_COLUMN,)
     if not driver:
-        columns = (CRANK_COLUMN, OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
+        columns = ("crank_angle_deg", OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
     here = [column for column in columns if column in table.header]
     if len(here) != 1 or TORQUE_COLUMN not in table.header:
         ours = here or TORQUE_COLUMN in table.header  # else another file may have been named

@@ -54,9 +54,6 @@ LIMIT = 64e6
 STEP = 64
 """Long blocks have a multiple of this number of positions, so that chunks divide them."""
 
-_TEMPORARIES = 3
-"""Arrays that exist while a formula is evaluated: its result and the terms of its sum."""
-
 
 def divided(plan: Plan) -> tuple[dict[str, int], int]:
     """Axes that are divided, the most positions of each in a block, and bytes of all memory.
@@ -198,7 +195,8 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
         given = (n for n in stage.node.needs if n in plan.leaves and n not in own)
         dims = (plan.leaves[n].dims for n in given)
         return 16.0 * sum(size(d) for d in dims if d) + (stage.node.width - 8) * size(stage.axes)
-    return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else _TEMPORARIES)
+    # While a formula is evaluated, its result exists together with the terms of its sum.
+    return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else 3)
 
 
 def _in_order(plan: Plan) -> list[str]:

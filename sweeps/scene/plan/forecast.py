@@ -30,12 +30,6 @@ __all__ = ["diagram_count", "mechanism", "seconds", "seconds_of_computing", "tex
 DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
-SEARCH_STEPS = 5
-"""Solutions on the way to the inertia for a wanted delta."""
-
-ERROR_COST = 2.0
-"""Work of the second solution, from which `delta_error` follows, over that of the first."""
-
 OF_SHAFTS = {
     "modes of shafts": 1e-5,
     "damped modes of shafts": 1e-4,
@@ -186,9 +180,10 @@ def _work_once(plan: Plan) -> dict[str, float]:
         if stage.node.of_shaft and stage.node.kind == "stage":
             found |= _of_shaft(plan, stage)
         elif stage.node.kind == "stage":
-            times = float(SEARCH_STEPS if stage.node.name == "inertia_search" else 1)
+            # A search for an inertia solves some five times.
+            times = 5.0 if stage.node.name == "inertia_search" else 1.0
             if "delta_error" in plan.wanted(stage):
-                times *= 1.0 + ERROR_COST
+                times *= 3.0  # the second solution, for `delta_error`, takes twice the work
             found["columns of diagrams"] += times * _cylinders(plan) * diagram_count(plan)
             for piece, count in _designs(plan, stage):
                 found[piece] += times * count

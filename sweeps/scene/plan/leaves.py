@@ -57,10 +57,6 @@ what diagrams resolve. Loads and auxiliaries that turn faster than the crank hav
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
 
-CLOSE = 0.5
-"""Step of the crank angle [degree] for extremes of the speed within cycles: cubics between miss
-some 2e-9 of its range."""
-
 
 # --- points of the dimensions that quantities add -------------------------------------------------
 
@@ -92,7 +88,8 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(period, cycles, scene.angle_step),
-        "close_angle": _crank_angles(period, cycles, CLOSE),
+        # Cubics between steps of half a degree miss some 2e-9 of the range of the speed.
+        "close_angle": _crank_angles(period, cycles, 0.5),
     }
 
 

@@ -37,11 +37,7 @@ from sweeps.scene.values import friction_law
 
 __all__ = ["make_plan", "Part", "Plan", "points_of_several", "Stage"]
 
-ANGLE_NAMES = ("gear_ratio", "load_phase")
 """What the angle of a load over angle follows from."""
-
-MODES = ("modes", "modes_below")
-"""Keys of [output] that only quantities of modes depend on."""
 
 MOST_CELLS = 1000
 """Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
@@ -259,7 +255,9 @@ def make_plan(scene: Scene) -> Plan:
     settings = tuple(key for key in scene.settings if key not in used | by_words)
     stages = tuple(found.stages.values())
     if not any("mode" in stage.dims for stage in stages):
-        settings += tuple(f"[output] {k}" for k in MODES if getattr(scene, k) is not None)
+        settings += tuple(
+            f"[output] {k}" for k in ("modes", "modes_below") if getattr(scene, k) is not None
+        )
     plan = Plan(
         scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables,
         portions=_portions(scene),

@@ -48,9 +48,6 @@ from sweeps.scene.plan.plan import Plan
 
 __all__ = ["implausible_results", "plausibility_warnings", "shaft_warnings", "silenced"]
 
-_SOLVED = ("inertia_required", "load")
-"""What takes a solution where it is not given: measures that need it are left out."""
-
 MOST_AXES = 30
 """Numbers that vary, up to which their ends are looked at together: NumPy's arrays have 64 axes at
 most, older ones 32."""
@@ -162,7 +159,7 @@ class _Given:
             if name in PARAMETERS:
                 return (name,)
             return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
-        if name in _SOLVED:
+        if name in ("inertia_required", "load"):  # they take a solution where they are not given
             return None
         node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
@@ -310,15 +307,9 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
     return [f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; {whose} for {low:g} to {high:g} rpm{of}"]
 
 
-FAR = 0.05
-"""Part by which the angle of the flywheel may differ from that of the rigid shaft."""
-
 STRONG, ORDERS, SPEEDS = 0.5, 2, 25
 """Part of the cylinders whose phase vectors add up in strong orders; how many of these, and at how
 many speeds from the lowest to the highest, are looked at."""
-
-STEEL = 80e9
-"""Shear modulus of steel [Pa]."""
 
 SHORTEST, LONGEST = 0.05, 200.0
 """Usual lengths of shafts over their diameters: of webs, which are as stiff as short shafts, and of
@@ -381,7 +372,7 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
         if diameter is None:
             continue
         if length is None and stiffness is not None:
-            length = shaft_stiffness(STEEL, 1.0, diameter, bore or 0.0) / stiffness
+            length = shaft_stiffness(80e9, 1.0, diameter, bore or 0.0) / stiffness
         if length is None or SHORTEST <= length / diameter <= LONGEST:
             continue
         given = "" if stiffness is None else f" of {stiffness:.4g} N m/rad"
@@ -410,7 +401,7 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     speeds = np.unique(np.linspace(given.min(), given.max(), SPEEDS))
     ratio = elastic_over_rigid(system, orders, speeds, shaft.throws, vectors, shaft.flywheel)
     far = np.abs(np.where(np.isfinite(ratio), ratio, np.inf) - 1.0)
-    if not far.max() > FAR:
+    if not far.max() > 0.05:  # part by which the angle may differ from that of a rigid shaft
         return []
     at, which = np.unravel_index(far.argmax(), far.shape)
     frequency = orders[which] * speeds[at] / (2.0 * np.pi)

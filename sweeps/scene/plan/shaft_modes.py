@@ -34,12 +34,6 @@ SOFT = (
 HEAVY = ("disc_inertia", "damper_inertia", "pendulum_mass", "shaft_length", "shaft_bore")
 """Numbers of shafts of which the least, and of which the largest, lower all frequencies."""
 
-FLYWHEEL = 1e3
-"""Inertia of a flywheel that a wanted delta asks for, over what is given: more lowers no mode."""
-
-HIGHEST = 1e100
-"""Frequency in Hz above that of any shaft, whose square is still a number."""
-
 
 class ModesKept(NamedTuple):
     """Number of modes that are computed, that of the system, and why so many, as people read it."""
@@ -78,7 +72,7 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
             )
         return ModesKept(scene.modes, total, "as asked for")
     if scene.modes_below is not None:
-        count = _below(soft, math.tau * min(scene.modes_below, HIGHEST)) - free
+        count = _below(soft, math.tau * min(scene.modes_below, 1e100)) - free
         if count < 1:
             raise SceneError(
                 f"{name}: [output] modes_below = {scene.modes_below:g}: no mode is below it [Hz]"
@@ -131,7 +125,8 @@ def _systems(
         tables[place] = end("shaft_stiffness", table.stiffness)
     excess = 0.0
     if "wanted_delta" in scene.words:
-        excess = FLYWHEEL * shaft.inertia(values, added)
+        # A flywheel that a wanted delta asks for: one still larger lowers no mode.
+        excess = 1e3 * shaft.inertia(values, added)
     found = []
     for pick in (np.min, np.max):
         gears = {key: pick(scene.known[key].si) for key in values if "gear_ratio" in key}
