@@ -24,19 +24,12 @@ __all__ = [
 
 
 class Crossing(NamedTuple):
-    """Two features that are refused together.
+    """Two features that are refused together."""
 
-    Attributes
-    ----------
-    feature, other : str
-        What they are called; the first is the one that messages name the place of.
-    says : str
-        What messages say after that place. `{engine}` is the name of the engine.
-    """
-
+    # Names of the two features; the first is the one that messages name the place of.
     feature: str
     other: str
-    says: str
+    says: str  # Text of messages after that place. `{engine}` is the name of the engine.
 
 
 SEVERAL = "several engines or arrangements"

@@ -258,5 +258,4 @@ def _truncated(given: Mapping[str, float], where: str) -> TruncatedNormal:
     return TruncatedNormal(mean, deviation, low, high)
 
 
-_FARTHEST = 6.0
-"""Standard deviations from the mean where a normal distribution may be cut at most."""
+_FARTHEST = 6.0  # Standard deviations from the mean where a normal distribution may be cut at most

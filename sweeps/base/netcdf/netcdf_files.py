@@ -60,8 +60,7 @@ DAMAGE = (
 )  # fmt: skip
 """What the libraries raise for damaged files, `RecursionError` being one of them."""
 
-SLAB = 16e6
-"""Bytes of a variable that are read or copied at a time."""
+SLAB = 16e6  # Bytes of a variable that are read or copied at a time
 
 _UNTRUSTED: ContextVar[bool] = ContextVar("untrusted", default=False)
 

@@ -350,8 +350,7 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         raise SceneError(f"{where}: the angle {angle[at]:g} degree occurs twice")
 
 
-MOST_REMARKS = 8
-"""Of the signal of the wheel, that are told."""
+MOST_REMARKS = 8  # Most remarks on the signal of the wheel that are told
 
 
 def with_encoder_angles(

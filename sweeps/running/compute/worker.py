@@ -132,8 +132,7 @@ def _where() -> str:
     return f"worker on {platform.node()}"
 
 
-_WORK: dict[tuple[str, str], _Work] = {}
-"""The run for which this process computes, one at most."""
+_WORK: dict[tuple[str, str], _Work] = {}  # The run for which this process computes, one at most
 
 
 def _work_of(folder: str, key: str) -> _Work:

@@ -40,8 +40,7 @@ __all__ = ["check_needs", "check_output", "check_start"]
 
 START_ANGLE = "start_angle"
 
-SMALLEST_STEP = 0.01
-"""Of [output] angle_step [degree]."""
+SMALLEST_STEP = 0.01  # Smallest [output] angle_step [degree]
 
 
 def check_output(output: Output, engine: Engine, name: str) -> None:

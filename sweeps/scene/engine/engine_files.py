@@ -89,11 +89,9 @@ RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 """Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
 """
 
-CLEARANCE = "clearance_ratio"
-"""Key of the [[diagram]] of compressors: clearance over swept volume."""
+CLEARANCE = "clearance_ratio"  # Key of the [[diagram]] of compressors: clearance over swept volume
 
-TORQUE = "torque"
-"""Kind of a [[diagram]] that gives the engine's torque in place of pressure."""
+TORQUE = "torque"  # Kind of a [[diagram]] that gives the engine's torque in place of pressure
 
 PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}
 

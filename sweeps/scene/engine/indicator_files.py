@@ -30,8 +30,7 @@ __all__ = [
     "read_indicator",
 ]
 
-HEAD = 1 << 16
-"""Bytes that are looked at for notes and for the names of columns."""
+HEAD = 1 << 16  # Bytes that are looked at for notes and for the names of columns
 
 HEADER = "# Cylinder pressure over crank angle: "
 """Beginning of the first line of a diagram that was made from a recording."""
@@ -39,8 +38,7 @@ HEADER = "# Cylinder pressure over crank angle: "
 NOT_PEGGED = "not pegged"
 """Words in the notes on a pressure whose level is as recorded, not made absolute."""
 
-WARNING = "warning: "
-"""Beginning of a note that says what the checks of the recording found."""
+WARNING = "warning: "  # Beginning of a note that says what the checks of the recording found
 
 NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 WHAT = "an indicator diagram (CSV)"

@@ -20,8 +20,7 @@ __all__ = [
     "read_silenced",
 ]
 
-ALL = "all"
-"""Word that silences every check."""
+ALL = "all"  # Word that silences every check
 
 STATED_UNIT = "stated_unit"
 """Name of the warning that a file states another unit than the one given."""

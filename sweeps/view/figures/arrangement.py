@@ -216,8 +216,7 @@ def _degrees(angle: float) -> str:
 WEB, JOURNAL = 0.14, 0.2
 """Half thickness of the webs along the shaft and half height of the journals, in crank radii."""
 
-PITCH = 2.0
-"""Distance of two throws in crank radii: the drawing is not to scale along the shaft."""
+PITCH = 2.0  # Distance of two throws in crank radii: the drawing is not to scale along the shaft
 
 
 def has_throws(one: Mapping[str, Any]) -> bool:

@@ -47,15 +47,13 @@ PARTS: dict[str, tuple[str, str, Any]] = {
 MOST_PANELS = 6
 
 
-NOTHING = 1e-9
-"""Fraction of the largest value of a figure below which a value is only rounding."""
+NOTHING = 1e-9  # Fraction of the largest value of a figure below which a value is only rounding
 
 SMALLEST = 1e-6
 """Forces and moments, in N and N m or kN, below which sums that cancel are only rounding."""
 
 
-Pair = tuple[Floats, Floats]
-"""Components of a vector along cylinder 1 and across it, over one turn."""
+Pair = tuple[Floats, Floats]  # Components of a vector along cylinder 1 and across it, over one turn
 
 Line = tuple[str, Floats, dict[str, Any]]
 """A line: its text in the legend, its ordinates and its look."""

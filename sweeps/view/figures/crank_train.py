@@ -48,12 +48,10 @@ FORCES: dict[str, tuple[str, Any]] = {
 }
 """Colour and dashes of each force."""
 
-LONGEST = 1.9
-"""Length of the longest arrow in crank radii."""
+LONGEST = 1.9  # Length of the longest arrow in crank radii
 
 
-PISTON = 0.5
-"""Half height of the piston in crank radii."""
+PISTON = 0.5  # Half height of the piston in crank radii
 
 
 @dataclass(frozen=True)

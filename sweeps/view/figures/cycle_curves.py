@@ -42,8 +42,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_TOGETHER = 6
-"""Panels of a figure with several variables in each: more would be too small."""
+MOST_TOGETHER = 6  # Panels of a figure with several variables in each: more would be too small
 
 DEVIATION = "Deviation from the mean over the cycle (%)"
 

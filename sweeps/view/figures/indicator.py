@@ -153,8 +153,7 @@ def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
     yield "recorded_pressure", sheet.finish(title, notes, caption)
 
 
-Drawn = tuple[str, str]
-"""Title of a panel, and the variable of its ordinate."""
+Drawn = tuple[str, str]  # Title of a panel, and the variable of its ordinate
 
 
 def _cycles(view: View) -> Floats:

@@ -37,8 +37,7 @@ LOST: dict[str, tuple[str, str]] = {
 }
 """Marker and hatching of a design without an answer, by its outcome."""
 
-LOST_OTHERWISE = ("<", "oo")
-"""Marker and hatching of a design whose outcome is not listed."""
+LOST_OTHERWISE = ("<", "oo")  # Marker and hatching of a design whose outcome is not listed
 
 
 def shade(position: float) -> Any:

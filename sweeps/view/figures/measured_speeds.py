@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 Draw = Callable[["Axes", View, int], Entries]
 """Function that draws one recording into a panel and returns the entries of the legend."""
 
-MEASURED, COMPUTED = 0.0, 0.75
-"""Lightness of lines of measured and of computed speeds."""
+MEASURED, COMPUTED = 0.0, 0.75  # Lightness of lines of measured and of computed speeds
 
 
 def with_recordings(view: View) -> View:
@@ -337,8 +336,7 @@ def _has_errors(view: View) -> bool:
     return not said.startswith("not")
 
 
-NORMAL = 1.96
-"""Standard deviations to each side of a 95 % interval."""
+NORMAL = 1.96  # Standard deviations to each side of a 95 % interval
 
 
 DELTAS_FITTED = (

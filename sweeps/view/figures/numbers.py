@@ -182,8 +182,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
     return sheet.finish(title, notes, legend=told_apart(entries))
 
 
-PER_RPM = {"rpm": 1.0, "rad s-1": RPM}
-"""One revolution a minute in each unit of speeds."""
+PER_RPM = {"rpm": 1.0, "rad s-1": RPM}  # One revolution a minute in each unit of speeds
 
 
 def _values(view: View, name: str) -> Floats | None:

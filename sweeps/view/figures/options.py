@@ -30,17 +30,14 @@ ZEROS: Mapping[str, tuple[float, str]] = {
 }
 """Zeros of the crank angle: degrees after firing dead centre, and the name of the place."""
 
-MOST_STYLE = 1 << 20
-"""Largest style file in bytes."""
+MOST_STYLE = 1 << 20  # Largest style file in bytes
 
-MOST_DPI = 1200
-"""Most dots per inch of a style; with more, a figure takes gigabytes."""
+MOST_DPI = 1200  # Most dots per inch of a style; with more, a figure takes gigabytes
 
 MOST_POINTS = 500
 """Largest letters, lines, marks and gaps of a style in points; larger ones fill any figure."""
 
-Target = tuple[str, float]
-"""A value that is aimed at, as it was written (1/200) and as a number."""
+Target = tuple[str, float]  # A value that is aimed at, as it was written (1/200) and as a number
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-NOTHING = 1e-9
-"""Fraction of the largest order of a figure below which an order is not drawn."""
+NOTHING = 1e-9  # Fraction of the largest order of a figure below which an order is not drawn
 
 
 def orders(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -133,8 +132,7 @@ def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floa
     return known & (size > NOTHING * np.nanmax(size, initial=0.0))
 
 
-MOST_STEMS = 24
-"""Most speeds of a waterfall; the stems of more of them would hide each other."""
+MOST_STEMS = 24  # Most speeds of a waterfall; the stems of more of them would hide each other
 
 
 def waterfall_names(view: View) -> list[str]:

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST_BARS = 14
-"""Most parameters of one chart; those that matter least are left out, and counted."""
+MOST_BARS = 14  # Most parameters of one chart; those that matter least are left out, and counted
 
 
 def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-COMPUTED = "Computed"
-"""Text of the legend for a line that needs no other name."""
+COMPUTED = "Computed"  # Text of the legend for a line that needs no other name
 
 
 @dataclass(frozen=True)

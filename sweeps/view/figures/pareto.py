@@ -26,15 +26,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-NAMED = 5
-"""Most designs of a front that the legend names."""
+NAMED = 5  # Most designs of a front that the legend names
 
 
-MOST_POINTS = 20_000
-"""Most designs that are drawn besides a front, all designs of which are drawn."""
+MOST_POINTS = 20_000  # Most designs that are drawn besides a front, all designs of which are drawn
 
-MOST_AT_ONCE = 1_000_000
-"""Most designs that are read at one time."""
+MOST_AT_ONCE = 1_000_000  # Most designs that are read at one time
 
 
 def is_searched(view: View) -> bool:
@@ -195,8 +192,7 @@ GOALS: Mapping[str, float] = {
 """Quantities that an engineer wants small or large; pairs are tried in this order."""
 
 
-PARTS = ("main_bearing",)
-"""Dimensions along which only the largest value of a quantity counts."""
+PARTS = ("main_bearing",)  # Dimensions along which only the largest value of a quantity counts
 
 
 @dataclass(frozen=True)

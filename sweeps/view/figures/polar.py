@@ -29,8 +29,7 @@ POLAR = {
     ("side", "down"): "in axes of the engine",
 }
 """Endings of two variables that are the components of one load: to the right, and up."""
-MARKED = 30.0
-"""Degrees between the marks of a polar diagram."""
+MARKED = 30.0  # Degrees between the marks of a polar diagram
 
 
 def polar_names(view: View) -> list[str]:

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-DETAIL = 4
-"""Most cycles whose speed is drawn over the crank angle."""
+DETAIL = 4  # Most cycles whose speed is drawn over the crank angle
 
 
 TRAINS = {

@@ -31,11 +31,9 @@ PALE = "#bbbbbb"
 HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi, "rad/s": 0.5 / np.pi}
 """Frequency of order 1 over the speed, by the unit of the speed."""
 
-LARGEST = 130.0
-"""Area in square points of the mark of the largest vector sum."""
+LARGEST = 130.0  # Area in square points of the mark of the largest vector sum
 
-LABELLED = 0.1
-"""Share of the largest vector sum from which the speed of a crossing is written."""
+LABELLED = 0.1  # Share of the largest vector sum from which the speed of a crossing is written
 
 WIDE, TALL = 4.7, 3.4
 """Width and height of the panel of a Campbell diagram in inches, without its labels."""

@@ -33,8 +33,7 @@ OF_CURVES = ("crank_angle", "order")
 MOST_OPTIONS = 1000
 """Most values of an axis whose slider shows the values themselves, not their numbers."""
 
-MOST_POINTS = 5000
-"""Most points of a line."""
+MOST_POINTS = 5000  # Most points of a line
 
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")

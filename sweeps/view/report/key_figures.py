@@ -15,12 +15,10 @@ FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "t
 """Quantities with one number for each design that are drawn first; others follow."""
 
 
-MOST_CURVES = 8
-"""Most curves of one figure."""
+MOST_CURVES = 8  # Most curves of one figure
 
 
-NAMED = 60
-"""Most designs of a list whose names stand along an axis."""
+NAMED = 60  # Most designs of a list whose names stand along an axis
 
 
 def starting_places(page: Embedded) -> dict[str, int]:

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 Choices = Mapping[str, str]
 
-MOST_ROWS = 60
-"""Most designs of an archive whose designs are all in a table."""
+MOST_ROWS = 60  # Most designs of an archive whose designs are all in a table
 
 
 def results(archive: xr.Dataset, choices: Choices) -> str:

@@ -22,11 +22,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LIMIT = 20e6
-"""Most bytes of a report, if nothing else is asked for."""
+LIMIT = 20e6  # Most bytes of a report, if nothing else is asked for
 
-SPARE = 50e3
-"""Bytes that are kept for names and shapes of the numbers in the page."""
+SPARE = 50e3  # Bytes that are kept for names and shapes of the numbers in the page
 
 
 def report(

@@ -70,8 +70,7 @@ RECORDED_CYCLE = "recorded_cycle"
 MOST_READ = 2_000_000
 """Most values of a quantity that are read to tell the smallest and the largest."""
 
-LONGEST_LINE = 1000
-"""Most characters of a line that is printed of an attribute."""
+LONGEST_LINE = 1000  # Most characters of a line that is printed of an attribute
 
 
 def archive_text(

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-KNOWN, OWN = "*", "<"
-"""Marks of orders that engines are built with, and of the engine's own."""
+KNOWN, OWN = "*", "<"  # Marks of orders that engines are built with, and of the engine's own
 
 
 def orders_text(

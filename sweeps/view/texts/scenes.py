@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from sweeps.scene.model import Scene
 
 
-FEW = 8
-"""Most values that are listed; of more, the ends and the number are told."""
+FEW = 8  # Most values that are listed; of more, the ends and the number are told
 
 
 def scene_text(scene: Scene, name: str) -> str:

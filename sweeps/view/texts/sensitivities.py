@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-MOST_POINTS = 10
-"""Most points, of axes besides the sample, that are printed."""
+MOST_POINTS = 10  # Most points, of axes besides the sample, that are printed
 
 
 def has_indices(archive: xr.Dataset) -> bool:

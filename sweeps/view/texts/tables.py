@@ -23,14 +23,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-DIGITS = 4
-"""Significant digits of a table for reading; `export` writes all of them."""
+DIGITS = 4  # Significant digits of a table for reading; `export` writes all of them
 
 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
-WIDTH = 100
-"""Characters of a line where the output is no terminal."""
+WIDTH = 100  # Characters of a line where the output is no terminal
 
 
 def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
