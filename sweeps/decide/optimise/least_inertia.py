@@ -91,10 +91,11 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
     try:
         if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
             return None
-        inverse.plan(task.space.without(KEY).columns(few), len(few))
+        plan = inverse.plan(task.space.without(KEY).columns(few), len(few))
     except SceneError:  # a scene whose inertia is not one number, a method that searches nothing
         return None
-    return inverse
+    # The inertia that is found has the gears in it, the key `inertia` has not.
+    return None if "idler_gears" in plan.scene.words else inverse
 
 
 def _changes_with_inertia(task: Task, name: str) -> bool:

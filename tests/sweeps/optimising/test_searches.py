@@ -65,6 +65,20 @@ def test_the_least_inertia_is_that_of_the_energy_swing_where_delta_is_small() ->
     assert float(archive["inertia"].item()) == pytest.approx(expected, rel=1e-3)
 
 
+def test_an_inertia_without_that_of_idler_gears_is_searched() -> None:
+    """The inverse has their inertia in it, the key `inertia` has not."""
+    archive = sweeps.optimise(
+        engine="ntua", axes=POINTS, least="inertia", over="inertia = 1 to 100",
+        within="delta <= 1/200", idler_gears=[{"inertia": 2.0, "ratio": -2.0}],
+        silenced_warnings=QUIET, **SMALL,
+    )  # fmt: skip
+    assert about(archive)["exact"] == ""
+    best = found(archive)
+    assert float(best["delta"].max()) <= 0.005
+    with_them = float(best["inertia"].item()) + 2.0**2 * 2.0
+    assert delta_with(with_them) == pytest.approx(float(best["delta"].max()), rel=1e-6)
+
+
 def test_a_condition_that_changes_with_the_inertia_is_searched() -> None:
     """The largest speed falls with the inertia: here it needs a heavier one than delta does."""
     limit = delta_speed(30.0)
