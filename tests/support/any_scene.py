@@ -415,6 +415,15 @@ def _auxiliaries(draw: Draw, given: Given) -> None:
     given.tables["auxiliaries"] = [{**one, "harmonics": waves}]
 
 
+def _idler_gears(draw: Draw, given: Given) -> None:
+    """One gear or two, of which the second turns the other way."""
+    inertia, friction = around(0.01 * given.own.get("inertia", 1.0)), near(0.0, 2.0)
+    given.tables["idler_gears"] = [
+        {"inertia": draw(inertia), "ratio": ratio, "friction_torque": draw(friction)}
+        for ratio in draw(st.sampled_from([[2.0], [2.0, -0.5]]))
+    ]
+
+
 def _shaft(draw: Draw, given: Given) -> None:
     own = given.engine.own_cylinders
     throws = given.cylinders if own is None else len(own.along_shaft or ())
@@ -459,6 +468,7 @@ FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
     _indicator, _characteristic, _layout, _each_cylinder, _master_rods, _firing_angles,
     _firing_pattern, _balance, _shaft, _stepping, _webs, _mounts, _auxiliaries,
+    _idler_gears,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -475,7 +485,8 @@ _EXCLUDE = [{*group.split()} for group in (
     "count each_cylinder firing_angles misfire",
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
-    "shaft inertia flywheel count layout", "stepping load_table driver", "stepping auxiliaries",
+    "shaft inertia flywheel count layout", "shaft idler_gears",
+    "stepping load_table driver", "stepping auxiliaries",
     "balance webs",
     "indicator misfire each_cylinder", "firing_pattern indicator load_table driver master_rods",
     "inertia_alone inertia flywheel shaft",
