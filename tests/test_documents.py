@@ -187,23 +187,6 @@ def test_links_lead_to_files(page: str) -> None:
         assert (folder / link).is_file(), link
 
 
-@pytest.mark.parametrize("of", ["checkout", "site"])
-def test_links_lead_to_headings(of: str) -> None:
-    """Also those of tables that only the site has."""
-    texts = dict(PAGES)
-    if of == "site":
-        for page, tables in reference_tables.OF_THE_SITE.items():
-            texts[f"{page}.md"] = reference_tables.updated(texts[f"{page}.md"], tables)
-    followed = 0
-    for page, text in PAGES.items():
-        for link, anchor in re.findall(r"\]\(([^):\s]*?)#([^)]+)\)", text):
-            folder = ROOT if page == "README.md" else (DOCS / page).parent
-            other = page if not link else (folder / link).resolve().relative_to(DOCS).as_posix()
-            assert anchor in anchors(texts[other]), f"{page}: {link}#{anchor}"
-            followed += 1
-    assert followed > 30
-
-
 def test_torques_beside_the_flywheel_are_current() -> None:
     table = other_sources.shaft_torque_table(sweeps.run("asgari_flywheel"))
     path = DOCS / "validation" / "asgari_table_2.csv"

@@ -232,26 +232,3 @@ def test_best_fraction(norm: str, across: float) -> None:
         assert found == pytest.approx(1.0 / (1.0 + across**2), abs=1e-12)
     if (norm, across) == ("peak", 1.0):
         assert 0.5 < found < 0.63  # the range that Asgari's reference [8] found by experience
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: balance.counterweight_mass(1.0, 0.05, 0.0), "radius = 0: must be above 0"),
-        (lambda: balance.balance_shaft_mass(0.5, 1.0, 0.05, -0.1), "radius = -0.1: must be"),
-        (lambda: balance.unbalanced_mass(1.2, 1.0, 1.0), "fraction = 1.2: must be from 0 to 1"),
-        (lambda: balance.balance_shaft_mass(-0.1, 1.0, 0.05, 0.1), "fraction = -0.1"),
-        (lambda: gear("in-line 1", spacing=0.0), "spacing = 0: must be above 0"),
-        (lambda: gear("in-line 1").best_fraction("most"), "norm = 'most': must be 'rms' or 'peak'"),
-        (lambda: running_gear(even_cylinders(1, FOUR_STROKE), 0.3, 0.0, 1.0, 1.0),
-         "crank_radius = 0: must be above 0"),
-        (lambda: running_gear(even_cylinders(1, FOUR_STROKE), 0.3, 0.1, -1.0, 1.0),
-         "reciprocating_mass = -1: must be 0 or more"),
-        (lambda: running_gear(even_cylinders(11, FOUR_STROKE), 0.3, 0.1, 1.0, 1.0),
-         "11 cylinders: no crank throws are known for this number"),
-        (lambda: RunningGear(0.3, 0.1, 1.0, 1.0, {}), "cylinders: must be given"),
-    ],
-)  # fmt: skip
-def test_bad_input(call: Any, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        call()

@@ -128,13 +128,3 @@ def test_what_is_no_cycle_touches_no_other(table: CycleTable) -> None:
     assert mixed.peak_between(place)[0] == table.peak_between(place[:1])[0]
     assert "heat = 150 bar: must be lower; the gas would become hotter" in mixed.refusal(1)
     assert not mixed.diagrams_known(np.array([1])).any()
-
-
-def test_cycles_with_unequal_steps_have_common_knots() -> None:
-    some = [cycles()[0], cycles()[1]._replace(step=1.0)]
-    own = family_from_diagrams(LOADS[:2], [one() for one in some])
-    table = CycleTable.of(own, some, {"heat": HEATS})
-    assert table.angle.size == 4 * 720
-    fine = some[1]._replace(step=0.25)(heat=float(HEATS[2]))
-    found = table.row(2 * table.own.row_count + 60)
-    np.testing.assert_array_equal(found.pressure, fine.pressure)

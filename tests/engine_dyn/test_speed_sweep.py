@@ -126,26 +126,6 @@ def test_neighbours_do_not_matter(
         np.testing.assert_array_equal(found[name], array[places], err_msg=name)
 
 
-def test_methods_and_choices_along_one_axis(inputs: dict[str, Any]) -> None:
-    """What varies together with numbers along `design`."""
-    columns = {
-        "method": np.array(["auto", "thesis", "auto", "newton", "closed", "closed"]),
-        "inertia_model": np.array(["constant", "variable"] * 3),
-        "cylinders": np.array([1, 2, 3, 5, 8, 16]),
-        "exponent": np.array([1.6, 2.0, 1.0, 0.0, 2.0, 1.0]),
-        "inertia": np.array([0.5, 0.7, 0.9, 1.1, 1.3, 1.5]),
-        "passes": np.array([0.0, 2.0, 0.0, 0.0, 0.0, 0.0]),
-    }
-    found = solve(inputs, **columns)
-    assert [MEANINGS[code] for code in found["status"]] == [
-        "converged", "passes_done", "converged", "converged", "converged", "invalid_input",
-    ]  # fmt: skip
-    for i in range(6):
-        alone = solve(inputs, **{name: column[i] for name, column in columns.items()})
-        for name, array in found.items():
-            np.testing.assert_array_equal(alone[name], array[i], err_msg=name)
-
-
 def test_broadcasting_and_scalars(inputs: dict[str, Any]) -> None:
     one = solve(inputs)
     assert one["delta"].shape == () and one["omega"].shape == ANGLES.shape

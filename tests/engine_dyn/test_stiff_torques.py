@@ -108,16 +108,6 @@ def test_a_motor_with_a_light_flywheel(inertia: float, model: str) -> None:
 
 
 @compiled
-def test_the_cycle_of_a_stiff_motor_takes_the_time_of_nominal_speed() -> None:
-    found = with_motor(0.01, closure="cycle_time")
-    # The driver's factor is relative to the torque at nominal speed with the power mean.
-    mu = with_motor(0.01).driver_factor / found.driver_factor
-    cycle = in_time.follow(equation(0.01, kloss, mu=mu))
-    agree(found, cycle)
-    assert cycle.time == pytest.approx(1.0, abs=1e-8)
-
-
-@compiled
 def test_every_flywheel_with_a_driver_over_speed() -> None:
     """The outcomes were 0, 5, 1, 5, 1 one after the other as the flywheel got lighter."""
     x = np.array([0.0, 0.5, 0.9, 1.0, 1.1, 1.5])

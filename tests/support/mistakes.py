@@ -65,8 +65,6 @@ def _diagram(text: str, engine: str, turn: float = 1.0, shift: float = 0.0, fact
     return Mistake(text, engine, diagram=(turn, shift, factor, added))
 
 
-_ROD = ("reciprocating_mass", "inertia_force", "delta")
-
 MISTAKES: tuple[Mistake, ...] = (
     _set("bore in mm", "ntua", bore=140.0),
     _set("bore in cm", "si_four_87x101", bore=8.75),

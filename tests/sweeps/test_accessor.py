@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 
 import sweeps
 import sweeps.view.accessor
@@ -55,19 +54,6 @@ def test_every_kind_of_figure_is_a_method(archive: xr.Dataset) -> None:
         assert method.__name__ == kind.name and kind.shows in method.__doc__
     assert "torque_and_speed" in repr(plot).partition("not available for this archive")[0]
     assert "bearing_polar" in repr(plot).partition("not available for this archive")[2]
-
-
-def test_figures_are_those_of_matplotlib(archive: xr.Dataset) -> None:
-    drawn = archive.dyn.plot.torque_and_speed(
-        style={"font.size": 11.0}, size=(160, 120), angle=(0, 720), units="archive"
-    )
-    assert isinstance(drawn, Figure)
-    assert drawn.get_size_inches() == pytest.approx([160 / 25.4, 120 / 25.4])
-    assert drawn._repr_png_().startswith(b"\x89PNG")
-    assert "rad" in " ".join(ax.get_ylabel() for ax in drawn.axes)
-    assert set(archive.dyn.plot(only="torque_and_speed")) == {"torque_and_speed"}
-    readable = archive.dyn.plot.torque_and_speed()
-    assert "rpm" in " ".join(ax.get_ylabel() for ax in readable.axes)
 
 
 @pytest.mark.parametrize(

@@ -99,9 +99,3 @@ def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:
     for opening in (sweeps.open, sweeps.open_archive):
         with pytest.raises(SceneError, match=expected):
             opening(newer)
-
-
-@pytest.mark.parametrize("text", ["", "two", "-1", "0", "2.0", "9" * 5000, "²"])
-def test_formats_that_are_no_number(old: Path, text: str) -> None:
-    line = refused("info", of_format(old, text))
-    assert f"must be a whole number, 1 to {ARCHIVE_FORMAT}" in line

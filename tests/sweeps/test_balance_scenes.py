@@ -13,9 +13,6 @@ from engine_dyn import flywheel
 from engine_dyn.forces import balance
 from engine_dyn.geometry.cylinders import even_cylinders
 from sweeps.scene.engine.engine_files import load_engine
-from sweeps.view.figures import draw
-from sweeps.view.figures.balance import shaking, vector_names
-from sweeps.view.figures.study import study_of
 from tests.support.commands import ok
 from tests.support.scenes import computed, write_scene
 
@@ -292,30 +289,6 @@ def test_lecture18_has_the_resultants_of_the_lecture() -> None:
     assert_allclose(found["delta"], 0.03, rtol=1e-6)
     assert (found["status"] == 0).all()
     assert_allclose(found["torque_mean"], found["characteristic_torque"], rtol=1e-10)
-
-
-def test_figures_of_forces(asgari: Any, tmp_path: Path) -> None:
-    """Forces that are nothing get no curve of their vector, and no scale of their own."""
-    names = ["reciprocating_force", "shaking_force", "shaking_force_first"]
-    files = [path.stem for path in draw(asgari[names], tmp_path)]
-    assert files[0] == "shaking_force_over_angle"
-    for along in ("mass", "radius"):
-        assert f"shaking_force_over_angle_balance_shaft_{along}" in files
-        assert f"shaking_force_polar_balance_shaft_{along}" in files
-    alone = asgari[["shaking_force"]].isel(design=[0])
-    files = [path.stem for path in draw(alone, tmp_path / "one")]
-    assert files == ["shaking_force_over_angle", "shaking_force_polar"]
-    names = ["shaking_force", "shaking_moment", "shaking_force_max", "shaking_moment_max"]
-    opposed = sweeps.run("lecture18_opposed")[names]
-    files = [path.stem for path in draw(opposed, tmp_path / "opposed")]
-    assert "shaking_moment_over_angle_speed" in files
-    assert not any(stem.startswith("shaking_force") for stem in files)  # 0 N
-    assert not any("polar" in stem for stem in files)  # the moment moves along a line
-    study = study_of(sweeps.run("lecture18")[names[:2]], {})
-    drawn = dict(shaking(study, vector_names(study.view)))
-    assert "shaking_moment_over_angle" not in drawn  # of one cylinder
-    moments = drawn["shaking_moment_over_angle_cases"].axes
-    assert len({panel.get_ylim() for panel in moments if panel.get_visible()}) == 1
 
 
 @pytest.mark.parametrize("engine", ["v8_cross_plane_93x86", "v8_flat_plane_94x93"])

@@ -8,9 +8,8 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from sweeps.base.errors import SceneError
 from sweeps.view.report.explore import explore
-from tests.support.reports import SCENE, hostile
+from tests.support.reports import SCENE
 
 panel = pytest.importorskip("panel")
 
@@ -89,25 +88,3 @@ def test_selectors_draw_other_quantities_in_readable_units(archive: xr.Dataset) 
     part(layout, "map").select(panel.widgets.Select)[1].value = "load"
     found = part(layout, "map").select(panel.pane.Bokeh)[0].object
     assert "Choose two different axes" in found.text
-
-
-def test_words_and_lists_are_selectors() -> None:
-    data = xr.Dataset(
-        {"delta": (("engine", "speed"), [[0.1, 0.2], [np.nan, 0.4]]),
-         "imep": ("design", [1.0, 2.0, 3.0])},
-        {"engine": ["V6", "I4"], "speed": [1000.0, 2000.0], "design": [0, 1, 2],
-         "case": ("design", ["a", "b", "a"]), "mass": ("design", [5.0, 6.0, 7.0])},
-    )  # fmt: skip
-    layout = explore(data)
-    assert axis(layout, "speed").value == 1
-    engine = axis(layout, "engine")
-    assert isinstance(engine, panel.widgets.Select) and list(engine.options) == ["V6", "I4"]
-    assert list(axis(layout, "design").options) == ["1: a", "2: b", "3: a"]
-    axis(layout, "design").value = 2
-    table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
-    told = dict(zip(table["quantity"], table["value"], strict=True))
-    assert told["mass"] == "7" and told["imep"] == "3"
-    assert explore(hostile()) is not None
-    assert explore(xr.Dataset({"delta": ((), 0.1)})) is not None
-    with pytest.raises(SceneError, match="no numbers"):
-        explore(xr.Dataset())

@@ -253,18 +253,3 @@ def test_the_largest_difference_and_where(
     assert "largest relative difference 0.01: " in text
     assert "at speed=1600, inertia=1.5" in text
     assert "1 with a number in only one archive, first at speed=1000, inertia=" in text
-
-
-def test_by_the_command(folder: Path) -> None:
-    (folder / "other.toml").write_text(TO_JOIN.replace("stop = 9.0", "stop = 9.1"))
-    run(folder / "other.toml", folder / "other.nc", overwrite=True)
-    text = ok("compare", folder / "a.nc", folder / "other.nc")
-    names = folder / "a.nc", folder / "other.nc"
-    assert f"axes: inertia: 1 value in both, of 7 in {names[0]} and 7 in {names[1]}" in text
-    assert (
-        f"made in different ways: scene: [axes] inertia stop (in {names[0]} 9.0, in {names[1]} 9.1)"
-        in text
-    )
-    told = invoke("compare", folder / "a.nc", folder / "other.nc", "--tolerance", "0.1")
-    assert told.exit_code == 1
-    assert "differ by more than 0.1" in told.stderr

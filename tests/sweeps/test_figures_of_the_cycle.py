@@ -313,17 +313,3 @@ def test_of_what_is_not_there_nothing_is_drawn() -> None:
     assert not found["torque_phase"].axes[0].containers  # a phase has no bar
     data["torque_order"][:] = 0.0
     assert not [name for name in plates(data) if name.startswith("torque_order")]
-
-
-def test_more_axes_are_cut_or_faceted() -> None:
-    data = mechanism()
-    wider = xr.concat([data, data * 1.1], dim="load", data_vars="all", coords="minimal")
-    wider = wider.assign_coords(
-        load=variable("load", [50.0, 100.0], "load", "percent", "L"), speed=data["speed"]
-    )
-    for name in data.data_vars:
-        wider[name].attrs = data[name].attrs
-    found = plates(wider)
-    assert "torque_order_speed" in found and "torque_order_load" in found
-    assert len([p for p in found["torque_order_speed"].axes if p.get_visible()]) == 2
-    assert len(found["crank_pin_polar_tangential_radial_speed"].axes) >= 2

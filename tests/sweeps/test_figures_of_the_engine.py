@@ -287,22 +287,6 @@ def line(figure: Figure, text: str, panel: int = 0) -> Any:
     )
 
 
-def test_variables_of_the_shaft_get_their_own_figures_alone(drawn: dict) -> None:
-    assert set(drawn) == {
-        "mode_shapes", "campbell", "shaft_torque_order_speed", "shaft_torque_half_range_speed",
-        "shaft_stress_half_range_speed", "shaft_loss_speed", "shaft_torque_cycle",
-        "shaft_torque_order_waterfall",
-    }  # fmt: skip
-    for stem, one in drawn.items():
-        assert_inside(stem, one)
-    # The loss of the ring is a hundredth of that of the flywheel, and left out.
-    assert len(drawn["shaft_loss_speed"].axes) == 1
-    assert "1 of 2 shafts shown" in words(drawn["shaft_loss_speed"])
-    found = plates(shaft(), {"speed": 1500.0})
-    assert {"mode_shapes", "shaft_torque_cycle"} <= set(found)
-    assert not any(stem.endswith("_speed") or stem == "campbell" for stem in found)
-
-
 def test_shapes_nodes_and_marks_of_modes(drawn: dict) -> None:
     assert joined_neighbours(study_of(shaft(), {}).view, 3).tolist() == [True, False]
     panel = drawn["mode_shapes"].axes[0]
@@ -364,19 +348,6 @@ def test_orders_and_half_ranges_over_the_speed(drawn: dict) -> None:
     heights = barred[0].get_paths()[0].vertices[:, 1]
     assert heights.min() == pytest.approx(50.0) and heights.max() > 100.0
     assert "Limit of the stress" in words(one)
-
-
-def test_values_of_a_design_axis_are_lines_of_the_most_loaded_shaft() -> None:
-    damping = xr.DataArray([1.0, 2.0, 4.0], dims="damping")
-    data = shaft()[["shaft_torque_half_range"]] / damping
-    data = data.assign_coords(damping=variable("damping", damping.values, "damping", "1"))
-    found = plates(data.transpose("damping", ...))
-    assert set(found) == {"shaft_torque_half_range_damping", "shaft_torque_half_range_speed"}
-    one = found["shaft_torque_half_range_damping"]
-    assert [panel.get_title(loc="left") for panel in one.axes] == [
-        "no misfire", "misfire of cylinder 2"
-    ]  # fmt: skip
-    assert [panel.lines[1].get_ydata()[10] for panel in one.axes] == pytest.approx([70.0, 105.0])
 
 
 def test_orders_sum_to_their_closed_form() -> None:

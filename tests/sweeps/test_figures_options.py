@@ -18,10 +18,7 @@ from sweeps.view.figures.drawing import figure, figures, kinds_of
 from sweeps.view.figures.kinds import KINDS
 from sweeps.view.figures.options import Options, options_of
 from sweeps.view.figures.study import study_of
-from tests.support.archives import run
-from tests.support.commands import invoke, ok
 from tests.support.figures import variable, words
-from tests.support.scenes import TO_JOIN
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "gallery.md"
 
@@ -80,15 +77,6 @@ def test_targets_are_lines_with_their_text_in_a_panel_of_ones_own() -> None:
     assert [0.005, 0.005] in [list(line.get_ydata()) for line in panel.get_lines()]
     legends = [*drawn.legends, panel.get_legend()]
     assert "1/200" in " ".join(t.get_text() for one in legends if one for t in one.get_texts())
-
-
-def test_size_and_style(tmp_path: Path) -> None:
-    drawn = figure(archive(), "numbers", options_of(size="160x100", style={"axes.facecolor": "k"}))
-    assert drawn.get_size_inches() * 25.4 == pytest.approx([160.0, 100.0])
-    assert drawn.axes[0].get_facecolor() == (0.0, 0.0, 0.0, 1.0)
-    style = tmp_path / "tight.mplstyle"  # which must leave a figure its size
-    style.write_text("savefig.bbox: tight\nsavefig.pad_inches: 20\nfont.size: 9\n")
-    assert set(options_of(style=style).style) == {"savefig.pad_inches", "font.size"}
 
 
 @pytest.mark.parametrize(
@@ -192,24 +180,6 @@ def test_both_archives_and_their_difference_are_drawn() -> None:
     (bar,) = plates["compared_numbers"].axes[0].patches  # friction is the same
     assert bar.get_width() == pytest.approx(5.0)
     assert "5 → 5.25 bar (+5 %)" in words(plates["compared_numbers"])
-
-
-@pytest.mark.compiled
-def test_the_command_draws_what_differs(tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(TO_JOIN)
-    run(scene, tmp_path / "a.nc")
-    with xr.open_dataset(tmp_path / "a.nc") as opened:
-        other = opened.load()
-    other["delta"] = other["delta"] * 1.02
-    other.to_netcdf(tmp_path / "b.nc")
-    text = ok("compare", tmp_path / "a.nc", tmp_path / "b.nc", "--figures", tmp_path / "out")
-    paths = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert paths and all(name.startswith("compared_delta_") for name in paths)
-    assert all(name in text for name in paths)
-    same = invoke("compare", tmp_path / "a.nc", tmp_path / "a.nc", "--figures", tmp_path / "none")
-    assert same.exit_code == 0
-    assert "nothing to draw: both archives have the same values" in same.output
 
 
 def choices() -> xr.Dataset:

@@ -54,21 +54,6 @@ def test_diagrams_that_are_needed(axes: dict[str, list[float]], engine: str, dia
     assert f"{diagrams} diagram" in text(plan)
 
 
-@pytest.mark.parametrize(
-    ("tables", "expected"),
-    [
-        ({"set": {"load_exponent": 2}}, "auto: load exponent 2 in closed form, without iteration"),
-        ({"axes": {"load_exponent": [1, 2]}}, "auto: load exponent 1 iterates"),
-        ({"solver": {"method": "newton"}}, "newton: iterates"),
-        ({"solver": {"closure": "cycle_time"}}, "iterates: closure cycle_time"),
-        ({"solver": {"inertia_model": "variable"}}, "iterates: variable inertia"),
-        ({"solver": {"method": "thesis"}}, "thesis: whole cycles, repeated"),
-    ],
-)
-def test_iteration(tables: dict[str, Any], expected: str) -> None:
-    assert expected in text(plan_of("delta", **tables))
-
-
 def test_what_is_skipped_and_why() -> None:
     told = text(plan_of("velocity", axes=AXES))
     for expected in (

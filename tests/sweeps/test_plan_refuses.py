@@ -30,7 +30,6 @@ def asking(*quantities: str, **values: Any) -> dict[str, Any]:
     return {"engine": "ntua", "set": values, "output": {"quantities": list(quantities)}}
 
 
-BEST = {"least": "inertia", "at_every": "load"}
 REFUSED: tuple[dict[str, Any], ...] = (
     reducing(within="nonsense <= 3"),
     reducing(within="delta <= 3 kg"),

@@ -11,7 +11,7 @@ import pytest
 import engine_dyn
 import sweeps
 from sweeps.base.errors import SceneError
-from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.engine.engine_files import catalogue
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.plausibility import plausibility_warnings
 from sweeps.scene.reading import built_in_scenes, read_scene
@@ -221,24 +221,3 @@ def test_diagrams_are_used_where_they_hold(
     assert (len(lines) == 1 and said in lines[0]) if said else lines == []
     assert told_of({**scene, "output": {"quantities": ["shaking_force_max"]}}) == ()
     assert told_of({**scene, "silenced_warnings": ["diagram_speeds"]}) == ()
-
-
-@pytest.mark.parametrize(
-    ("key", "message"),
-    [
-        ("speeds = 1500", r"number 1 speeds = 1500: must be a list of two numbers in rpm"),
-        ("speeds = [1500]", "must be a list of two numbers"),
-        ("speeds = [1800, 1500]", "must ascend"),
-        ("speeds = [-1, 1500]", r"speeds number 1 = -1"),
-        ('speeds = ["fast", 1500]', "speeds number 1"),
-        (
-            "speeds = [1000, 2000]\nspeed = 1500",
-            "has both speed, for a grid over speed, and speeds",
-        ),
-    ],
-)
-def test_the_speeds_of_a_diagram_are_a_range(key: str, message: str, tmp_path: Path) -> None:
-    text = catalogue()["b112"].read_text("utf-8")
-    (tmp_path / "mine.toml").write_text(re.sub(r"^speeds = \[.*", key, text, flags=re.M), "utf-8")
-    with pytest.raises(SceneError, match=message):
-        load_engine("mine.toml", tmp_path)

@@ -87,24 +87,6 @@ def test_nothing_is_read_before_it_is_used(
         assert_array_equal(points, whole["delta"].values[[3, 0, 3], [1, 6, 1]])
 
 
-def test_archives_that_differ_in_an_axis_open_as_one(tmp_path: Path) -> None:
-    def part(*speeds: float) -> Path:
-        path = tmp_path / f"{speeds[0]:g}.nc"
-        scene = {
-            "engine": "ntua",
-            "axes": {"inertia": [1.5, 3.0], "speed": list(speeds)},
-            "output": {"quantities": ["delta", "mean_piston_speed", "imep", "omega"]},
-        }
-        run(scene, path)
-        return path
-
-    paths = [part(1500, 1800), part(1000, 1500, 1600)]
-    ok("merge", *paths, "-o", tmp_path / "both.nc")
-    with sweeps.open(paths) as lazy, open_archive(tmp_path / "both.nc") as merged:
-        assert lazy["speed"].values.tolist() == [1000, 1500, 1600, 1800]
-        xr.testing.assert_identical(without_history(lazy.load()), without_history(merged.load()))
-
-
 def test_what_does_not_open(scene: Path, tmp_path: Path) -> None:
     paths = shards(scene, 3, tmp_path)
     other = tmp_path / "other.nc"

@@ -411,39 +411,6 @@ def test_the_worst_over_speed_and_misfire_and_barred_speeds() -> None:
         worst_of_shaft(found[["torsion_status"]])
 
 
-def test_a_pendulum_is_an_inertia_that_depends_on_the_order() -> None:
-    """m (R + r)^2/(1 - nu^2/n^2), n^2 = R/r, on the flywheel: Thomson, section 5.7."""
-    shaft = changed(pendulums=[SWUNG])
-    names = [*FORCED, "throw_torque_order", "throw_torque_phase", "disc_angle_order",
-             "disc_angle_phase", "natural_frequency", "critical_speed", "shaft_twist_half_range",
-             "pendulum_swing_half_range", "pendulum_swing_over_stop"]  # fmt: skip
-    found = run(names, shaft, set={"load_damping": 0.0}, axes={"speed": [1200.0, 1800.0]})
-    plain = run(["disc_angle_order"], GEARED, set={"load_damping": 0.0, "speed": 1200.0})
-    inertia, square = 1.5 * 0.1333**2, 0.12 / 0.0133
-    # The flywheel moves much less at the pendulum's order.
-    here = found.disc_angle_order.sel(speed=1200, disc=7, order=3)
-    assert float(here) < 0.3 * float(plain.disc_angle_order.sel(disc=7, order=3))
-    for order in (0.5, 2.0, 4.5):
-        changes: Any = {"discs__6__inertia": 2.0 + inertia / (1.0 - order**2 / square)}
-        same = run(["shaft_torque_order"], changed(**changes),
-                   set={"load_damping": 0.0, "speed": 1200.0})  # fmt: skip
-        assert_allclose(
-            found.shaft_torque_order.sel(speed=1200, order=order)[:9],
-            same.shaft_torque_order.sel(order=order), rtol=1e-9,
-        )  # fmt: skip
-    assert found.natural_frequency.dims == ("speed", "mode")
-    assert found.critical_speed.dims == ("mode", "order")
-    # Where an order meets it, the natural frequency at that speed is nu n/60.
-    every = found.critical_speed.sel(order=6).values
-    meets = float(every[(every > 1000.0) & (every < 2500.0)][0])
-    there = run(["natural_frequency"], shaft, set={"speed": meets}).natural_frequency
-    assert np.abs(there / (6.0 * meets / 60.0) - 1.0).min() < 1e-9
-    swing = found.pendulum_swing_half_range
-    assert np.isnan(swing[:, :9]).all()
-    assert_allclose(swing[:, 9], (1.0 + square) * found.shaft_twist_half_range[:, 9], rtol=1e-12)
-    assert_allclose(found.pendulum_swing_over_stop[:, 9], swing[:, 9] / 30.0)
-
-
 def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
     table = {"torque": [0.0, 500.0, 2000.0], "stiffness": [1e4, 2e4, 8e4]}
     shaft = changed(shafts__6__stiffness=None, shafts__6__stiffness_over_torque=table)
@@ -458,36 +425,6 @@ def test_the_mean_torque_chooses_the_stiffness_of_a_coupling() -> None:
         for name in names:
             assert_allclose(found[name][i], given[name], rtol=1e-11, err_msg=name)
     assert abs(float(found.shaft_torque_mean[0, 6] - found.shaft_torque_mean[1, 6])) > 50.0
-
-
-def test_each_number_varies_and_gives_what_it_gives_alone() -> None:
-    names = [
-        "natural_frequency", "modal_damping_ratio", "shaft_torque_half_range", "shaft_loss",
-        "shaft_stress_half_range", "delta_elastic", "delta", "disc_angle_largest_order",
-    ]  # fmt: skip
-    columns = {
-        "disc_inertia_7": [1.5, 2.5], "disc_damping_2": [0.0, 4.0],
-        "disc_ground_stiffness_9": [0.0, 9.0], "shaft_stiffness_3": [1e6, 2e6],
-        "shaft_loss_factor_7": [0.1, 0.2],
-        "shaft_damping_7": [0.0, 9.0], "shaft_length_6": [0.1, 0.3],
-        "shaft_diameter_6": [0.07, 0.09], "shaft_bore_6": [0.0, 0.03],
-        "shaft_shear_modulus_6": [79.0, 82.0], "shaft_gear_ratio_1": [-0.4, 0.5],
-        "damper_inertia_1": [0.1, 0.2], "damper_damping_1": [10.0, 30.0],
-        "damper_stiffness_1": [0.0, 2e4], "damper_loss_factor_1": [0.0, 0.2],
-        "load_damping": [0.0, 40.0], "speed": [1200.0, 1900.0],
-    }  # fmt: skip
-    both = run(names, GEARED, designs=columns, set={})
-    for i in range(2):
-        alone = run(names, GEARED, set={key: values[i] for key, values in columns.items()})
-        for name in names:
-            assert_array_equal(both[name].isel(design=i), alone[name], err_msg=name)
-    # As axes, each is an axis of what depends on it alone.
-    found = run(
-        names, GEARED, axes={"shaft_stiffness_3": [1e6, 2e6], "speed": [1200, 1900]}, set={}
-    )
-    assert found.natural_frequency.dims == ("shaft_stiffness_3", "mode")
-    assert found.delta.dims == ("speed",)
-    assert found.delta_elastic.dims == ("shaft_stiffness_3", "speed")
 
 
 def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:

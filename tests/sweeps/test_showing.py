@@ -16,7 +16,7 @@ from sweeps.running.reduce import ranges as reading
 from sweeps.view.texts.readable_units import factor
 from sweeps.view.texts.tables import number_text, rows_text
 from tests.support.archives import run
-from tests.support.commands import invoke, ok, refused
+from tests.support.commands import ok, refused
 
 pytestmark = pytest.mark.compiled
 
@@ -130,23 +130,6 @@ def test_the_reason_of_a_missing_value_is_that_of_its_own_row(
         coords={"inertia": [1.0, 2.0, 3.0, 4.0]},
     )  # fmt: skip
     assert ("fraction -: none if throws cancel" in rows_text(rows(made))) is said
-
-
-@pytest.mark.parametrize(
-    "command",
-    [("show",), ("best", "--least", "delta"), ("plot", "--list"), ("show", "--relative-to")],
-)
-def test_a_value_between_those_of_an_axis_is_said_to_be_replaced(
-    path: Path, command: tuple[str, ...]
-) -> None:
-    name, *options = command
-    slices = [] if "--relative-to" in command else ["--select"]
-    told = invoke(name, path, *options, *slices, "load=60,inertia=2")
-    assert told.exit_code == 0
-    assert told.stderr == "load = 60 is not in the archive; the nearest value, 50, was taken\n"
-    outside = refused(name, path, *options, *slices, "load=5000,inertia=2")
-    assert "load = 5000: outside the axis, 20 to 80" in outside
-    assert invoke(name, path, *options, *slices, "load=50,inertia=2").stderr == ""
 
 
 @pytest.fixture(scope="module")

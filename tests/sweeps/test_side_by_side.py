@@ -10,7 +10,6 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
-from sweeps.base.errors import SceneError
 from sweeps.catalogue import ENGINES
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
@@ -118,23 +117,6 @@ def test_engines_of_files_are_called_by_their_names(named: bool, tmp_path: Path)
     assert {key.rpartition(": ")[0] for key in told} == set(names)
     of_rows = sweeps.run({**scene, "designs": {"engine": [*files, files[0]]}})
     assert of_rows["engine"].values.tolist() == [*files, files[0]]  # which `rerun` reads back
-
-
-def test_columns_of_designs():
-    found = sweeps.run(TABLE)
-    columns = TABLE["designs"]
-    assert found["engine"].values.tolist() == columns["engine"]
-    assert found["arrangement"].values.tolist() == columns["arrangement"]
-    for row, count in enumerate((1, 6, 2, 6)):
-        settings = {"arrangement": columns["arrangement"][row], "cylinders": count,
-                    "inertia": columns["inertia"][row]}  # fmt: skip
-        raw = {key: value for key, value in TABLE.items() if key != "designs"}
-        assert_numbers(found.isel(design=row), alone(raw, columns["engine"][row], **settings))
-    assert sweeps.nearest(found, engine="ntua")["case"].values.tolist() == ["A", "C"]
-    both = sweeps.nearest(found, engine="ntua", arrangement="in-line 2")
-    assert both["case"].item() == "C"
-    with pytest.raises(SceneError, match="no design has this value together with the others"):
-        sweeps.nearest(found, engine="ntua", arrangement="in-line 6")
 
 
 @pytest.fixture

@@ -68,30 +68,6 @@ def test_streamed_archive_is_that_of_the_dataset(
     assert [p.name for p in tmp_path.iterdir()] == ["out.nc"]
 
 
-def test_words_and_published_values_are_written_too(tmp_path: Path, small: None) -> None:
-    into_archive.run(make_plan(read_scene("thesis")), tmp_path / "streamed.nc", Options())
-    expected = sweeps.run("thesis")
-    assert_same(tmp_path / "streamed.nc", expected)
-    netcdf.write(expected, tmp_path / "written.nc")
-    with (
-        netCDF4.Dataset(tmp_path / "streamed.nc") as streamed,
-        netCDF4.Dataset(tmp_path / "written.nc") as written,
-    ):
-        assert streamed.data_model == "NETCDF4"
-        assert set(streamed.variables) == set(written.variables)
-        for name, variable in written.variables.items():
-            other = streamed.variables[name]
-            assert other.dimensions == variable.dimensions
-            assert other.dtype == variable.dtype
-            assert set(other.ncattrs()) == set(variable.ncattrs()), name
-            # xarray lists auxiliary coordinates in an order of its own.
-            assert sorted(getattr(other, "coordinates", "").split()) == sorted(
-                getattr(variable, "coordinates", "").split()
-            )
-        # Texts of any number of bytes must stay readable for others.
-        assert {type(streamed.getncattr(a)) for a in streamed.ncattrs()} <= {str, np.float64}
-
-
 def test_compressed_and_in_32_bits(tmp_path: Path, small: None) -> None:
     plan = plan_of(tmp_path)
     sizes = []

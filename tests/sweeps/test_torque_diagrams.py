@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
 from engine_dyn.quantities.features.auxiliaries import Auxiliary, over_crank
-from tests.support.commands import ok, refused
 from tests.support.scenes import asking, computed, refusal
 
 pytestmark = pytest.mark.compiled
@@ -260,19 +258,6 @@ def test_scene_that_does_not_fit(tmp_path: Path, scene: dict[str, Any], message:
     asked = scene.pop("output", {"quantities": ["delta"]})["quantities"]
     with pytest.raises(sweeps.SceneError, match=message):
         posed(tmp_path, CLOSED, asked, **scene)
-
-
-def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("engine.toml").write_text(ENGINE + CLOSED)
-    assert "of the engine: torque over the crank angle, 360 degrees" in ok("info", "engine.toml")
-    ok("new", "--for", "engine.toml", "scene.toml")
-    scene = tomllib.loads(Path("scene.toml").read_text())
-    assert list(scene["axes"]) == ["inertia"]
-    assert "work over the angle of the torque that is given" in ok("plan", "scene.toml")
-    assert "converged 25" in ok("run", "scene.toml", "-o", "out.nc")
-    Path("scene.toml").write_text('engine = "engine.toml"\n[output]\nquantities = ["bmep"]')
-    assert "needs" in refused("run", "scene.toml", "-o", "other.nc")
 
 
 BORE, RADIUS, ROD = 0.14, 0.09, 0.35  # of the NTUA engine, m

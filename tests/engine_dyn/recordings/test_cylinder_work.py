@@ -1,7 +1,5 @@
 """Deviations of imep from the speed: against the integrated equation of motion, drawn errors."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
@@ -215,22 +213,3 @@ def test_thresholds_are_those_of_the_normal_distribution() -> None:
     assert 1.0 - none == pytest.approx(1e-3, rel=1e-9)
     assert found.probability == pytest.approx(norm.cdf((found.threshold + 2.0 * BAR) / missed))
     assert np.all((found.probability > 0.5) & (found.probability < 1.0))
-
-
-def test_bad_input() -> None:
-    cycle = mean_cycle(0.0)
-    with pytest.raises(ValueError, match="passage at least 1e-05"):
-        WheelNoise(0.001, 0.0, 0.0)
-    with pytest.raises(ValueError, match="uniform over one cycle"):
-        replace(cycle, angle=cycle.angle + 0.1)
-    with pytest.raises(ValueError, match="inertia: must have a value"):
-        replace(cycle, inertia=np.ones(3))
-    with pytest.raises(ValueError, match="speed and inertia: must be more than 0"):
-        replace(cycle, speed=0.0 * cycle.speed)
-    with pytest.raises(ValueError, match="at least two"):
-        replace(cycle, firing=(0.0,))
-    estimator = work_estimator(cycle, WHEEL, GAP, NOISE)
-    with pytest.raises(ValueError, match="69 intervals a cycle; the wheel has 70"):
-        estimator.deviations(np.zeros((3, 69)))
-    with pytest.raises(ValueError, match="between 0 and 1"):
-        detection(estimator, 1e5, 0.0)

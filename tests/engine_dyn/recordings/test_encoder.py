@@ -55,14 +55,6 @@ def test_noise_changes_times_by_what_the_slope_allows() -> None:
     assert 0.5 * expected < np.std(found.teeth.time[:, :-1] - exact) < 1.3 * expected
 
 
-def test_too_few_samples_are_called_aliasing() -> None:
-    wheel, _, signal = signal_of(turns=30)
-    with pytest.raises(ValueError, match=r"samples from pulse to pulse.*aliasing|do not fit 60-2"):
-        teeth_of_signal(signal[::17], 17 * INTERVAL, wheel)
-    slow = teeth_of_signal(signal[::9], 9 * INTERVAL, wheel, threshold=2.5, edge="rising")
-    assert any("aliasing" in remark for remark in slow.remarks)
-
-
 @pytest.mark.parametrize(
     ("signal", "said"),
     [
@@ -144,15 +136,6 @@ def test_a_reversed_wheel_is_refused_as_such() -> None:
     with pytest.raises(ValueError, match="in reverse"):
         find_turns(backwards, wheel)
     assert len(find_turns(backwards, wheel.reversed).turn) == TURNS
-
-
-def test_large_errors_and_fluctuation_are_no_faults() -> None:
-    wheel = wheel_from_text("60-2")
-    rough = TurningEngine(60.0, {0.5: (0.2, 0.0), 1.0: (0.15, 1.0)})
-    times = tooth_times(rough, wheel.width, TURNS, 0.0, random_errors(wheel.width, 0.05, 5))
-    found = find_turns(times, wheel)
-    assert len(found.turn) == TURNS
-    assert found.faults == ()
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from engine_dyn.geometry.arrangement import TWO_STROKE
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.heat_release import (
-    coefficient_of_variation,
     heat_release,
     mean_pressures,
     peak_pressures,
@@ -107,18 +105,3 @@ def test_peaks_between_samples() -> None:
     value, place = peak_pressures(RecordedCycles(angle, p))
     np.testing.assert_allclose(place, tops, atol=1e-12)
     np.testing.assert_allclose(value, 5e6, rtol=1e-12)
-
-
-def test_variation() -> None:
-    assert coefficient_of_variation(np.array([9.0, 10.0, 11.0])) == pytest.approx(0.1)
-    assert math.isnan(coefficient_of_variation(np.array([1.0])))
-
-
-def test_refusals() -> None:
-    recorded = engine.cycles(1.0)
-    with pytest.raises(ValueError, match="gamma"):
-        heat_release(recorded, engine.GEOMETRY, 1.0)
-    with pytest.raises(ValueError, match="compression_ratio"):
-        heat_release(recorded, CylinderGeometry(0.1, 0.12, 0.3))
-    with pytest.raises(ValueError, match="bore"):
-        CylinderGeometry(0.0, 0.12, 0.3)

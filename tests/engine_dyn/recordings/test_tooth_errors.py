@@ -9,7 +9,6 @@ from engine_dyn.recordings.measured_speed import (
     find_gap_angle,
     fluctuation,
     orders_of_samples,
-    speed_over_angle,
 )
 from engine_dyn.recordings.teeth import find_turns
 from engine_dyn.recordings.tooth_errors import (
@@ -117,15 +116,6 @@ def test_the_gap_is_found_where_the_curves_are_most_alike() -> None:
     assert known.turn.tolist() == [0, 1]
 
 
-def test_speed_over_angle_keeps_the_means() -> None:
-    raw = raw_cycles().mean(axis=0) * np.tile(1.0 + ERRORS, 2)
-    edges = GAP + np.concatenate([[0.0], np.cumsum(np.tile(WHEEL.width * (1.0 + ERRORS), 2))])
-    angle = np.linspace(-10.0, 10.0, 301)
-    found = speed_over_angle(raw, edges, angle)
-    # cubic spline of time over steps of 6 degrees, 18 at the gap; the waves go up to order 3
-    assert np.max(np.abs(found / ENGINE.speed(angle) - 1.0)) < 2e-4
-
-
 def test_orders_of_means_between_teeth_are_those_of_the_speed() -> None:
     middle = (
         GAP + np.concatenate([WHEEL.angle, WHEEL.angle + 2 * np.pi]) + 0.5 * np.tile(WHEEL.width, 2)
@@ -144,13 +134,3 @@ def test_orders_of_means_between_teeth_are_those_of_the_speed() -> None:
         assert size == pytest.approx(expected[0], abs=1e-9)
         if expected[0]:
             assert angle == pytest.approx(expected[1], abs=1e-9)
-
-
-def test_cycles_skip_lost_turns() -> None:
-    times = np.delete(tooth_times(ENGINE, WHEEL.width, 10, GAP), 4 * 58 + 3)
-    teeth = find_turns(times, WHEEL)
-    assert cycles_of_turns(teeth, 2, 0).shape == (4, 116)  # turns 0-1, 2-3, 6-7, 8-9
-    assert cycles_of_turns(teeth, 2, 1).shape == (3, 116)  # 1-2, 5-6, 7-8
-    assert cycles_of_turns(teeth, 1).shape == (9, 58)
-    with pytest.raises(ValueError, match="no whole cycle"):
-        cycles_of_turns(find_turns(times[:59], WHEEL), 2)

@@ -1,8 +1,5 @@
 """Recorded cycles as an initial-value problem, against SciPy's integrator."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -171,43 +168,3 @@ def test_equal_cycles_in_a_row_are_the_periodic_solution(firing_angles: list[flo
     assert np.max(np.abs(found.speed / whole - 1.0)) < 1e-6
     closed = close_train(train, float(periodic.omega.mean()))
     assert closed.load_coefficient == pytest.approx(periodic.load_coefficient, rel=2e-3)
-
-
-def small_train(**changes: Any) -> TorqueTrain:
-    return TorqueTrain(
-        **{"torque": np.zeros(5), "inertia": np.ones(5), "step": 0.1, **changes}
-    )  # fmt: skip
-
-
-def fitted(edges: list[float], speeds: list[float]) -> Any:
-    return fit_train(small_train(), np.array(edges), np.array(speeds))
-
-
-UNEVEN = RecordedCycles(np.array([-6.0, -1.0, 0.0, 2.0]), np.ones((2, 4)))
-
-
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: small_train(torque=np.zeros(4)), "torque: 4 values"),
-        (lambda: small_train(inertia=np.ones(3)), "inertia: 3 values"),
-        (lambda: small_train(inertia=np.zeros(5)), "inertia more than 0"),
-        (lambda: small_train(torque=np.full(5, np.nan)), "must be numbers"),
-        (lambda: small_train(step=0.0), "step: 0 rad"),
-        (lambda: follow_train(small_train(), 0.0, 1.0), "start_speed"),
-        (lambda: close_train(small_train(), -1.0), "mean_speed"),
-        (lambda: fitted([0.0, 0.1, 0.2], [1.0, np.nan]), "at least two"),
-        (lambda: fitted([0.0, 0.1, 0.3], [1.0, 1.0]), "within the train"),
-        (lambda: fitted([0.0, 0.1], [1.0, 1.0]), "ascend"),
-        (lambda: of_cycles([recorded(2)], [0.0, np.pi]), "1 cylinders, 2 firing angles"),
-        (lambda: of_cycles([recorded(2), recorded(3)], [0.0, np.pi]), "as many cycles"),
-        (lambda: of_cycles([UNEVEN], [0.0]), "uniform"),
-    ],
-)
-def test_what_does_not_fit_is_refused(call: Callable[[], Any], said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        call()
-
-
-def of_cycles(cycles: list[RecordedCycles], firing_angles: list[float]) -> TorqueTrain:
-    return train_of_cycles(cycles, inertia=1.0, firing_angles=firing_angles, **SIZES_OF_ENGINE)

@@ -317,23 +317,6 @@ def test_the_closed_train_repeats_and_jumps(followed: xr.Dataset) -> None:
     assert apart[1] / apart[0] == pytest.approx(fading, abs=0.35)
 
 
-def test_a_recording_that_begins_later_is_put_in_its_place(
-    recorded: Recorded, followed: xr.Dataset
-) -> None:
-    """The first two cycles of the speed are cut off, and the first of the pressure left out."""
-    lines = (recorded.folder / "teeth.csv").read_text().splitlines()
-    (recorded.folder / "late.csv").write_text(
-        "\n".join([lines[0], *lines[1 + 2 * 2 * 58 :]]) + "\n"
-    )
-    scene = recorded.scene()
-    scene["measured"]["file"] = str(recorded.folder / "late.csv")
-    scene["axes"] = {"recorded_cycle": list(range(2, IN_A_ROW + 1))}
-    found = sweeps.follow_cycles(scene)
-    assert found.attrs["first_cycle_of_speed"] == 3
-    if recorded.cylinders == 1:
-        assert_allclose(found["omega_followed"], followed["omega_followed"][1:], rtol=5e-4)
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -148,20 +148,6 @@ def test_times_of_a_counter_that_begins_again(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("encoding", "names"),
-    [("gb18030", "曲轴转角 (度),转速 (转/分)"), ("cp1251", "угол, град;частота вращения, об/мин"),
-     ("shift_jis", "クランク角 [deg],回転数 [rpm]"), ("cp1252", "Winkel [°KW];Drehzahl [1/min]")],
-)  # fmt: skip
-def test_a_speed_over_the_angle_in_any_alphabet(encoding: str, names: str, tmp_path: Path) -> None:
-    separator, angle = ";" if ";" in names else ",", np.arange(-360.0, 360.0)
-    rows = zip(angle, ENGINE.speed(np.deg2rad(angle)) * 30.0 / np.pi, strict=True)
-    text = "\n".join([names, *(f"{a:g}{separator}{n:.6f}" for a, n in rows)])
-    (tmp_path / "speed.csv").write_bytes(text.encode(encoding))
-    found = compared(tmp_path / "speed.csv", "speed", "")
-    assert float(found.delta_measured_raw[0]) == pytest.approx(DELTA, rel=0.01)
-
-
 @pytest.mark.parametrize("pages", [1, 2, 5])
 def test_time_that_passes_at_marks_is_in_no_interval(tmp_path: Path, pages: int) -> None:
     """Loggers write MARK lines between pages; the teeth that pass meanwhile are not logged."""

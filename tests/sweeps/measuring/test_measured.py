@@ -13,7 +13,6 @@ from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from sweeps.lab.speed.measured_files import records_of
 from sweeps.lab.speed.recorded_speeds import cycles_in_a_row
 from sweeps.scene.reading import read_scene
-from sweeps.view.figures import draw
 from tests.support.scenes import refusal_of, write_scene
 from tests.support.teeth import SampledEngine, noisy, random_errors, tooth_times, write_times
 
@@ -212,19 +211,6 @@ def test_bad_recordings_are_one_line(tmp_path: Path, text: str, kind: str, said:
     if kind != "speed":
         keys["wheel"] = "60-2"
     assert re.search(said, refusal_of(lambda: sweeps.measured(scene_with(tmp_path, **keys))))
-
-
-FIGURES = {
-    "measured_speed", "measured_speed_raw", "measured_difference", "measured_orders",
-    "measured_delta", "tooth_errors",
-}  # fmt: skip
-
-
-def test_figures(compared: xr.Dataset, tmp_path: Path) -> None:
-    paths = draw(compared, tmp_path, "svg")
-    assert {path.stem for path in paths} == FIGURES
-    text = (tmp_path / "measured_speed.svg").read_text()
-    assert "correlation" in text and "standard deviation over" in text
 
 
 GROUPS = wheel_from_text("36-2-2-2")
