@@ -35,7 +35,7 @@ HANG = 30
 
 BEFORE = ("", "a", "1", "delta <= 1", "deviation ", "bar (")
 REPEATED = ("9", " ", "a", "_ ", ".1", ",1", "1 ", "-1", "([", "a=", "angle", "pcyl", "1e", "a-")
-AFTER = ("", "!", "b")
+AFTER = ("", "!")
 
 
 def hostile(length: int) -> Iterator[str]:
@@ -98,7 +98,7 @@ DOORS: dict[str, Callable[[str], object]] = {
 
 
 @pytest.mark.parametrize("door", DOORS)
-@pytest.mark.parametrize("length", [3_000, 15_000, 100_000])
+@pytest.mark.parametrize("length", [3_000, 100_000])
 def test_texts(door: str, length: int) -> None:
     with in_time():
         for text in hostile(length):
