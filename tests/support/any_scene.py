@@ -482,6 +482,7 @@ _EXCLUDE = [{*group.split()} for group in (
     "cycle indicator characteristic driver", "count layout each_cylinder misfire",
     "count layout firing_angles master_rods", "master_rods each_cylinder misfire",
     "master_rods shaft", "master_rods balance", "master_rods friction_over_stroke",
+    "master_rods characteristic",
     "count each_cylinder firing_angles misfire",
     "rod_inertia masses", "friction driver", "components bearings",
     "components friction friction_over_stroke driver", "speed driver characteristic",
