@@ -50,11 +50,6 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
 
     Without `choices.sheet` that is the first one with a table of numbers, or one whose table is far
     longer.
-
-    Raises
-    ------
-    SceneError
-        In one line.
     """
     del path
     found = sheets(data, label, choices.sheet)
@@ -113,11 +108,6 @@ def read_mat(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
     """Columns of a .mat file: vectors, and matrices (cycles by samples or samples by cycles).
 
     Fields of structures are named "structure.field".
-
-    Raises
-    ------
-    SceneError
-        In one line.
     """
     del path, choices
     if data[:20].startswith(b"MATLAB 7.3") or data[512:516] == b"\x89HDF" or data[:4] == b"\x89HDF":
@@ -178,11 +168,6 @@ def read_mdf(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
 
     The channel of times is a column. Linear conversions are applied; a channel with a formula or a
     table is left out.
-
-    Raises
-    ------
-    SceneError
-        In one line.
     """
     del path
     asammdf = library("asammdf", "asammdf", label)
@@ -238,13 +223,7 @@ def _mdf_values(signal: Any, version: int) -> Floats | None:
 
 
 def read_netcdf(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a netCDF file.
-
-    Raises
-    ------
-    SceneError
-        In one line.
-    """
+    """Columns of a netCDF file."""
     del data, choices
     with opened_table(path, label, "a recording of a laboratory (netCDF)") as file:
         variables = {
@@ -264,13 +243,7 @@ def read_netcdf(path: Path, data: bytes, label: str, choices: ReadingChoices) ->
 
 
 def read_parquet(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a Parquet file; units stand in the metadata of a field, or in its name.
-
-    Raises
-    ------
-    SceneError
-        In one line.
-    """
+    """Columns of a Parquet file; units stand in the metadata of a field, or in its name."""
     del path, choices
     pa = library("pyarrow", "pyarrow", label)
     pq = library("pyarrow.parquet", "pyarrow", label)
@@ -296,11 +269,6 @@ def read_tdms(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
 
     A channel with a sampling interval (`wf_increment`) and no channel of time beside it brings the
     column "time" [s].
-
-    Raises
-    ------
-    SceneError
-        In one line.
     """
     del path
     nptdms = library("nptdms", "npTDMS", label)
@@ -353,11 +321,6 @@ def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
 
     An abscissa that repeats the one before it is left out. Complex values are two columns,
     "amplitude" and "phase" [deg].
-
-    Raises
-    ------
-    SceneError
-        In one line.
     """
     del path, choices
     pyuff = library("pyuff", "pyuff", label)
@@ -409,13 +372,7 @@ def _uff_label(text: str) -> str:
 
 
 def read_wav(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a .wav file: the time, which follows from its sample rate, and its channels.
-
-    Raises
-    ------
-    SceneError
-        In one line.
-    """
+    """Columns of a .wav file: the time, which follows from its sample rate, and its channels."""
     del path, choices
     wavfile = library("scipy.io.wavfile", "scipy", label)
     with library_reading(label, "a .wav file"):

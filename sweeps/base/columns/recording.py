@@ -140,13 +140,7 @@ libraries need a third of it."""
 
 
 def read_apart(format: Format, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a recording, as the reader of its format finds them in another process.
-
-    Raises
-    ------
-    SceneError
-        In one line.
-    """
+    """Columns of a recording, as the reader of its format finds them in another process."""
     memory = min(MEMORY + MEMORY_RATE * len(data), MOST_MEMORY)
     limits = Limits(memory, SECONDS + len(data) / RATE)
     asked = json.dumps(

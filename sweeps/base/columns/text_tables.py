@@ -64,13 +64,7 @@ class _Form(NamedTuple):
 
 
 def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a text file, and the line of the first sample.
-
-    Raises
-    ------
-    SceneError
-        In one line, with the place.
-    """
+    """Columns of a text file, and the line of the first sample."""
     del path
     data = data.rstrip(_DOS_END)
     encoding, *said = encoding_of(data, label, choices.encoding)
@@ -259,13 +253,7 @@ def _column(name: str, unit: str, series: Any) -> Column:
 
 
 def read_fixed_width(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
-    """Columns of a text file with fixed places, and the line of the first sample.
-
-    Raises
-    ------
-    SceneError
-        In one line.
-    """
+    """Columns of a text file with fixed places, and the line of the first sample."""
     del path
     encoding, said = encoding_of(data, label, choices.encoding)
     text = data.decode(encoding, "replace")

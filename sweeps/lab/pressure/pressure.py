@@ -105,11 +105,6 @@ def imported(
     angle : ndarray, shape (samples,), optional
         Crank angle of each sample [rad], rising, where it is not a column but follows from the
         pulses of an encoder (`engine_dyn.recordings.encoder`); 0 is a top dead centre.
-
-    Raises
-    ------
-    SceneError
-        In one line.
     """
     said = list(recording.said)
     levels: dict[str, Level] = {}
