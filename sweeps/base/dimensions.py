@@ -167,10 +167,6 @@ COMPARED = "_compared"
 """Ending of the variables of a second archive beside those of the first."""
 
 
-POSITION = re.compile(r"#(\d{1,9})", re.ASCII)
-"""The second of an axis of words is "#2"; a number alone is the label that looks like it."""
-
-
 def words_of(archive: xr.Dataset) -> dict[str, str]:
     """Coordinates of words: by which name a value of each is given."""
     return {
@@ -256,7 +252,8 @@ def _places_of_label(name: str, value: float | str, labels: Any) -> list[int]:
         found = [place for place, label in enumerate(texts) if label == text]
         if found:
             return found
-    position = POSITION.fullmatch(written[-1])
+    # The second of an axis of words is "#2"; a number alone is the label that looks like it.
+    position = re.fullmatch(r"#(\d{1,9})", written[-1], flags=re.ASCII)
     if position is None:
         known = list(dict.fromkeys(texts))
         also = "; '#2' is the second of them" if len(texts) > 1 else ""

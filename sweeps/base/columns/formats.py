@@ -39,9 +39,6 @@ __all__ = [
 
 HEAD = 200  # Rows that are looked at for names and units
 
-FAR_LONGER = 10
-"""Ratio of rows from which on a table further behind is the recording, and the first a summary."""
-
 NAMED = 20  # Sheets that are named in a message
 
 
@@ -62,7 +59,8 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     lengths = {title: len(found[title]) - start[0] for title, start in tables.items()}
     taken = first = next(iter(tables))
     longest = max(lengths, key=lengths.__getitem__)
-    if lengths[longest] > FAR_LONGER * lengths[first]:
+    # The first table may be a summary, and a far longer one behind it the recording.
+    if lengths[longest] > 10 * lengths[first]:
         taken = longest
     said = []
     if len(found) > 1:
@@ -100,9 +98,6 @@ def _sheet_columns(rows: list[list[Any]], start: tuple[int, int], label: str) ->
 
 MOST_INFLATED = 1 << 31  # Bytes of all variables, which are compressed in the file
 
-_COMPRESSED = 15  # miCOMPRESSED of the MAT-file format, version 5
-_DEEPEST = 3
-
 
 def read_mat(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a .mat file: vectors, and matrices (cycles by samples or samples by cycles).
@@ -136,7 +131,7 @@ def _check_inflated(data: bytes, label: str) -> None:
     place, total = 128, 0
     while place + 8 <= len(data):
         kind, size = struct.unpack_from(f"{order}II", data, place)
-        if kind == _COMPRESSED:
+        if kind == 15:  # miCOMPRESSED of the MAT-file format, version 5
             stream = zlib.decompressobj()
             rest = data[place + 8 : place + 8 + size]
             while rest and not stream.eof:
@@ -151,7 +146,7 @@ def _matlab_columns(name: str, value: Any, depth: int) -> Iterator[Column]:
     """Arrays of numbers in a variable, also in the fields of a structure."""
     if not isinstance(value, np.ndarray) or not value.size:
         return
-    if value.dtype.names and depth < _DEEPEST and value.size == 1:
+    if value.dtype.names and depth < 3 and value.size == 1:
         for key in value.dtype.names:
             yield from _matlab_columns(f"{name}.{key}", value.reshape(-1)[0][key], depth + 1)
     elif value.dtype.kind in "iuf" and value.ndim == 2 and value.size > 1:
@@ -310,8 +305,6 @@ def _tdms_time(channels: list[tuple[str, Any]], columns: list[Column]) -> list[C
     return []
 
 
-_SET_MARK = re.compile(rb"    -1(?= *[\r\n]| *\Z)")  # Beginning and end of a data set
-
 _ABSCISSA = {17: ("time", "s"), 18: ("frequency", "Hz"), 20: ("order", "")}
 """Names and units of abscissas that have no labels, by their numbers in data set 58."""
 
@@ -324,7 +317,8 @@ def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
     """
     del path, choices
     pyuff = library("pyuff", "pyuff", label)
-    if len(_SET_MARK.findall(data)) % 2:
+    # Lines of -1 stand at the beginning and at the end of each data set.
+    if len(re.findall(rb"    -1(?= *[\r\n]| *\Z)", data)) % 2:
         raise SceneError(f"{label}: truncated: a data set of it has no end")
     # pyuff reads from a path alone: one in memory is gone with this process, however it ends.
     with library_reading(label, "a UFF file"), os.fdopen(os.memfd_create("uff"), "wb") as file:

@@ -31,10 +31,6 @@ _NOTING = re.compile(
     r"comments?|kommentar|description|beschreibung|lengths?|länge|min(imum)?|max(imum)?|mean|"
     r"samples|type|typ|source|offset|factor|scale", re.I
 )  # fmt: skip
-_UNIT_KEY = re.compile(r"(units?|einheit(en)?)", re.I)
-"""Words before a row of names or of units, and before rows of which none is of names or units."""
-
-_IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$")
 
 _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
 """Quantity over unit, as DIN 461 and ISO 80000-1 write heads of tables: "p/bar", "n/1/min"."""
@@ -157,7 +153,7 @@ def _width(row: Sequence[str], decimal: str) -> int:
 def split_unit(text: str) -> tuple[str, str]:
     """Split "p1 [bar]", "Angle (deg)" or "p/bar" into name and unit; "" where there is none."""
     text = text[:LONGEST_HEAD]
-    found = _IN_BRACKETS.match(text)
+    found = re.match(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$", text)
     if found is None:
         for pattern in (_OVER_UNIT, _COMMA_UNIT):
             beside = pattern.match(text.strip())
@@ -198,7 +194,10 @@ def names_and_units(
         key, labelled = fields[0].rstrip(": ") if fields else "", len(fields) > 1
         if labelled and _NOTING.fullmatch(key):
             continue
-        if labelled and (_NAMING.fullmatch(key) or _UNIT_KEY.fullmatch(key)):
+        # Such a word stands before a row of names or of units.
+        if labelled and (
+            _NAMING.fullmatch(key) or re.fullmatch(r"(units?|einheit(en)?)", key, flags=re.I)
+        ):
             fields = fields[1:] if len(fields) > width else ["", *fields[1:]]
         if len(fields) == width - 1 and numbered:  # rows begin with their numbers
             fields = ["", *fields]

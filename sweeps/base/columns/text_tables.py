@@ -29,11 +29,6 @@ HEAD = 1 << 20
 
 LINES = 500  # Lines of the head that are looked at
 
-_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")  # Bytes that texts do not have
-
-_MARK = re.compile(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)')
-"""Lines that loggers of engine controllers write where a key is pressed or a page begins."""
-
 _DOS_END = b"\x1a"  # End of a text of DOS
 
 _BLANK = r"\s+"
@@ -43,8 +38,6 @@ _WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLAN
 
 _NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
 """First fields of rows that begin with their numbers."""
-
-_PART = re.compile(r"0\d+")
 
 
 class _Form(NamedTuple):
@@ -109,7 +102,8 @@ def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
 def _without_marks(data: bytes) -> tuple[bytes, list[int]]:
     """Return the data without lines of marks, and how many lines are before each."""
     found, marks, before, start = [], [], 0, 0
-    for mark in _MARK.finditer(data):
+    # Loggers of engine controllers write such lines where a key is pressed or a page begins.
+    for mark in re.finditer(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)', data):
         found.append(data[start : mark.start()])
         before += len(found[-1].splitlines())
         marks.append(before)
@@ -121,7 +115,8 @@ def is_text(data: bytes) -> bool:
     """Whether a file seems to be a text, by the bytes at its start."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return True
-    return _CONTROL.search(data[:HEAD].rstrip(_DOS_END)) is None
+    # Texts have none of these control bytes.
+    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f]", data[:HEAD].rstrip(_DOS_END)) is None
 
 
 def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
@@ -181,7 +176,7 @@ def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
     names = next((row for row in reversed(above) if any(text.strip() for text in row)), [])
     if len(names) > 1 and len(names) == len(rows[0]):
         return False
-    return any(_PART.fullmatch(text.strip()) for row in rows for text in row[1:])
+    return any(re.fullmatch(r"0\d+", text.strip()) for row in rows for text in row[1:])
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -322,9 +317,6 @@ def _fixed_column(name: str, unit: str, fields: Sequence[str], decimal: str) -> 
     return Column(name, unit, values, text)
 
 
-_BEYOND = re.compile(rb"[^\r\n]*[\x80-\xff][^\r\n]*")
-
-_EAST = ("gb18030", "big5hkscs", "cp932", "euc_jis_2004", "cp949")
 _WEST = ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254", "koi8-r", "cp866", "cp850", "mac-roman")
 
 _SIGNS = re.compile(
@@ -338,8 +330,6 @@ _KNOWN = re.compile(
     "kąt|ciśn|úhel|szög|nyomás|γωνία|πίεση|açı|basın|ángulo|presión|pressão|prüf|fühler"
 )
 """Words for angle, pressure, speed and time: in a wrong encoding they are not found."""
-
-_IDEOGRAPHS = re.compile("[\u4e00-\u9fff]")
 
 _NEVER = ("idna", "punycode", "undefined", "unicode_escape", "raw_unicode_escape", "utf-7")
 """Codecs of Python that are no encodings of files."""
@@ -368,7 +358,7 @@ def encoding_of(data: bytes, label: str, given: str | None = None) -> tuple[str,
         return "utf-8-sig", ""
     except UnicodeDecodeError:
         pass
-    letters = b"\n".join(_BEYOND.findall(data[:HEAD]))[: HEAD // 16]
+    letters = b"\n".join(re.findall(rb"[^\r\n]*[\x80-\xff][^\r\n]*", data[:HEAD]))[: HEAD // 16]
     if not letters:  # far below the names
         return "cp1252", ""
     signs = _of_signs(letters)
@@ -410,14 +400,17 @@ def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
     """The likeliest encoding, one in which words are known if there is one."""
     detector = library("chardet", "chardet (or encoding, which names its encoding)", label)
     found = detector.detect_all(
-        letters, ignore_threshold=True, include_encodings=[*_EAST, *_WEST], compat_names=False
+        letters,
+        ignore_threshold=True,
+        include_encodings=["gb18030", "big5hkscs", "cp932", "euc_jis_2004", "cp949", *_WEST],
+        compat_names=False,
     )
     likely = []
     for one in found:
         encoding = one["encoding"]
         text = letters.decode(encoding, "replace")
         # Korean of today has no ideographs: what seems to have them is Chinese.
-        if text.isascii() or (encoding == "cp949" and _IDEOGRAPHS.search(text)):
+        if text.isascii() or (encoding == "cp949" and re.search("[\u4e00-\u9fff]", text)):
             continue
         known = {word for word in _KNOWN.findall(text.lower()) if not word.isascii()}
         likely.append((len(known), encoding))

@@ -18,8 +18,6 @@ from sweeps.base.errors import SceneError, size_text
 
 __all__ = ["Limits", "answer_apart", "answering", "started", "watched"]
 
-PAUSE = 0.01  # Seconds between two looks at its memory
-
 REFUSED = b"refused "  # Beginning of an answer that says why there is none
 
 
@@ -64,7 +62,7 @@ def _watch(process: subprocess.Popen[str], limits: Limits, done: threading.Event
     last = time.monotonic() + limits.seconds
     with suppress(psutil.Error):
         seen = psutil.Process(process.pid)
-        while not done.wait(PAUSE):
+        while not done.wait(0.01):  # seconds between two looks at its memory
             if time.monotonic() > last:
                 limits.ended_for = f"longer than {limits.seconds:.0f} s"
             elif seen.memory_info().rss > limits.most:

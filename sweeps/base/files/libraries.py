@@ -17,9 +17,6 @@ from sweeps.base.errors import SceneError, one_line
 
 __all__ = ["library", "library_reading"]
 
-_OBJECT = re.compile(r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""")
-"""What libraries print of the stream that a file is read from."""
-
 
 def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
     """Import a module of an optional package; `extra` is the extra of ours that installs it.
@@ -58,7 +55,12 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
     except Exception as error:
         traceback.clear_frames(error.__traceback__)
         gc.collect()  # now, while nothing is printed
-        said = _OBJECT.sub("the file", str(getattr(error, "strerror", None) or error))
+        # Libraries print the object of the stream that a file is read from.
+        said = re.sub(
+            r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""",
+            "the file",
+            str(getattr(error, "strerror", None) or error),
+        )
         reason = one_line(said, 160) or type(error).__name__
         raise SceneError(f"{label}: not {kind}, or a damaged one ({reason})") from None
     finally:

@@ -18,9 +18,7 @@ __all__ = ["magnitude", "number_with_unit", "unit_registry"]
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
 )
-_UNIT = re.compile(r"[A-Za-z][A-Za-z_ ./*^-]{0,30}\d?|1?/[a-z]{1,10}", re.ASCII)
 
-_KVA = re.compile(r"[kM]?VA", re.ASCII | re.IGNORECASE)
 _APPARENT = (
     "is apparent power; must be a power in W: engine power = kVA x power factor / generator "
     "efficiency"
@@ -65,9 +63,15 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     """Size of a unit of a person's in `unit`."""
     if text == unit:
         return 1.0
-    if unit in ("kW", "W") and _KVA.fullmatch(text) is not None:
+    if (
+        unit in ("kW", "W")
+        and re.fullmatch(r"[kM]?VA", text, flags=re.ASCII | re.IGNORECASE) is not None
+    ):
         raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
-    if _UNIT.fullmatch(text) is None:
+    if (
+        re.fullmatch(r"[A-Za-z][A-Za-z_ ./*^-]{0,30}\d?|1?/[a-z]{1,10}", text, flags=re.ASCII)
+        is None
+    ):
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
     try:
         registry = unit_registry()

@@ -36,8 +36,6 @@ MEMORY, MEMORY_RATE, MOST_MEMORY = 1 << 29, 40, 6 << 30
 COMPRESSED = 30
 """A byte of a file stands for so many bytes of XML at most, where limits are set by it."""
 
-_OLE = b"\xd0\xcf\x11\xe0"
-
 
 def sheets(
     data: bytes, label: str, wanted: str | None = None, *, first: bool = False
@@ -61,7 +59,7 @@ def sheets(
         In one line: protected by a password, too large, damaged, no such sheet; openpyxl is not
         installed.
     """
-    if data[:4] == _OLE:
+    if data[:4] == b"\xd0\xcf\x11\xe0":
         raise SceneError(
             f"{label}: protected by a password, or an old .xls file; save it as .xlsx without a "
             "password"

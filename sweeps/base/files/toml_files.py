@@ -24,7 +24,6 @@ _QUOTED = re.compile(
     r'|"(?:[^"\\\n]|\\.)*+"?'
     r"|'[^'\n]*+'?|#[^\n]*+"
 )
-_DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}")
 
 _MISTAKES = (
     (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
@@ -53,7 +52,7 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
     keys = text.count("=") + text.count("[")
     if keys > MOST_KEYS:
         raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
-    if _DEEP_KEY.search(_QUOTED.sub("q", text)):
+    if re.search(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}", _QUOTED.sub("q", text)):
         # Python's reader takes the square of their number of memory.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:

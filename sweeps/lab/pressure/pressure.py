@@ -78,10 +78,6 @@ MOTORED = (-0.12, -5.0)
 cycle that takes work is a motored one. A fired one that is reversed takes more, or has its largest
 pressure earlier."""
 
-MOTORED_BACKWARD = -2.0
-"""The same angle where falling rows of several cycles are counted backward: they may as well be in
-reverse order, and then a fired cycle looks motored, but for its largest pressure."""
-
 
 @linear_algebra_on_one_thread()
 def imported(
@@ -215,7 +211,9 @@ def _cycles(
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
-    earliest = MOTORED_BACKWARD if found.backward else MOTORED[1]
+    # Falling rows of several cycles that are counted backward may as well be in reverse order; then
+    # a fired cycle looks motored, but for its largest pressure.
+    earliest = -2.0 if found.backward else MOTORED[1]
     if MOTORED[0] < sign < REVERSED and peak > earliest:
         said.append("the cycles consume work and their largest pressure is at dead centre: motored")
     elif sign < REVERSED and options.direction is None and not late:

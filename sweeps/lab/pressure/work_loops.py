@@ -46,8 +46,6 @@ _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # Metres of each un
 _PARTS = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
 """Parts of the stroke of each unit."""
 
-_ENDING = re.compile(r"[_\s]([A-Za-z]{1,7}[23]?)$")
-
 STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 """Numbers in a column of strokes; a two-stroke cycle has 2 and 3."""
 
@@ -182,7 +180,7 @@ def _travel(
         raise SceneError(f"{source}: has several rows of points; must be one column")
     over_volume = source.key == "volume_column"
     own = options.volume_unit if over_volume else options.travel_unit
-    ending = _ENDING.search(name)
+    ending = re.search(r"[_\s]([A-Za-z]{1,7}[23]?)$", name)
     unit = own or recording.columns[name].unit or (ending[1] if ending else "")
     known = _VOLUMES if over_volume else {**_PARTS, **_LENGTHS}
     plain = unit.strip().lower().replace("³", "3").replace("^", "").replace("**", "")

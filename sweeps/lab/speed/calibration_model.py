@@ -126,11 +126,6 @@ class Calibration:
 COLUMN = 40
 """Where comments begin."""
 
-HOLDS = (0.5, 1.2)
-"""Lowest and highest speed for which the diagrams are said to hold, over the rated one."""
-
-_OWN = ("title", "name", "cycle", "source", "assumed", "firing_order")
-
 SOURCES = (
     "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values and "
     "the modelled cycle",
@@ -152,7 +147,11 @@ def engine_file(made: Calibration) -> str:
         lines.append(_line("firing_order", list(made.order), "assumed"))
     elif "firing_order" in rest:
         lines.append(_line("firing_order", rest["firing_order"], "given"))
-    lines += [f"{key} = {_toml(item)}" for key, item in rest.items() if key not in _OWN]
+    lines += [
+        f"{key} = {_toml(item)}"
+        for key, item in rest.items()
+        if key not in ("title", "name", "cycle", "source", "assumed", "firing_order")
+    ]
     own: Mapping[str, str] = rest.get("assumed", {})
     lines += ["", "[values]"]
     for key, value in made.values.items():
@@ -216,7 +215,8 @@ def _diagram(table: Mapping[str, Any], made: Calibration) -> list[str]:
         if key in ("load", "kind", "wall"):
             lines.append(f"{key} = {_toml(value)}")
             if key == "load":
-                speeds = [float(f"{factor * made.published.speed:.6g}") for factor in HOLDS]
+                # The diagrams are said to hold from half the rated speed on.
+                speeds = [float(f"{factor * made.published.speed:.6g}") for factor in (0.5, 1.2)]
                 lines.append(_line(SPEEDS, speeds, "rpm; assumed"))
             continue
         unit = DIAGRAM_KINDS["first_law"].fields[key].unit
@@ -280,8 +280,6 @@ LOADS = (10.0, 25.0, 50.0, 75.0, 100.0)
 
 LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 120.0, 20
 
-DEFAULT_KIND = "diesel"
-
 _RANGES = {
     "power": (0.05, 2e5),
     "speed": (10.0, 30000.0),
@@ -341,7 +339,7 @@ def published(
         kind, where = inside.kind, f"{sheet.name}: [data_sheet] kind"
     places["kind"] = where
     if kind is None:
-        kind, places["kind"] = DEFAULT_KIND, ""
+        kind, places["kind"] = "diesel", ""
     if not isinstance(kind, str) or kind not in KINDS:
         raise SceneError(
             f"{where} = {shown(kind)}: unknown kind of engine{not_known(str(kind), KINDS)}"

@@ -53,8 +53,6 @@ FALSE_ALARMS = 1e-4
 TOOTH_DEVIATION = 0.001
 """Standard deviation of errors of teeth that are not known, in shares of the smallest interval."""
 
-FINE_STEP = 0.5  # Largest step of the computed curves [degree]; work is summed by trapezia
-
 FEWEST = 6  # Cycles: fewer do not tell their dispersion
 
 FEWEST_INTERVALS = 4  # Fewest intervals of a cycle, for each cylinder
@@ -65,13 +63,6 @@ ROUNDS = 4  # Rounds of estimating the dispersion, and of leaving missed cycles 
 
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the size of a normally distributed number, over its standard deviation."""
-
-EFFICIENCY = 0.37
-"""Of the median size, against the root mean square: how many of its numbers count (Rousseeuw and
-Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory)."""
-
-FOURTH_DIFFERENCE = 70.0
-"""Variance of the fourth differences of independent numbers of variance 1: 1, 4, 6, 4, 1."""
 
 LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` takes
 
@@ -238,10 +229,11 @@ def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
     from sweeps.running.compute.in_memory import run
 
     step = scene.angle_step
+    # Steps of the computed curves are at most 0.5 degree: work is summed by trapezia.
     plain = replace(
         scene, quantities=("omega", "delta", "pressure", "load_coefficient"), reference=None,
         fail_on=(), inertia_models=("variable",),
-        angle_step=step / np.ceil(step / FINE_STEP - 1e-9),
+        angle_step=step / np.ceil(step / 0.5 - 1e-9),
     )  # fmt: skip
     silent = replace(
         plain, settings={**scene.settings, "misfire": 1.0}, quantities=("pressure",)
@@ -365,7 +357,8 @@ def _passage(relative: Floats, wheel: Wheel, count: int) -> float:
     if not whole.any():
         return 0.2 * TOOTH_DEVIATION
     median = float(np.median(np.abs(rough[:, whole])))
-    found = median / SCATTER_OF_MEDIAN / np.sqrt(FOURTH_DIFFERENCE * (1.0 + 1.0 / count))
+    # Fourth differences (1, 4, 6, 4, 1) of independent numbers of variance 1 have variance 70.
+    found = median / SCATTER_OF_MEDIAN / np.sqrt(70.0 * (1.0 + 1.0 / count))
     return max(found, LEAST_PASSAGE)
 
 
@@ -387,7 +380,9 @@ def _with_estimated(
 
     Its quantile by the expansion of Abramowitz and Stegun (1964), 26.7.5, from memory.
     """
-    freedom = max(EFFICIENCY * count, 2.0)
+    # The median size is as certain as the root mean square of 0.37 times as many numbers (Rousseeuw
+    # and Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory).
+    freedom = max(0.37 * count, 2.0)
     cylinders = len(found.threshold)
     z2 = NormalDist().inv_cdf(-np.expm1(np.log1p(-found.false_alarms) / cylinders)) ** 2
     wider = (

@@ -240,9 +240,6 @@ def _unit(name: str) -> str:
     return PARAMETERS[plain].unit if plain in PARAMETERS else NOT_OF_SCENES[plain][2]
 
 
-NO_SPEED = 1.0
-"""Size of the logarithms that stand for a design without an answer: a fit steps back from it."""
-
 MOST_SAMPLES = 720
 """Samples of a cycle of speed over angle that a fit takes: a degree of a four-stroke engine."""
 
@@ -327,7 +324,8 @@ class Seen:
                 shifts = shifts + values[:, place] * DEGREE
         found = []
         for number, start in enumerate(self.starts):
-            rows = np.full((len(values), self.recordings.width.size), NO_SPEED)
+            # Logarithms of this size stand for a design without an answer: a fit steps back.
+            rows = np.full((len(values), self.recordings.width.size), 1.0)
             rows[:, ::2] *= -1.0
             for shift in np.unique(shifts):
                 here = (shifts == shift) & np.isfinite(speed[:, number]).all(axis=1)

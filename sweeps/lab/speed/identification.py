@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Varied", "identify"]
 
-LARGE_SHARE = 0.1  # Part of a parameter's first value: a large change of it
-
 
 @dataclass(frozen=True)
 class Varied:
@@ -256,7 +254,8 @@ class _Task:
     def _parameter(self, key: str, start: float, gap_angle: float) -> Parameter:
         plain = key.partition("@")[0]
         how = self.vary[plain]
-        low, high, scale = -np.inf, np.inf, LARGE_SHARE * abs(start)
+        # A tenth of a parameter's first value is a large change of it.
+        low, high, scale = -np.inf, np.inf, 0.1 * abs(start)
         if plain in PARAMETERS:
             node = PARAMETERS[plain]
             low = -np.inf if node.low is None else node.low

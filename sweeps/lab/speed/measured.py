@@ -60,8 +60,6 @@ ORDERS = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
 ROUNDS = 2
 """Of estimating errors: the computed speed is first taken between the teeth as they should be."""
 
-POINT = 1e-9  # Width [rad] of a sample that is no mean over an interval
-
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
@@ -345,8 +343,9 @@ def _dataset(
     )
     has = _known(speeds)
     own, own_phase = np.full((2, *size.shape), np.nan)
+    # A sample is no mean over an interval: its width [rad] is next to nothing.
     own[has], own_phase[has] = orders_of_samples(
-        speeds[has], angle, np.full(angle.size, POINT), orders
+        speeds[has], angle, np.full(angle.size, 1e-9), orders
     )
     rad, one = "rad s-1", "1"
     data: dict[str, Any] = {

@@ -47,10 +47,6 @@ TURNING_BACK = 0.3
 """Share of steps that do not ascend from which on times of teeth are certainly intervals; where it
 is smaller, but as large as a gap in every second turn makes it, they are if they fit the wheel."""
 
-CHANGING = 0.95
-"""Share of the rows that change the level from which on evenly spaced ones are the changes, not
-samples: with three samples from tooth to tooth, two thirds of them do."""
-
 RATES_DIFFER = 0.01
 """Relative difference of a given sample rate and that of the times beside it."""
 
@@ -415,7 +411,9 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     off = np.abs(time - time[0] - interval * np.arange(time.size))
     uneven = off.max() > UNEVEN * interval
     two_levels = bool(np.isin(signal, (signal.min(), signal.max())).all())
-    if two_levels and changes > (0.0 if uneven else CHANGING):
+    # Evenly spaced rows are changes of the level, and not samples of it, where nearly all change it:
+    # with three samples from tooth to tooth, two thirds of them do.
+    if two_levels and changes > (0.0 if uneven else 0.95):
         return signal, time
     if uneven:
         place = int(np.argmax(np.abs(np.diff(time) - interval))) + 1

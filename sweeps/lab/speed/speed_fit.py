@@ -46,8 +46,6 @@ DRAWS = 999  # Fits to noise that residuals are compared with
 LEAST_LIKELIHOOD = 1.0 / (1 + DRAWS)
 """Likelihood of noise where none of the draws leaves residuals as large; it may be any smaller."""
 
-AT_BOUND = 1e-6  # Distance from a bound, over a parameter's scale, within which a value is at it
-
 TINY = 1e-300
 
 STEP = 1e-3  # Relative step of the central differences; their error is its square
@@ -177,7 +175,8 @@ class FittedSpeeds:
         room = [
             min(v - p.low, p.high - v) for p, v in zip(self.parameters, self.value, strict=True)
         ]
-        return np.asarray(np.array(room) <= AT_BOUND * np.array([p.scale for p in self.parameters]))
+        # A value is at its bound within a millionth of the parameter's scale.
+        return np.asarray(np.array(room) <= 1e-6 * np.array([p.scale for p in self.parameters]))
 
     @property
     def deviation(self) -> Floats:
