@@ -411,7 +411,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     off = np.abs(time - time[0] - interval * np.arange(time.size))
     uneven = off.max() > UNEVEN * interval
     two_levels = bool(np.isin(signal, (signal.min(), signal.max())).all())
-    # Evenly spaced rows are changes of the level, and not samples of it, where nearly all change it:
+    # Evenly spaced rows are changes of the level, not samples of it, where nearly all change it:
     # with three samples from tooth to tooth, two thirds of them do.
     if two_levels and changes > (0.0 if uneven else 0.95):
         return signal, time
