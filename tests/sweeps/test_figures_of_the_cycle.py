@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.testing import assert_allclose
 
 from sweeps.view.figures.bearing_loads import (
     bearing_load_names,
@@ -16,7 +15,6 @@ from sweeps.view.figures.bearing_loads import (
     bearing_pressures,
 )
 from sweeps.view.figures.cycle_curves import load_curve_names, load_curves
-from sweeps.view.figures.parameter_bars import COMPONENTS, friction_components, friction_names
 from sweeps.view.figures.polar import polar_names
 from sweeps.view.figures.study import Study, study_of
 from sweeps.view.figures.turning_moment import turning, turning_moment, turning_names
@@ -167,49 +165,6 @@ def test_of_the_journals_the_most_loaded_is_drawn() -> None:
     assert len(figure.axes[0].lines) == 4
     assert figure.axes[0].get_ylabel().startswith("Pressure of the bearing")
     assert "main journal 2, the most loaded: largest pressure" in words(figure)
-
-
-def friction(axis: str = "speed") -> xr.Dataset:
-    """Eight components, of which the first does not depend on the axis, and another total."""
-    places = np.array([1.0, 2.0, 4.0])
-    parts = {
-        name: variable(axis, (0.1 + 0.01 * rank) * places, name, "bar")
-        for rank, name in enumerate(COMPONENTS)
-    }
-    first = next(iter(COMPONENTS))
-    return xr.Dataset(
-        {**parts, first: variable((), 0.25, first, "bar"),
-         "fmep": variable(axis, 2.0 * places, "friction", "bar")},
-        coords={axis: variable(axis, places, axis, "1")},
-    )  # fmt: skip
-
-
-def test_components_of_friction_stand_on_each_other_or_are_bars() -> None:
-    data = friction()
-    figure = drawn(friction_components, friction_names, study_of(data, {}))[
-        "friction_components_speed"
-    ]
-    panel = figure.axes[0]
-    tops = [float(area.get_paths()[0].vertices[:, 1].max()) for area in panel.collections]
-    totals = np.cumsum([float(data[name].max()) for name in COMPONENTS])
-    assert_allclose(tops, totals)
-    (line,) = panel.lines
-    assert list(line.get_ydata()) == [2.0, 4.0, 8.0]
-    assert panel.get_ylim()[0] == 0.0
-    # The legend goes down as the areas do.
-    texts = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert texts == ["fmep of the torque", *reversed(COMPONENTS.values())]
-    data = friction("valve_train")
-    found = drawn(friction_components, friction_names, study_of(data, {}))
-    panel = found["friction_components_valve_train"].axes[0]
-    assert len(panel.patches) == 3 * len(COMPONENTS)
-    assert not panel.collections
-    one = drawn(friction_components, friction_names, study_of(data, {"valve_train": 4.0}))
-    panel = one["friction_components"].axes[0]
-    widths = [bar.get_width() for bar in panel.patches]
-    assert_allclose(widths, [float(data[name].max()) for name in COMPONENTS])
-    share = 100.0 * widths[0] / sum(widths)
-    assert f"0.250, {share:.0f} %" in words(one["friction_components"])
 
 
 COARSE = np.arange(-360.0, 360.0, 10.0)

@@ -251,36 +251,6 @@ def assert_extended(path: Path) -> None:
             assert_array_equal(found[name], expected[name])
 
 
-def test_the_same_command_goes_on_with_an_extension(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(limits, "LARGEST_BLOCK", 1e5)
-    path, said = extended(tmp_path, monkeypatch)
-    again = f"engine-dyn extend {path} --axis {EXTENSION}"
-    assert said.endswith(
-        f"interrupted; {path} is unchanged, finished blocks are kept in {path}.partial; "
-        f"to continue: {again}\n"
-    )
-    told = ok("info", f"{path}.partial")
-    assert "an interrupted extension" in told and "finished: 3 of " in told
-    # Nothing else takes it away.
-    assert "exists" in refused("run", tmp_path / "scene.toml", "-o", path)
-    ok("run", tmp_path / "scene.toml", "-o", path, "--resume")
-    assert "already on the axis" in refused("extend", path, "--axis", "speed=1000")
-    text = refused("extend", path, "--axis", "speed=1950")
-    assert "contains another interrupted extension" in text and "--overwrite" in text
-    seen = watch_blocks(monkeypatch)
-    ok("extend", path, "--axis", EXTENSION)
-    count = len(seen) + 3
-    assert_extended(path)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.nc", "scene.toml"]
-    seen.clear()
-    run(tmp_path / "scene.toml", path, overwrite=True)
-    seen.clear()
-    ok("extend", path, "--axis", EXTENSION)
-    assert len(seen) == count
-
-
 def test_an_extension_killed_at_its_last_moments(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,6 +1,5 @@
 """Scenes with counterweights on webs and with mounts of the block: agreement, axes, bad input."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -258,33 +257,6 @@ WEB = {"mass": 1.0, "radius": 0.05, "angle": 180.0, "position": 0.0}
 def test_bad_input(tables: dict[str, Any], message: str) -> None:
     quantity = "mount_force" if "counterweights" not in tables else "shaking_moment_max"
     assert message in refusal(asking([quantity], **tables))
-
-
-def test_an_engine_file_has_these_tables(tmp_path: Path) -> None:
-    """What a scene says of counterweights replaces what the file says."""
-    own = "[[counterweights]]\nmass = 2.0\nradius = 0.05\nangle = 180.0\nposition = 0.0\n"
-    mounts = "[[mounts]]\nlateral = -0.2\n[[mounts]]\nlateral = 0.2\n"
-    source = Path(sweeps.__file__).parent / "catalogue" / "engines" / "b112.toml"
-    text = source.read_text(encoding="utf-8")
-    file = tmp_path / "mine.toml"
-
-    def engine_with(more: str, values: str = "") -> str:
-        file.write_text(text.replace("[values]\n", f"[values]\n{values}", 1) + "\n" + more)
-        return str(file)
-
-    mine = engine_with(own + mounts)
-    names = ["shaking_force_max", "mount_force_max"]
-    of_file = computed(names, engine=mine)
-    assert (of_file["mount_force_max"] > 0.0).all()
-    by_mass = {"counterweight_mass": 2.0, "counterweight_radius": 0.05}
-    by_scene = computed(names, engine=mine, set=by_mass)
-    ratio = float(of_file["shaking_force_max"]) / float(by_scene["shaking_force_max"])
-    assert ratio == pytest.approx(1.0, rel=1e-12)
-    heavier = computed(names, engine=mine, counterweights=[{**WEB, "mass": 4.0}])
-    assert float(heavier["shaking_force_max"]) != float(of_file["shaking_force_max"])
-    for values in ("counterweight_mass = 1.0\n", "counterweight_fraction = 0.5\n"):
-        message = refusal(asking(names, engine=engine_with(own, values)))
-        assert "not allowed together with [[counterweights]]" in message
 
 
 def test_bending_over_the_cycle_has_all_forces_on_the_pins() -> None:

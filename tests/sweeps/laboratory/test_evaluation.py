@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from sweeps.scene.engine.engine_files import load_engine
 from sweeps.view.figures.kinds import figures_of
 from sweeps.view.figures.study import study_of
 from tests.support import recorded_engine as engine
-from tests.support.laboratory import avl, four_cylinders, imep, own, rows, samples
+from tests.support.laboratory import four_cylinders, imep, own, rows, samples
 
 
 def figure(data: xr.Dataset) -> object:
@@ -118,13 +117,6 @@ rod_length = 0.21
 cylinders = 4
 """
 
-DIAGRAM = """
-[[diagram]]
-load = {}
-kind = "first_law"
-compression_ratio = {}
-"""
-
 
 def written(folder: Path, more: str = "") -> str:
     (folder / "mine.toml").write_text(OWN + more)
@@ -169,40 +161,6 @@ def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
     assert f"less than the {brake:.4g} N m at the shaft" in told[0]
     with pytest.raises(sweeps.SceneError, match="needs an engine with bore, stroke and cylinders"):
         read_pressure(tmp_path / "raw.csv", brake_torque=brake)
-
-
-POINTS = '\n[[diagram]]\nload = 100\nkind = "points"\nfile = "yet to be written.csv"\n'
-DATA_SHEET = "\n[data_sheet.cycle]\ncompression_ratio = {}\n"
-
-
-@pytest.mark.parametrize(
-    ("more", "given", "ratio"),
-    [
-        (DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 16.0), {}, 16.0),
-        (DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 16.0), {"compression_ratio": 17.0}, 17.0),
-        (DIAGRAM.format(50, 16.0) + DIAGRAM.format(100, 17.0), {}, "compression_ratio"),
-        (DATA_SHEET.format(16.5), {}, 16.5),
-        (DATA_SHEET.format(900), {}, r"\[data_sheet.cycle\] compression_ratio = 900"),
-        (DATA_SHEET.format(16.5) + POINTS, {}, 16.5),
-        (POINTS, {}, r"or geometric_compression_ratio in \[values\]"),
-    ],
-    ids=["all diagrams", "given", "others", "data sheet", "absurd", "sheet and points", "points"],
-)
-def test_where_the_compression_ratio_comes_from(
-    more: str, given: dict[str, float], ratio: Any, tmp_path: Path
-) -> None:
-    avl(tmp_path / "raw.csv")
-    path = written(tmp_path, more)
-    if isinstance(ratio, str):
-        with pytest.raises(sweeps.SceneError, match=ratio):
-            read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression", **given)
-    else:
-        found = read_pressure(tmp_path / "raw.csv", engine=path, pegging="compression", **given)
-        assert found.geometry.compression_ratio == ratio
-        assert f"compression ratio {ratio:g} of the engine" in found.steps or given
-    if more == POINTS:
-        steps = read_pressure(tmp_path / "raw.csv", engine=path).steps
-        assert any(step.startswith("compression ratio unknown") for step in steps)
 
 
 def test_what_is_no_engine_is_refused(tmp_path: Path) -> None:

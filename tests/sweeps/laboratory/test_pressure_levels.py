@@ -92,31 +92,6 @@ def test_the_option_that_is_offered_puts_the_level_right(
     assert read_indicator(made)(-np.pi) / BAR == pytest.approx(KNOWN.inlet, abs=0.1)  # noise
 
 
-def test_plan_and_run_say_it_of_the_engine_and_of_the_indicator(tmp_path: Path) -> None:
-    raw = written(tmp_path, 2.7, 1.5)
-    ok("import", raw, "--average", "-o", tmp_path / "pressure.csv")
-    (tmp_path / "indicated.toml").write_text(
-        f'{SCENE}[indicator]\nfile = "recording.csv"\naverage = true\n'
-    )
-    (tmp_path / "made.toml").write_text(f'{SCENE}[indicator]\nfile = "pressure.csv"\n')
-    for name in ("scene.toml", "indicated.toml", "made.toml"):
-        planned = invoke("plan", tmp_path / name)
-        line = level_line(planned.stderr)
-        assert "2.7" in line and "bar too high" in line
-        assert "compression_rise" not in planned.stderr  # which has the same reason
-        assert "dead_centre" not in planned.stderr
-        asked = {"quantities": ["pressure"]}
-        made = sweeps.run(tmp_path / name, output=asked)
-        assert made.pressure.long_name == "pressure in cylinder 1, level as recorded"
-    archive = sweeps.run(tmp_path / "scene.toml")
-    assert level_line(archive.attrs["warnings"])
-    silent = SCENE.replace(
-        "[output]", 'silenced_warnings = ["level", "compression_rise"]\n[output]'
-    )
-    (tmp_path / "scene.toml").write_text(silent)
-    assert " level: " not in invoke("plan", tmp_path / "scene.toml").stderr
-
-
 def test_what_is_wrong_by_the_level_in_delta_is_mended_by_pegging(tmp_path: Path) -> None:
     """The pegged recording gives the speed of the closed form itself."""
     raw, made = written(tmp_path, 2.7, 0.0), tmp_path / "pressure.csv"
