@@ -11,7 +11,6 @@ from engine_dyn.loads.driven_machine import TorqueOverAngle
 __all__ = ["highest_order"]
 
 SAMPLES_OF_TURN = 2048
-SMALLEST_SHARE = 0.01  # Amplitude over the largest one that still counts
 
 
 def highest_order(torque: TorqueOverAngle | None) -> float:
@@ -28,5 +27,6 @@ def highest_order(torque: TorqueOverAngle | None) -> float:
     turns = round(torque.period / (2.0 * math.pi))
     angles = np.arange(turns * SAMPLES_OF_TURN) * (2.0 * math.pi / SAMPLES_OF_TURN)
     amplitude = np.abs(np.fft.rfft(torque(angles)))[1:]
-    counting = np.flatnonzero(amplitude > SMALLEST_SHARE * amplitude.max(initial=0.0))
+    # Amplitudes count from one hundredth of the largest on.
+    counting = np.flatnonzero(amplitude > 0.01 * amplitude.max(initial=0.0))
     return float(counting[-1] + 1) / turns if counting.size else 0.0

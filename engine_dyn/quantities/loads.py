@@ -49,9 +49,6 @@ def _at_nominal(law: LawFacts) -> Node:
 
 NO_TORQUE = -math.inf  # Given for a torque that neither load nor driver has at the nominal speed
 
-SMALLEST_LACK = 1e-9
-"""Torque over the mean torques of engine, friction and load that counts as none."""
-
 
 def _opposed(
     surplus: Any, torque_mean: Any, friction_torque: Any, constant: Any, shape: Any
@@ -59,7 +56,8 @@ def _opposed(
     """Return `surplus` where load or driver, of torque `shape`, can give it; else `NO_TORQUE`."""
     size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant)
     lack = (torque_mean - constant) * np.sign(shape)
-    return np.where((lack < -SMALLEST_LACK * size) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
+    # A torque is none below this part of the mean torques of engine, friction and load.
+    return np.where((lack < -1e-9 * size) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
 
 
 def _opposed_torque(when: str, sign: float = 1.0) -> Node:

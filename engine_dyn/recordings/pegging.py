@@ -26,8 +26,6 @@ EXPONENT, EXPONENT_DEVIATION = 1.33, 0.02
 
 COMPRESSION = (-100.0 * DEGREE, -40.0 * DEGREE)  # Valves closed, not yet burning
 
-ITERATIONS = 30
-
 
 class Pegged(NamedTuple):
     """Cycles with absolute pressure."""
@@ -154,7 +152,7 @@ def _linear(volume: Floats, p: Floats, exponent: float) -> tuple[Floats, Floats]
 def _fitted(volume: Floats, p: Floats) -> tuple[float, float, float]:
     """Offset, its standard error and the exponent of one cycle by Gauss and Newton's method."""
     n = EXPONENT
-    for _ in range(ITERATIONS):
+    for _ in range(30):
         power = volume**-n
         columns = np.stack([power, -np.ones_like(power), -power * np.log(volume)], axis=1)
         # The third unknown is C dn: with the C of the same solution it is the step of n.

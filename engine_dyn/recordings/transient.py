@@ -25,8 +25,6 @@ __all__ = [
 
 MOST_STEPS = 60  # Steps of Newton's or Gauss and Newton's method; three to six are usual
 
-CLOSE_ENOUGH = 1e-12  # Relative change of speed and load coefficient at which the search ends
-
 
 @dataclass(frozen=True, eq=False)
 class TorqueTrain:
@@ -304,6 +302,7 @@ def _solved(
         else:
             break
         found = trial
-        if np.max(np.abs(step)) < CLOSE_ENOUGH:
+        # The search ends at this relative change of speed and load coefficient.
+        if np.max(np.abs(step)) < 1e-12:
             return found
     return replace(found, status=status.NOT_CONVERGED)

@@ -341,7 +341,6 @@ def known_key(
     return node
 
 
-POWERS = {"W": 1.0, "kW": 1e3, "MW": 1e6}
 POWER = re.compile(r"[0-9]{1,20}(\.[0-9]{1,20})? (W|kW|MW)", re.ASCII)  # A power with its unit
 
 
@@ -373,7 +372,7 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
             return number_or_ratio(raw)
     if isinstance(raw, str) and is_power(node) and POWER.fullmatch(raw):
         size, unit = raw.split()
-        return number(float(size) * POWERS[unit], where, node)
+        return number(float(size) * {"W": 1.0, "kW": 1e3, "MW": 1e6}[unit], where, node)
     if names and node is not None and node.whole:  # each of its values has a name
         listed = "', '".join(names)
         raise SceneError(f"{where} = {shown(raw)}: must be one of '{listed}'")

@@ -70,9 +70,6 @@ ALIKE = 1e-3
 """Relative difference up to which orders share a place: the model is no better than that."""
 
 
-_OF_CYLINDERS = ("arrangement", "firing_angles")
-
-
 def firing_orders(
     engine: str | Path | Mapping[str, Any], *,
     arrangement: str | Mapping[str, Any] | None = None,
@@ -242,7 +239,7 @@ def _one_engine(
     axes = dict(own.source.get("axes") or {})
     axes.pop("cylinders", None)
     made = _arrangement(own, arrangement, name)
-    for key in _OF_CYLINDERS:
+    for key in ("arrangement", "firing_angles"):
         settings.pop(key, None)
     settings["cylinders"] = len(made.cylinders)
     output = dict(own.source.get("output") or {})

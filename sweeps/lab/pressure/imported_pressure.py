@@ -210,10 +210,6 @@ def known_ratio(ratio: float | None) -> dict[str, float]:
     return {} if ratio is None else {"compression_ratio": ratio}
 
 
-LIKE_GAUGE = 0.05 * BAR
-"""A level that is too low by the ambient pressure, but for so much, may be gauge pressure."""
-
-
 def level_of(
     cycles: RecordedCycles, name: str, geometry: CylinderGeometry, said: list[str]
 ) -> Level | None:
@@ -240,7 +236,8 @@ def offer_of(
         return ""
     inlet = f"{level.inlet / BAR:.2f}"
     away = abs(level.offset + options.ambient_pressure * BAR)
-    gauge = away < LIKE_GAUGE + 2.0 * level.uncertainty
+    # A level that is too low by the ambient pressure, but for so much, may be gauge pressure.
+    gauge = away < 0.05 * BAR + 2.0 * level.uncertainty
     asked = "; is it gauge pressure (such as --unit barg)? If not, give" if gauge else "; give"
     return (
         f"{asked} --pegging inlet --inlet-pressure {inlet} (pegging = 'inlet', inlet_pressure = "

@@ -16,7 +16,6 @@ __all__ = [
     "FEW_HALF_ORDERS",
     "INERTIA_STEP",
     "LEAST_LIKENESS",
-    "SMALLEST_TURN",
     "even_firing_doubt",
     "far_speed_remark",
     "gap_doubts",
@@ -30,9 +29,6 @@ LEAST_LIKENESS = float(np.sqrt(0.5))
 
 CLEARLY = 0.5
 """More alike is what leaves less than this part of the share 1 - r^2 that is not explained."""
-
-SMALLEST_TURN = 3.0 * DEGREE
-"""How far another angle of the gap must be, however fine the wheel [rad]; otherwise a pitch."""
 
 FEW_HALF_ORDERS = 0.05
 """Half orders over whole ones of the computed speed, root mean square, below which the speed is
@@ -68,7 +64,9 @@ def gap_doubts(
     best, here = _likeness(free), _likeness(found)
     if is_given and _clearly_more(best, here):
         # of angles that are equally alike, as of cylinders that fire evenly, one may be near
-        reach = max(float(np.median(wheel.width)), SMALLEST_TURN)
+        # Another angle of the gap must be so far away, however fine the wheel: otherwise it is a
+        # pitch.
+        reach = max(float(np.median(wheel.width)), 3.0 * DEGREE)
         near = max(
             _likeness(find_gap_angle(raw, angle, speeds, wheel, period, found.angle + away, used))
             for away in np.linspace(-reach, reach, 13)

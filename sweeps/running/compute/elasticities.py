@@ -39,9 +39,6 @@ __all__ = ["Derivative", "derivative", "elasticities_of"]
 NOISE = 1e-9
 """Relative errors of results that do not vary smoothly from one design to the next."""
 
-DIFFERENCE = 0.01
-"""Relative difference of the derivatives on both sides from which they are told apart."""
-
 
 @dataclass(frozen=True)
 class Derivative:
@@ -95,7 +92,8 @@ def derivative(
             np.abs(one - side[2]) + noise[2] for one, side in ((down, below), (up, above))
         )
         largest = np.maximum(np.abs(down), np.abs(up))
-        differ = np.abs(up - down) > DIFFERENCE * largest + 6.0 * noise[2]
+        # Derivatives on both sides are told apart from a relative difference of 0.01 on.
+        differ = np.abs(up - down) > 0.01 * largest + 6.0 * noise[2]
 
     kind = np.full(np.shape(middle), AGREE, dtype=np.int8)
     kind[differ] = DIFFER

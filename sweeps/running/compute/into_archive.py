@@ -76,9 +76,6 @@ _Written = tuple[int, Block, Results | None]
 """A block with its number, and its arrays unless they are damaged."""
 
 
-_COUNTED = 1_000_000  # Outcomes that are read at a time
-
-
 def run(
     plan: Plan, output: Path, options: Options, scheduler: str = "",
     tell: Callable[[str], None] = lambda _: None,
@@ -482,7 +479,8 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
                 done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)
             elif "status" in file.variables:
                 status = file.variables["status"]
-                for place in slabs(status.shape, (1,) * status.ndim, 1, _COUNTED):
+                # A million outcomes are read at a time.
+                for place in slabs(status.shape, (1,) * status.ndim, 1, 1_000_000):
                     done.count(np.asarray(status[place if place else ...]))
             unequal = differences(before, now)
     except DAMAGE as error:

@@ -95,14 +95,11 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     slope = np.zeros_like(crossed)
     if enough.any():
         # Where draws without a number leave only one value of a parameter, it has no slope.
-        inverse = np.linalg.pinv(covariance[enough], rcond=_SMALLEST_EIGENVALUE, hermitian=True)
+        # Smaller eigenvalues of the covariance, as shares of the largest, are rounding.
+        inverse = np.linalg.pinv(covariance[enough], rcond=1e-10, hermitian=True)
         slope[enough] = (inverse @ crossed[enough][..., None])[..., 0]
     whole = np.where(enough, variance, 1.0)[:, None]
     share = slope**2 * np.einsum("mii->mi", covariance) / whole
     explained = (slope * crossed).sum(axis=1) / whole[:, 0]
     share[count == 0.0], explained[count == 0.0] = np.nan, np.nan
     return explained.reshape(shape), share.reshape(*shape, many)
-
-
-_SMALLEST_EIGENVALUE = 1e-10
-"""Least eigenvalue of the covariance of parameters, as a share of the largest; less is rounding."""

@@ -27,8 +27,6 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["Statistics"]
 
-FEW_CELLS = 32  # Cells that have fine bins
-
 MOST_BINS = 64  # Bins of a histogram for people
 
 WIDE = 16.0
@@ -39,7 +37,8 @@ AT_ONCE = 1 << 20  # Values that are added at a time, about
 
 def _bits_of(cells: int) -> int:
     """Bits of the mantissa that bins tell apart: 0.2 % of a value, 1.6 % where cells are many."""
-    return 9 if cells <= FEW_CELLS else 6
+    # Up to 32 cells have fine bins.
+    return 9 if cells <= 32 else 6
 
 
 class Statistics:

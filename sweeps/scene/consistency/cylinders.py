@@ -63,10 +63,6 @@ def check_misfire(values: GivenValues, name: str) -> None:
         )
 
 
-_OF_ORDER = {"shaking_moment_first": 1, "shaking_moment_second": 2}
-"""Quantities of one order of the moment."""
-
-
 def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
     """Check that a moment does not hang on a distance of banks that nobody gives.
 
@@ -74,7 +70,9 @@ def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
     bearings of their bay.
     """
     engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
-    order = _OF_ORDER.get(quantity.removesuffix(ELASTICITY))
+    order = {"shaking_moment_first": 1, "shaking_moment_second": 2}.get(
+        quantity.removesuffix(ELASTICITY)
+    )
     for engine in engines:
         if engine.arrangement is None:
             continue  # `check_throws` refuses these

@@ -182,9 +182,6 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
     return sheet.finish(title, notes, legend=told_apart(entries))
 
 
-PER_RPM = {"rpm": 1.0, "rad s-1": RPM}  # One revolution a minute in each unit of speeds
-
-
 def _values(view: View, name: str) -> Floats | None:
     """All values of a variable, or None where they are too many to look at."""
     array = view.array(name)
@@ -278,7 +275,8 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
     new = {}
     for name in names:
         array = view.array(name)
-        unit = PER_RPM.get(str(array.attrs.get("units")))
+        # One revolution a minute has these sizes in the units of speeds.
+        unit = {"rpm": 1.0, "rad s-1": RPM}.get(str(array.attrs.get("units")))
         if unit is None or not set(nominal.dims) <= set(array.dims):
             continue
         symbol = symbol_of(array).strip("$")
