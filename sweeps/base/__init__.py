@@ -1,4 +1,4 @@
-"""What all other rooms stand on: errors, checks of values, labels of axes, files of every format.
+"""The ground of all other rooms: errors, checks of values, labels of axes, files of every format.
 
 errors, checks      messages of one line; values against the parameters of the graph
 ratios, dimensions  numbers as people write them; which dimensions count what

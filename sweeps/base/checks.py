@@ -450,7 +450,7 @@ def allowed(node: Node) -> str:
 
 
 def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
-    """Which values (file units) are no usable numbers or outside the range of a parameter."""
+    """Whether values (file units) are no usable numbers, or outside the range of a parameter."""
     bad = ~(np.abs(values) <= LARGEST)
     if node.low == 0.0:
         bad |= (values > 0.0) & (values < 1.0 / LARGEST)  # many are divisors

@@ -94,7 +94,7 @@ class WordAxis(NamedTuple):
     column : bool
         Whether [designs] may have it as a column.
     title : str
-        What titles of figures say before a word of the axis, which does not tell by itself.
+        Words that titles of figures put before a word of the axis, which does not tell by itself.
     """
 
     name: str

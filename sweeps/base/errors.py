@@ -27,7 +27,7 @@ NAMED_BADLY = (
     errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
     errno.ELOOP, errno.EINVAL,
 )  # fmt: skip
-"""What the system says of a file that the user named badly; all else is a failure of the disk."""
+"""Errors of the system for a file that the user named badly; others are failures of the disk."""
 
 LONGEST = 4000  # Characters of a message
 
@@ -100,9 +100,10 @@ def not_known(name: str, known: Iterable[str], *, command: str = "", also: str =
     known : iterable of str
         The right ones.
     command : str
-        What lists them; it replaces a very long list, and any list where a near name is found.
+        The command that lists them; it replaces a very long list, and any list where a near name
+        is found.
     also : str
-        What else is allowed.
+        Other values that are allowed.
     """
     names = list(known)
     hint = did_you_mean(name, names)

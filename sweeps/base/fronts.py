@@ -34,7 +34,7 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any], *more: Any) -> I
         order = np.lexsort(numbers[::-1])
     if not order.size:
         return order
-    # Of designs that are equal, which follow each other, all are what the first is.
+    # Equal designs follow each other: all are on the front if the first is.
     numbers = numbers[:, order]
     new = np.concatenate([[True], (numbers[:, 1:] != numbers[:, :-1]).any(axis=0)])
     unlike = numbers[:, new]
@@ -43,7 +43,7 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any], *more: Any) -> I
 
 
 def _beaten_of_pairs(numbers: Floats) -> Booleans:
-    """Which of different pairs, in their order, one before them beats."""
+    """Whether each of different pairs, in their order, is beaten by one before it."""
     second = numbers[1]
     return np.concatenate([[False], np.minimum.accumulate(second[:-1]) <= second[1:]])
 
@@ -52,7 +52,7 @@ NEAR = 16  # Designs next to each other that are compared one by one; a power of
 
 
 def _beaten_of_three(numbers: Floats) -> Booleans:
-    """Which of different triples, in their order, one before them beats.
+    """Whether each of different triples, in their order, is beaten by one before it.
 
     That is one which is not above in the second and third number. Blocks of designs are compared
     with those that follow them, then blocks twice as long: along the second number, the least third
@@ -84,7 +84,7 @@ def _of_many(numbers: Floats) -> Integers:
     """Front of four numbers or more, shape (numbers, designs)."""
     waiting = np.lexsort(numbers[::-1])
     found: list[int] = []
-    # What beats a design comes before it in this order: the first that waits is never beaten.
+    # A design that beats another one comes before it in this order: the first is never beaten.
     while waiting.size:
         found.append(int(waiting[0]))
         waiting = waiting[1:]
@@ -93,13 +93,13 @@ def _of_many(numbers: Floats) -> Integers:
 
 
 def _beaten(one: Floats, others: Floats) -> Booleans:
-    """Which of the designs `others`, shape (numbers, designs), one design beats."""
+    """Whether one design beats each of the designs `others`, shape (numbers, designs)."""
     own = one[:, None]
     return np.asarray((others >= own).all(axis=0) & (others > own).any(axis=0))
 
 
 def unbeaten(front: Floats, designs: Floats) -> Booleans:
-    """Which designs, shape (numbers, designs), may stand beside those of a front.
+    """Whether designs, shape (numbers, designs), may stand beside those of a front.
 
     Of pairs, one is left out that is above a pair of the front in the second number, and not below
     in the first. The front is in the order of `front_of`, so that the second number falls along it:

@@ -66,9 +66,9 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     if len(found) > 1:
         said = [f"sheet '{one_line(taken, 60)}' of {names} read (sheet takes another one)"]
     first_row, width = tables[taken]
-    beside = sum(len(row) > width for row in found[taken][first_row:])
-    if beside:
-        said.append(f"values right of the table in {counted(beside, 'row')} left out")
+    wider = sum(len(row) > width for row in found[taken][first_row:])
+    if wider:
+        said.append(f"values right of the table in {counted(wider, 'row')} left out")
     return _sheet_columns(found[taken], tables[taken], label)._replace(said=tuple(said))
 
 

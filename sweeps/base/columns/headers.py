@@ -156,9 +156,9 @@ def split_unit(text: str) -> tuple[str, str]:
     found = re.match(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$", text)
     if found is None:
         for pattern in (_OVER_UNIT, _COMMA_UNIT):
-            beside = pattern.match(text.strip())
-            if beside is not None and _is_unit(beside["unit"]):
-                return beside["name"], in_latin(beside["unit"])
+            written = pattern.match(text.strip())
+            if written is not None and _is_unit(written["unit"]):
+                return written["name"], in_latin(written["unit"])
         return text.strip(), ""
     unit = found["a"] if found["a"] is not None else found["b"]
     if found["a"] is None and not _is_unit(unit):

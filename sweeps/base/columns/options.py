@@ -227,7 +227,7 @@ COMPANIONS: Companions = {
 
 
 class ImportOptions(PressureOptions):
-    """Keys of a recorded pressure that no scene is beside."""
+    """Keys of a recorded pressure without a scene."""
 
     engine: str | None = Field(
         default=None,

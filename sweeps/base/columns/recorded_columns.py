@@ -1,4 +1,4 @@
-"""What a laboratory's file holds: columns by name, each with the unit that the file states."""
+"""Columns of a laboratory's file by name, each with the unit that the file states."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Contents(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What a laboratory's file holds."""
+    """Columns of a laboratory's file, and how it was read."""
 
     label: str  # The file as messages call it
     sha256: str  # Hash of the file's bytes
@@ -107,7 +107,7 @@ class Recording:
         values = column.values
         if not values.size:
             raise SceneError(f"{where}: has no values")
-        # Of a NaN among them, both are NaN: no array is made.
+        # A NaN among them makes both NaN: no array is made.
         if values.min() >= -LARGEST and values.max() <= LARGEST:
             self._check_missing(values, where)
             return values

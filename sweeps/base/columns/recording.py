@@ -40,7 +40,7 @@ Reader = Callable[[Path, bytes, str, ReadingChoices], Contents]
 
 
 class _Kind(NamedTuple):
-    """What reads columns and the line of the first sample, endings of files, choices that count.
+    """A format: its reader, the endings of its files, and the choices that count.
 
     A reader that hands a file to a library runs `apart`, in a process with limits.
     """

@@ -1,6 +1,6 @@
 """Recordings in text files: any separator, decimal mark, lines above the numbers, row of units.
 
-What stands above the numbers is looked at here; the numbers are read by pandas.
+Lines above the numbers are looked at here; the numbers are read by pandas.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             fields = _most_fields(rows[first:], width)
             form = _Form(separator, decimal, first, width, fields, thousands)
             found.append((numbers - 2 * texts, parts, form))
-    # What seems to stand behind decimal commas does, where that makes numbers too.
+    # Digits that seem to stand behind decimal commas do, where that makes numbers too.
     whole = any(not parts and form.decimal == "," for _, parts, form in found)
     good = [one for one in found if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None

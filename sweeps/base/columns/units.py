@@ -149,7 +149,7 @@ def stated_unit(unit: str, name: str, units: Iterable[str]) -> str:
     unit : str
         As stated, with or without brackets; "" where it is not.
     name : str
-        Of the column, such as "time_us".
+        Name of the column, such as "time_us".
     units : iterable of str
         Those that a name may end with.
     """

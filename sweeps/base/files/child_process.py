@@ -23,7 +23,7 @@ REFUSED = b"refused "  # Beginning of an answer that says why there is none
 
 @dataclass
 class Limits:
-    """What a process may take, bytes and seconds, and why it was ended; "" where it was not."""
+    """Bytes and seconds that a process may take, and why it was ended; "" where it was not."""
 
     most: int
     seconds: float

@@ -89,7 +89,7 @@ def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> Cs
     name : str
         The file as messages should call it.
     what : str
-        What the file should be, for messages.
+        Kind of file that is expected, for messages.
     needed : sequence of str
         Columns that must be there; others are kept.
 

@@ -38,7 +38,7 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     raw : str or float
         "36.4 kW", "36.4" or 36.4.
     where : str
-        What messages begin with, such as "--power".
+        Beginning of messages, such as "--power".
     unit : str
         As pint writes it, "kW", "rpm", "bar", "g/kWh", or as archives do, "kg m2", "1".
 

@@ -105,7 +105,7 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
     name : str
         The file as messages should call it.
     what : str
-        What it should be.
+        Kind of file that is expected.
     kind : str
         The format that an existing file turns out not to have, such as "a netCDF file".
     *errors : exception types
@@ -237,8 +237,8 @@ def _bytes(path: Path, most: int = MOST_TEXT) -> bytes:
 def file_bytes(path: Path, most: int = MOST_RECORDING) -> bytes:
     """Return the bytes of a file of which no copy is kept: recordings may be large.
 
-    What a scene needs of it is kept by whoever reads it (`keep`). Where files are given, it is one
-    of them.
+    Whoever reads it keeps what a scene needs of it (`add_files_read`). Where files are given, it
+    is one of them.
 
     Raises
     ------

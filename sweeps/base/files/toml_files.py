@@ -14,7 +14,7 @@ from sweeps.base.files.regular_files import read_text
 __all__ = ["MOST_BYTES", "parse_toml", "toml_of_text"]
 
 MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
-"""Of a scene or an engine file; reading more takes minutes. Longer lists stand in tables."""
+"""Bytes and keys of a scene or engine file: more take minutes. Longer lists stand in tables."""
 
 # Possessive: what a text has matched is never given back, which would take memory for each letter.
 # A string that is not closed ends what is read, so that its end is looked for only once.
@@ -32,7 +32,7 @@ _MISTAKES = (
     (re.compile(r"[-+]?(true|false|nan|inf)\b", re.IGNORECASE), "such words are written small"),
     (re.compile(r"[a-zA-Z]"), "a text needs quotes"),
 )
-"""What a value begins with that is not TOML, and what is said of it; the first counts."""
+"""Beginnings of values that are not TOML, each with its hint; the first that fits counts."""
 
 
 def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:

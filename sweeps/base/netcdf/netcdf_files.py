@@ -58,7 +58,7 @@ DAMAGE = (
     OSError, ValueError, RuntimeError, AttributeError, LookupError, TypeError, ArithmeticError,
     AssertionError,
 )  # fmt: skip
-"""What the libraries raise for damaged files, `RecursionError` being one of them."""
+"""Exceptions that the libraries raise for damaged files, `RecursionError` among them."""
 
 SLAB = 16e6  # Bytes of a variable that are read or copied at a time
 

@@ -33,7 +33,7 @@ __all__ = ["external_member", "follows_indexes", "main", "read_all"]
 
 
 class _Refused(Exception):
-    """What the library would take, but not this project."""
+    """A file that the library would take, but not this project."""
 
 
 def read_all(path: Path, seconds: float, whole: bool, opened: Callable[[], object]) -> None:

@@ -49,7 +49,7 @@ GAP = 2.5  # A step is a gap where it is longer than this many of the steps on b
 
 
 COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
-"""What is said of an angle that is."""
+"""Remark on an angle that was counted backward."""
 
 
 class CrankAngles(NamedTuple):
@@ -74,13 +74,13 @@ def crank_angles(
     angle : ndarray, shape (samples,)
         As the file has it [degree].
     pressures : dict of ndarray, shape (samples,), (cycles, samples) or (samples, cycles)
-        Of each cylinder.
+        Pressure of each cylinder.
     period : float
-        Of a cycle [degree].
+        Length of a cycle [degree].
     options : PressureOptions
         `direction`.
     said : list of str
-        What was found is added.
+        Remarks, to which more are added.
 
     Raises
     ------
@@ -224,11 +224,11 @@ def cut_into_cycles(
     period : float
         [degree]
     name : str
-        Of the column.
+        Name of the column.
     step : float, optional
         Onto this grid cycles that differ are interpolated [degree]; the usual step if not given.
     said : list of str
-        What was found is added.
+        Remarks, to which more are added.
     regular : bool
         Whether a step much longer than those beside it is a gap; otherwise only one of more than
         `LONGEST`.

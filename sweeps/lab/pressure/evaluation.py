@@ -57,11 +57,11 @@ def evaluated(
         Without a compression ratio there is the displaced volume, and neither heat release nor
         exponents.
     title : str
-        Of the figure.
+        Title of the figure.
     gamma : float
         Ratio of specific heats of the heat release [1].
     findings : sequence of Finding
-        What `engine_dyn.recordings.signal_checks.examine` found; written below the figure.
+        Findings of `engine_dyn.recordings.signal_checks.examine`, written below the figure.
     sized : bool
         Whether bore and stroke of `geometry` are the cylinder's. If not, volumes are relative to
         the swept volume (`relative_volume`, `relative_displaced_volume`), and there is no heat
@@ -115,7 +115,7 @@ def evaluated(
          r"\varphi_{max}"),
     ):  # fmt: skip
         data[name] = _named(CYCLE, values, said, unit, symbol)
-    # Of a motored cycle, whose work is near 0, the ratio says nothing.
+    # A motored cycle has work near 0: the ratio says nothing.
     motored = looks_motored(cycles)
     variation = np.nan if motored else abs(coefficient_of_variation(works.net))
     for name, value, said, unit, symbol in (

@@ -65,15 +65,15 @@ class ImportedPressure:
     geometry : CylinderGeometry
         That the works follow from; bore and stroke are 1 m unless `sized`.
     steps : tuple of str
-        What was found and done, in order.
+        Steps that were taken and their results, in order.
     warnings : tuple of str
-        What the checks say of it.
+        Remarks of the checks.
     sized : bool
         Whether bore and stroke are known.
     pegged : bool
         Whether the pressure was made absolute; otherwise its level is as recorded.
     levels : dict of Level
-        What recordings that were not pegged tell of their level, where they do.
+        Levels that recordings which were not pegged have, where they can be told.
     """
 
     file: str
@@ -183,7 +183,7 @@ def values_on(angle: Floats, cycle: RecordedCycles) -> Floats:
 
 @dataclass(frozen=True)
 class EngineMeasures:
-    """What a recorded pressure takes from an engine."""
+    """Measures of an engine that a recorded pressure is evaluated with."""
 
     period: float  # Angle of one cycle [rad]
     # Values of parameters in their file units, and `compression_ratio` [1] where it is known.

@@ -93,9 +93,9 @@ def imported(
     file : str
         Its name, for the report.
     options : PressureOptions
-        What is asked for.
+        Keys of the user.
     period : float
-        Of a cycle [rad].
+        Length of a cycle [rad].
     engine : Engine or EngineMeasures, optional
         Its measures and firing angles are used.
     angle : ndarray, shape (samples,), optional
@@ -483,7 +483,7 @@ def _describe(
         imep = mean_pressures(cycles, geometry).net / BAR
         peak, at = peak_pressures(cycles)
         works[name], highest[name] = float(imep.mean()), float(peak.mean()) / BAR
-        # Of motored cycles, whose work is near 0, the coefficient of variation says nothing.
+        # Motored cycles have work near 0: its coefficient of variation says nothing.
         motored = looks_motored(cycles)
         varies = f"; {cycles.cycles} cycles" if cycles.cycles > 1 else ""
         if cycles.cycles > 1 and not motored:

@@ -41,7 +41,7 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     Parameters
     ----------
     path : str or Path
-        Of a format that docs/laboratory_files.md lists.
+        A file of a format that docs/laboratory_files.md lists.
     **options
         The keys of `engine-dyn import` and of [indicator], with underscores: `angle_column`,
         `pressure_column`, `unit`, `shift` [degree], `average`, `pegging`, `smoothing`,

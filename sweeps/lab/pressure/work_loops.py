@@ -25,12 +25,12 @@ from sweeps.lab.pressure.imported_pressure import EngineMeasures
 __all__ = ["with_loop_angles"]
 
 OUTSIDE = 1e-3
-"""Of the stroke: how far points may lie beyond a dead centre, and are then taken to be there."""
+"""Share of the stroke by which points may lie beyond a dead centre; they are taken to be there."""
 
 NEAR = 0.02  # Part of the stroke: how near to a dead centre a loop must come to turn back
 
 ALIKE = 0.02
-"""Of the largest pressure: what points of one travel may differ by, and are then averaged."""
+"""Share of the largest pressure by which points of one travel may differ; they are averaged."""
 
 SAME = 1e-9  # Part of the stroke: travels that are the same
 
@@ -84,13 +84,13 @@ def with_loop_angles(
     options : PressureOptions
         `volume_column` or `travel_column`, `volume_unit` or `travel_unit`, `stroke_column`.
     geometry : CylinderGeometry
-        Of the cylinder; bore and stroke count where `engine` has them.
+        Measures of the cylinder; bore and stroke count where `engine` has them.
     engine : EngineMeasures, optional
         Where the measures come from.
     period : float
-        Of a cycle [degree].
+        Length of a cycle [degree].
     said : list of str
-        What was found is added.
+        Remarks, to which more are added.
 
     Returns
     -------

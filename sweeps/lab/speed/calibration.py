@@ -209,7 +209,7 @@ def _completed(
 
 
 class _Free(NamedTuple):
-    """What makes a cycle of the one number that its power is fitted by, and where that may be."""
+    """Function from the number that the power is fitted by to a cycle, and the number's range."""
 
     make: Callable[[float], FourStrokeCycle]
     low: float
@@ -285,7 +285,7 @@ class _Fitting:
         return found
 
     def _free(self, base: FourStrokeCycle) -> _Free:
-        """What makes the rated cycle of the number that its power is fitted by."""
+        """Function from the number that the power is fitted by to the rated cycle."""
         fuel = self.given.fuel_consumption
         if fuel is not None:
             return _Free(self._with_heat(base, self.heat_of(fuel)), *WALL_FACTORS, 1e-6)
@@ -378,7 +378,7 @@ class _Fitting:
         )
 
     def _limits(self) -> str:
-        """What limits the power, in words."""
+        """Limit of the power, in words."""
         if self.charged:
             low, high = self.kind.intake
             return (

@@ -1,4 +1,4 @@
-"""What a calibration is fitted to, the rated point among it, and the engine file that comes out."""
+"""Data of a calibration: rated point, other published values, and the engine file made of it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PUBLISHED: Mapping[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Published:
-    """What is known of the rated point."""
+    """Published values of the rated point."""
 
     kind: str  # Kind of `KINDS`
     # Brake power [kW] and speed [rpm].
@@ -78,9 +78,9 @@ class Calibration:
     Attributes
     ----------
     sheet : Sheet
-        What was read.
+        Data sheet that was read.
     published : Published
-        What it was fitted to.
+        Values that it was fitted to.
     values : dict
         [values] of the engine, given and assumed.
     order : tuple of int, optional
@@ -90,7 +90,7 @@ class Calibration:
     assumed : dict
         Reason for each number that is assumed.
     fitted : dict
-        What each fitted number was fitted to.
+        Published value behind each fitted number.
     text : str
         The engine file.
     """
@@ -134,7 +134,7 @@ SOURCES = (
     "A. Kakaitsas, Rotational irregularity of piston engines (in Greek), diploma thesis, National "
     "Technical University of Athens, 2015, eq. 3.9: friction",
 )
-"""Of what is assumed."""
+"""Comment on assumed values."""
 
 
 def engine_file(made: Calibration) -> str:
@@ -179,7 +179,7 @@ def engine_file(made: Calibration) -> str:
 
 
 def heading(made: Calibration) -> list[str]:
-    """What was done, in lines: what it was fitted to, and what the written numbers make."""
+    """Lines on the fit: the values it was fitted to, and those that the written numbers make."""
     given = made.published
     published = f"{given.power:.6g} kW at {given.speed:.6g} rpm"
     if given.peak is not None:
@@ -237,7 +237,7 @@ def _diagram(table: Mapping[str, Any], made: Calibration) -> list[str]:
 
 
 def _data_sheet(made: Calibration) -> list[str]:
-    """What is known, so that `calibrate` can do the same again."""
+    """Lines of the known values, so that `calibrate` can do the same again."""
     given = made.published
     lines = ["[data_sheet]", f"kind = {_toml(given.kind)}"]
     for name, (key, unit) in PUBLISHED.items():
@@ -300,7 +300,7 @@ def published(
     sheet : Sheet
         The data sheet.
     prefix : str
-        Of the names of `given` in messages: "--" for options.
+        Prefix of the names of `given` in messages: "--" for options.
     given : mapping
         Numbers, or texts with a unit, by the names that `calibrate` has.
     kind, loads

@@ -76,7 +76,7 @@ class SpeedsOfRecordings:
         places : sequence of dict
             For each recording the values of all that varies in the scene.
         keys : sequence of str
-            What is going to vary.
+            Names of values that are going to vary.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class SpeedsOfRecordings:
         Parameters
         ----------
         values : ndarray, shape (n, P)
-            Of the keys, in the units of files.
+            Values of the keys, in the units of files.
         first : bool
             Whether nothing was computed before: what is wrong is then wrong with the scene.
 
@@ -267,7 +267,7 @@ class OneEngine:
         friction_torque : float
             [N m]
         exponent, constant : float
-            Of the load, see `TorqueTrain`.
+            Exponent and constant of the load, see `TorqueTrain`.
         """
         samples = pressure.shape[1]
         angle = self.period * (np.arange(samples) / samples - 0.5)
@@ -297,7 +297,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
     Parameters
     ----------
     scene : Scene
-        What the engine needs must not vary in it.
+        The scene; values that the engine needs must not vary in it.
     where : str
         The scene as messages call it, and who asks.
     left_out : dict

@@ -46,7 +46,7 @@ class NotReached(ValueError):
     Attributes
     ----------
     least, most : float
-        What can be reached.
+        Values that can be reached.
     """
 
     def __init__(self, least: float, most: float) -> None:

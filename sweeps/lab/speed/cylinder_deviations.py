@@ -71,7 +71,7 @@ DEAD = 0.5  # Part of the work of combustion: a weak cylinder that lacks more is
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What one recording tells; pressures in Pa."""
+    """Results of one recording; pressures in Pa."""
 
     row: CyclesInARow  # Speeds of the recording
     # Deviations of single cycles from what is usual for their cylinder; shape (cycles, cylinders)
@@ -244,7 +244,7 @@ def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def _damping(scene: Scene, computed: xr.Dataset, place: int, speed: Floats) -> Floats:
-    """Of c of docs/method.md (141) what the load is, times the inertia; 0 but for a + k w^alpha."""
+    """Part of the load in c of docs/method.md (141), times the inertia; 0 but for a + k w^alpha."""
     if "power_law" not in scene.words or "load_coefficient" not in computed:
         return np.zeros(speed.size)
     assert scene.measured is not None
@@ -485,7 +485,7 @@ def _dataset(
 
 
 def _remarks(labels: Sequence[str], found: Sequence[_Found], speeds: Floats) -> list[str]:
-    """What limits the answers, a line each."""
+    """Limits of the answers, a line each."""
     remarks = []
     for label, one, speed in zip(labels, found, speeds, strict=True):
         if not one.row.turn_known and "gap_angle" not in one.row.start_from:

@@ -53,14 +53,14 @@ class SpeedFit:
 
     @property
     def added(self) -> Floats:
-        """What makes fitted values those that are told, shape (P,)."""
+        """Addends that turn fitted values into those that are told, shape (P,)."""
         gap = self.seen.gap_angle or 0.0
         return np.array([gap / DEGREE if p.name in OF_WHEEL else 0.0 for p in self.fit.parameters])
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a fit to the other recordings says of one."""
+    """Prediction of one recording by a fit to the others."""
 
     # Raw delta as the wheel shows it, and its standard deviation.
     delta: float
@@ -230,7 +230,7 @@ def _of_teeth(found: SpeedFit) -> dict[str, Any]:
 
 
 def _attributes_of(key: str) -> dict[str, str]:
-    """Of a value that the scene gives to each recording."""
+    """Attributes of a value that the scene gives to each recording."""
     node = PARAMETERS[key]
     return {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"}
 

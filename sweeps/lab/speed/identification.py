@@ -74,7 +74,7 @@ def identify(
         A scene with the table [measured], see docs/measured_speed.md. Its speeds are replaced by
         the measured ones. Recordings need two cycles or more: weights come from their spread.
     vary : sequence of str, or dict of Varied
-        What is fitted: parameters of scenes (``inertia``, ``load_exponent``, ...), and
+        Numbers to fit: parameters of scenes (``inertia``, ``load_exponent``, ...), and
         ``dead_centre_shift`` [degree], ``pegging`` [bar], ``pressure_factor`` [1] of the diagrams,
         ``gap_angle`` [degree] of the wheel, ``recording_shift`` [degree] of diagrams and speeds
         together, where both were recorded with the same dead centre.
@@ -200,7 +200,7 @@ class _Task:
         )  # fmt: skip
 
     def keys(self, recordings: Sequence[int]) -> list[str]:
-        """What varies in a fit to some of the recordings; their numbers are those of the fit."""
+        """Parameters of a fit to some of the recordings; their numbers are those of the fit."""
         return [
             key
             for plain, how in self.vary.items()

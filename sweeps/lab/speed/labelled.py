@@ -1,4 +1,4 @@
-"""What measuring finds as labelled datasets: (dimensions, values, unit, meaning) by name."""
+"""Results of measuring as labelled datasets: (dimensions, values, unit, meaning) by name."""
 
 from __future__ import annotations
 

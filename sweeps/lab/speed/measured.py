@@ -58,7 +58,7 @@ __all__ = ["ORDERS", "computed_speeds", "design_of", "measured"]
 ORDERS = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
 
 ROUNDS = 2
-"""Of estimating errors: the computed speed is first taken between the teeth as they should be."""
+"""Rounds of estimating errors: the first takes the computed speed between teeth without errors."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ def gap_doubts(
     Parameters
     ----------
     found : GapAngle
-        What the comparison is made with.
+        Angle of the gap that the comparison is made with.
     is_given : bool
         Whether its angle is given by the scene.
     raw, angle, speeds, wheel, period, used
@@ -97,7 +97,7 @@ def likeness_doubts(labels: Sequence[str], alike: Sequence[float], wheel: bool) 
     Parameters
     ----------
     labels : sequence of str
-        Of the recordings.
+        Labels of the recordings.
     alike : sequence of float
         Correlations of measured and computed speed.
     wheel : bool
@@ -127,7 +127,7 @@ def repeats_every_turn(speeds: Floats, period: float) -> bool:
     speeds : ndarray, shape (recordings, samples)
         Uniform over a cycle.
     period : float
-        Of the cycle [rad].
+        Length of the cycle [rad].
     """
     turns = round(period / TURN)
     size = np.sum(np.abs(np.fft.rfft(speeds, axis=1)) ** 2, axis=0)
@@ -138,7 +138,7 @@ def repeats_every_turn(speeds: Floats, period: float) -> bool:
 
 
 def even_firing_doubt(dependence: Floats) -> str:
-    """What errors of the teeth out of the model's whole orders mean where there are no others.
+    """Remark on errors of the teeth that follow from the model's whole orders alone.
 
     Parameters
     ----------

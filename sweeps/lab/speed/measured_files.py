@@ -51,7 +51,7 @@ RATES_DIFFER = 0.01
 """Relative difference of a given sample rate and that of the times beside it."""
 
 UNEVEN = 0.5
-"""Of the time between samples: how far a sample may be from its place."""
+"""Share of the time between samples by which a sample may be away from its place."""
 
 FEWEST = 12
 """Samples of a cycle of speed over angle."""
@@ -68,11 +68,11 @@ class SpeedRecord:
     teeth : PassedTeeth, optional
         Turns of the wheel; None for speed over angle.
     angle : ndarray, shape (n,), or None
-        Of speed over angle: uniform angles [rad] from -period/2, its end left out.
+        Angles of speed over angle: uniform angles [rad] from -period/2, its end left out.
     cycles : ndarray, shape (cycles, n), or None
         Speeds there [rad/s].
     remarks : tuple of str
-        What was seen in it, a line each.
+        Remarks on it, a line each.
     gap : float, optional
         Crank angle of the first tooth [rad], where the scene or a mark tells it.
     turn_known : bool

@@ -35,7 +35,7 @@ class RecordedSpeeds:
     labels, sha256 : tuple of str
         The files as the scene names them, and the hashes of their bytes.
     remarks : tuple of str
-        What was seen in them, a line each.
+        Remarks on them, a line each.
     cycles : list of ndarray, shape (cycles, intervals)
         Speeds [rad/s]: raw ones between the teeth, or samples over the angle.
     width : ndarray, shape (intervals,)
@@ -47,7 +47,7 @@ class RecordedSpeeds:
     wheel : Wheel, optional
         None for speed over angle.
     angle : ndarray, shape (intervals,), optional
-        Of speed over angle [rad].
+        Angles of speed over angle [rad].
     groups : int
         Teeth of a turn that could be the first one.
     first_pulse : tuple of int
@@ -175,7 +175,7 @@ def recorded_speeds(
     name : str
         The scene as messages call it.
     most_samples : int, optional
-        Of a cycle of speed over angle; otherwise all have those of the finest recording.
+        Intervals of a cycle of speed over angle; otherwise all have those of the finest recording.
 
     Raises
     ------
@@ -210,8 +210,8 @@ def recorded_speeds(
 
 def first_tooth(start: float, errors: Floats, wheel: Wheel, sound: Booleans) -> float:
     """True angle of the first tooth: sound teeth are on the average where they should be [rad]."""
-    aside = np.concatenate([[0.0], np.cumsum(wheel.width * errors)[:-1]])
-    return start - float(aside[sound & np.roll(sound, 1)].mean())
+    shifts = np.concatenate([[0.0], np.cumsum(wheel.width * errors)[:-1]])
+    return start - float(shifts[sound & np.roll(sound, 1)].mean())
 
 
 def _known_gap(records: Sequence[SpeedRecord], name: str) -> float | None:
@@ -308,7 +308,7 @@ def cycles_in_a_row(
     angle, speed : ndarray, shape (samples,)
         Computed speed [rad/s] over one cycle [rad] from -period/2 on, to find the gap of the wheel.
     period : float
-        Of a cycle [rad].
+        Length of a cycle [rad].
     symmetry : int
         How often the computed speed repeats within the cycle: by so much it cannot tell where the
         gap is.

@@ -58,7 +58,7 @@ CLOSE_ENOUGH, MOST_STEPS = 1e-12, 60
 """Relative change of the load coefficient at which its search ends, and how long it may take."""
 
 MOST_SAMPLES = 10_000_000
-"""Of the pressure of a train, two for each step: a thousand cycles in steps of a seventh degree."""
+"""Pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
 
 STEADY = (
     "no speed is measured: the train starts from the steady state of the mean cycle at nominal "

@@ -141,7 +141,7 @@ class Inseparable(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class FittedSpeeds:
-    """What was found, with its uncertainty."""
+    """Fitted values, with their uncertainty."""
 
     parameters: tuple[Parameter, ...]  # As given
     value: Floats  # Within the bounds; shape (P,)
@@ -216,18 +216,18 @@ def fit_speeds(
     Parameters
     ----------
     model : callable
-        What the speeds would be.
+        Function that computes the speeds of given values.
     parameters : sequence of Parameter
-        What is fitted.
+        Parameters to fit.
     recordings : sequence of MeasuredCycles
-        What was measured; weights come from the spread over cycles.
+        Measured speeds; weights come from the spread over cycles.
     teeth : int
         How many intervals of the wheel have errors that are fitted too, the same in all
         recordings; 0 where the wheel is taken as perfect.
     tooth_prior : float, optional
         Standard deviation of these errors [1], where it is known.
     loss : str
-        Of `scipy.optimize.least_squares`; the others than "linear" count large residuals less.
+        A loss of `scipy.optimize.least_squares`; all but "linear" count large residuals less.
     largest_condition : float
         Above it the fit is refused.
 
@@ -399,8 +399,8 @@ class _Problem:
         for name, column in zip(names, slopes[: self.measured].T, strict=False):
             if not column.any():
                 raise Inseparable(f"{name}: no measured value depends on it")
-        # What is known without the data is left free to follow them: the rest must be told apart
-        # beside it.
+        # A value that is known without the data is left free to follow them: the others must be
+        # separable from it.
         known = np.array([p.prior is not None for p in self.parameters])
         teeth = int(self.fitted.sum())
         known = np.append(known, np.full(teeth, self.tooth_prior is not None))

@@ -1,4 +1,4 @@
-"""What is assumed of an engine that is known by its data sheet alone: one table a kind of engine.
+"""Assumptions on an engine that is known by its data sheet alone: one table a kind of engine.
 
 Every number has the reason that an engine file states for it. They are usual values and no data of
 any engine: whoever knows better writes the number into the data sheet, where it goes before these.
@@ -25,7 +25,7 @@ _HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 
 @dataclass(frozen=True)
 class Fuel:
-    """What burns."""
+    """Fuel that an engine burns."""
 
     name: str  # Diesel fuel or gasoline
     heating_value: float  # Lower heating value [J/kg]
