@@ -28,8 +28,7 @@ from sweeps.catalogue import SCENES
 from sweeps.scene.axes import read_axes, read_designs_table, read_settings
 from sweeps.scene.consistency.features import check_tables
 from sweeps.scene.consistency.outputs import check_output
-from sweeps.scene.consistency.places import check_places
-from sweeps.scene.consistency.whole import check_scene
+from sweeps.scene.consistency.whole import check_places, check_scene
 from sweeps.scene.cylinders import cylinders_along_axis, own_cylinders
 from sweeps.scene.derived_quantities import elasticities_in, ordinary
 from sweeps.scene.engine.cylinder_keys import read_cylinder_keys
@@ -78,7 +77,7 @@ ORDERS_OF_TWO_STROKE = 15.0
 """Highest order of the torsional vibration of two-stroke engines: Lloyd's Register asks for it."""
 
 STANDARD_INPUT = "-"
-"""In place of a file."""
+"""Name that stands for the standard input where a file may be named."""
 
 
 def built_in_scenes() -> dict[str, Path]:

@@ -1,4 +1,4 @@
-"""Whether loads and drivers of a scene fit its speeds and the cycle."""
+"""Whether loads and drivers fit the speeds and the cycle of a scene, and its friction one law."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS
+from engine_dyn.quantities.friction_components import NODES
 from engine_dyn.quantities.graph import UNLESS_GIVEN
+from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.units import RPM
 from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError
+from sweeps.scene.crossings import refused
 from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
 
-__all__ = ["check_driven"]
+__all__ = ["check_driven", "check_friction_fractions", "check_friction_law"]
 
 
 def check_driven(scene: Scene, name: str) -> None:
@@ -71,4 +76,41 @@ def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) ->
         raise SceneError(
             f"{name}: {where} = {np.broadcast_to(speeds, bad.shape)[bad][0]:g}{at_load}: must "
             f"be from {low:g} to {high:g} rpm, which {what} covers"
+        )
+
+
+OF_COMPONENTS = frozenset(node.name for node in NODES if node.public)
+"""Quantities of the law by components."""
+
+
+def check_friction_law(scene: Scene, name: str) -> None:
+    """Check that there is one law of the friction, and that it is for the engine."""
+    table = scene.table_of("friction_law")
+    if table != "set":
+        raise SceneError(
+            f"{name}: [{table}] friction_law: must be one value, in [set] or the engine file; "
+            "compare scenes with different laws by `engine-dyn compare`"
+        )
+    asked = next((q for q in scene.quantities if q in OF_COMPONENTS), None)
+    if scene.engine.period != FOUR_STROKE and asked:
+        where = f"{name}: [output] quantities: '{asked}'"
+        two = "friction by components", "a two-stroke engine"
+        raise refused(*two, where, engine=scene.engine.name)
+
+
+def check_friction_fractions(values: GivenValues, name: str) -> None:
+    """Check that no design has more friction over the stroke than it has friction."""
+    total: Any = 0.0
+    of_designs: Any = 0.0
+    for key in STROKE_SHARES:
+        table, fractions, _ = values.given_or_own(key, 0.0)
+        if table == "designs":
+            of_designs = of_designs + fractions
+        else:
+            total += fractions.max()
+    total = float(np.max(total + of_designs))
+    if total > 1.0 + 1e-12:
+        raise SceneError(
+            f"{name}: {' + '.join(STROKE_SHARES)} = {total:g} in one design: the sum must be at "
+            "most 1"
         )

@@ -1,20 +1,31 @@
-"""Whether the engine has indicator diagrams for the loads, speeds and cycles of a scene."""
+"""Whether the engine has diagrams for the loads, speeds, cycles and misfires of a scene."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
+from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.motored import motored
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.units import RPM
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import FIRING_PATTERN
 from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 
-__all__ = ["MOST_DIAGRAMS", "burning_less", "check_diagram_count", "check_motored"]
+__all__ = [
+    "MOST_DIAGRAMS",
+    "burning_less",
+    "check_diagram_count",
+    "check_motored",
+    "check_ranges",
+    "ranges_of",
+]
 
 MOST_DIAGRAMS = 1024
 """Speeds times loads of one scene, where given diagrams change with the speed: each is tabulated,
@@ -76,3 +87,58 @@ def check_motored(scene: Scene, name: str) -> None:
             motored(diagram)
         except ValueError as error:
             raise SceneError(f"{name}: {place}: {mentioned(error)}") from None
+
+
+class Range(NamedTuple):
+    """Lowest and highest value of a key, and what a value outside must be instead."""
+
+    key: str
+    low: float
+    high: float
+    must: str
+
+
+def ranges_of(scene: Scene) -> Iterator[Range]:
+    """Ranges that the diagrams of the engine set."""
+    engine, family = scene.engine, scene.engine.family
+    cycles = len(scene.recorded_cycles)
+    if cycles:
+        must = f"from 1 to {cycles}, as many as [indicator] has"
+        yield Range("recorded_cycle", 1.0, cycles, must)
+    if scene.indicator is not None or not family.diagrams:
+        return
+    has = f"where engine {engine.name} has diagrams"
+    must = f"from {family.low:g} to {family.high:g} percent, {has}"
+    if family.low == family.high:
+        must = f"the one load of engine {engine.name}, {family.low:g} percent"
+    yield Range("load", family.low, family.high, must)
+    if engine.pressure_scale is not None:
+        low, high = engine.pressure_scale[0][0], engine.pressure_scale[0][-1]
+        must = f"from {low:g} to {high:g} rpm, where the diagram of engine {engine.name} is known"
+        yield Range("speed", low, high, must)
+    if isinstance(family, FamilyGrid):
+        low, high = family.speeds[0] / RPM, family.speeds[-1] / RPM
+        allowed = f"from {low:g} to {high:g}" if low < high else f"the one speed {low:g}"
+        must = f"{allowed} rpm, {has}"
+        yield Range("speed", low * (1.0 - 1e-12), high * (1.0 + 1e-12), must)
+
+
+def check_ranges(scene: Scene, name: str) -> None:
+    """Check that the engine's diagrams cover all loads, speeds and cycles of the scene.
+
+    Raises
+    ------
+    SceneError
+        With the first value outside.
+    """
+    if scene.gives("recorded_cycle") and not scene.recorded_cycles:
+        raise SceneError(
+            f"{name}: [{scene.table_of('recorded_cycle')}] recorded_cycle: needs [indicator] with "
+            "a file of several cycles"
+        )
+    for key, low, high, must in ranges_of(scene):
+        if key in scene.given:
+            table, values, _ = scene.given[key]
+            bad = (values < low) | (values > high)
+            if bad.any():
+                raise SceneError(f"{name}: [{table}] {key} = {values[bad][0]:g}: must be {must}")

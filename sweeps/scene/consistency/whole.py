@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.cylinders import check_misfire, extreme_cylinders
 from sweeps.scene.consistency.features import check_crossings
-from sweeps.scene.consistency.friction import check_friction_fractions, check_friction_law
-from sweeps.scene.consistency.loads import check_driven
+from sweeps.scene.consistency.loads import (
+    check_driven,
+    check_friction_fractions,
+    check_friction_law,
+)
 from sweeps.scene.consistency.outputs import check_needs, check_start
-from sweeps.scene.consistency.pressure import check_diagram_count, check_motored
+from sweeps.scene.consistency.pressure import check_diagram_count, check_motored, check_ranges
 from sweeps.scene.consistency.rod import check_offset, check_ring, check_rod, check_throw_radii
-from sweeps.scene.consistency.rules import check_ranges
 from sweeps.scene.consistency.shaft import check_shaft
+from sweeps.scene.crossings import exclusive_pair
 from sweeps.scene.model import Scene
+from sweeps.scene.values import GivenValues
 
-__all__ = ["check_scene"]
+__all__ = ["check_places", "check_scene"]
 
 
 def check_scene(scene: Scene, name: str) -> None:
@@ -40,3 +48,35 @@ def check_scene(scene: Scene, name: str) -> None:
     check_shaft(scene, name)
     check_needs(scene, name)
     check_start(scene, name)
+
+
+def check_places(values: GivenValues, start: Mapping[str, float], name: str) -> None:
+    """Check that each key is in one place, and that the rod, the inertia and so on are given once.
+
+    `start` has what [solver] gives of the parameters.
+
+    Raises
+    ------
+    SceneError
+        With both places.
+    """
+    tables: dict[str, Mapping[str, Any]] = {
+        "set": values.settings,
+        "axes": values.axes,
+        "designs": values.designs,
+        "solver": start,
+    }
+    place: dict[str, str] = {}
+    for table, keys in tables.items():
+        for key in keys:
+            if key in place:
+                raise SceneError(
+                    f"{name}: {key} is in both [{place[key]}] and [{table}]; give it in one place"
+                )
+            place[key] = table
+    pair = exclusive_pair(place)
+    if pair is not None:
+        first, second, reason = pair
+        raise SceneError(
+            f"{name}: {first} (in [{place[first]}]) and {second} (in [{place[second]}]): {reason}"
+        )

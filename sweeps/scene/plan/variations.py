@@ -32,7 +32,7 @@ from sweeps.base.dimensions import (
     UNCERTAIN,
 )
 from sweeps.base.errors import SceneError, shown
-from sweeps.scene.consistency.rules import ranges_of
+from sweeps.scene.consistency.pressure import ranges_of
 from sweeps.scene.consistency.whole import check_scene
 from sweeps.scene.derived_quantities import meanings_of
 from sweeps.scene.known_values import Value
