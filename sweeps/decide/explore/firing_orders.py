@@ -47,8 +47,7 @@ __all__ = [
     "worst_of_orders",
 ]
 
-MOST = 1000
-"""Firing orders that are computed at most."""
+MOST = 1000  # Firing orders that are computed at most
 
 CRITERIA: Mapping[str, str] = {
     "torque_after_throw_range": "largest range of the torque along the shaft",

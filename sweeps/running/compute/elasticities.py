@@ -36,29 +36,20 @@ from sweeps.scene.plan.variations import (
 
 __all__ = ["Derivative", "derivative", "elasticities_of"]
 
-NOISE = 1e-9
-"""Relative errors of results that do not vary smoothly from one design to the next."""
+NOISE = 1e-9  # Relative errors of results that do not vary smoothly from one design to the next
 
 
 @dataclass(frozen=True)
 class Derivative:
-    """Derivatives of one result, arrays of one shape.
+    """Derivatives of one result, arrays of one shape."""
 
-    Attributes
-    ----------
-    value, error : ndarray
-        The derivative, of both sides where they are known, and an estimate of its error.
-    below, above : ndarray
-        Where the parameter decreases, and where it increases.
-    kind : ndarray of int
-        `sweeps.scene.plan.variations.KINDS`.
-    """
-
+    # The derivative, of both sides where they are known, and an estimate of its error.
     value: Floats
     error: Floats
+    # Changes where the parameter decreases, and where it increases.
     below: Floats
     above: Floats
-    kind: npt.NDArray[np.int8]
+    kind: npt.NDArray[np.int8]  # `sweeps.scene.plan.variations.KINDS`
 
 
 def derivative(

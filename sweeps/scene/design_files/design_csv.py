@@ -23,8 +23,7 @@ PIECE = 1 << 20
 """Approximate number of bytes of a CSV file that are parsed at a time; line by line this takes
 fifty times as much memory."""
 
-LONGEST_LINE = 1 << 20
-"""Largest number of bytes of one line."""
+LONGEST_LINE = 1 << 20  # Largest number of bytes of one line
 
 
 def read_design_csv(path: Path, name: str) -> DesignColumns:

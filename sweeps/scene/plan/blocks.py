@@ -42,17 +42,13 @@ __all__ = [
     "undivided",
 ]
 
-Block = dict[str, slice]
-"""Range of positions along each axis that is divided."""
+Block = dict[str, slice]  # Range of positions along each axis that is divided
 
-Results = dict[str, npt.NDArray[Any]]
-"""Arrays of some results of a block, by their names."""
+Results = dict[str, npt.NDArray[Any]]  # Arrays of some results of a block, by their names
 
-LIMIT = 64e6
-"""Bytes of the intermediate arrays, about."""
+LIMIT = 64e6  # Bytes of the intermediate arrays, about
 
-STEP = 64
-"""Long blocks have a multiple of this number of positions, so that chunks divide them."""
+STEP = 64  # Long blocks have a multiple of this number of positions, so that chunks divide them
 
 
 def divided(plan: Plan) -> tuple[dict[str, int], int]:

@@ -29,14 +29,11 @@ from sweeps.view.figures.wording import (
     value_text,
 )
 
-MOST_LINES = 8
-"""Most lines of one panel: more cannot be told apart without colour."""
+MOST_LINES = 8  # Most lines of one panel: more cannot be told apart without colour
 
-MOST_PANELS = 9
-"""Most panels of one figure."""
+MOST_PANELS = 9  # Most panels of one figure
 
-MOST_ROWS = 45
-"""Most rows of a chart with a row for each case."""
+MOST_ROWS = 45  # Most rows of a chart with a row for each case
 
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
@@ -45,18 +42,15 @@ MISFIRE = "misfire"
 RUNNING = ("crank_angle", "order", "crossing")
 """Dimensions that curves run along; all others are axes of the study."""
 
-SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)
-"""Outcomes whose numbers are reliable."""
+SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)  # Outcomes whose numbers are reliable
 
 FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc", "inertia_torque_")
 """Beginnings of the names of variables that come from the solution of the speed."""
 
-NO_VALUE = "no value"
-"""Words for a number that is missing though its design did not fail."""
+NO_VALUE = "no value"  # Words for a number that is missing though its design did not fail
 
 
-MOST_READ = 4_000_000
-"""Most values of a variable that are read to see whether an axis changes it."""
+MOST_READ = 4_000_000  # Most values of a variable that are read to see whether an axis changes it
 
 
 @dataclass(frozen=True)
