@@ -38,6 +38,9 @@ __all__ = [
     "read_designs",
 ]
 
+MOST = 1 << 28
+"""Bytes of a file."""
+
 
 def read_design_parquet(path: Path, name: str) -> DesignColumns:
     """Read the columns of a Parquet file."""
@@ -184,7 +187,7 @@ def read_design_xlsx(path: Path, name: str) -> DesignColumns:
     """Read columns: names in the first row, and units in the second where it holds texts alone."""
     what = "a table of designs (.xlsx)"
     with reading(name, what):
-        data = regular_bytes(path, 1 << 28)
+        data = regular_bytes(path, MOST)
     (rows,) = sheets(data, name, first=True).values()
     if len(rows) < 2:
         raise SceneError(f"{name}: no rows; expected {what}, with names in its first row")
