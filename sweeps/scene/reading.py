@@ -50,7 +50,6 @@ from sweeps.scene.measured import read_measured
 from sweeps.scene.model import OrdinaryScene, Scene
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reduce_reading import read_reduce
-from sweeps.scene.reference import read_reference
 from sweeps.scene.sample import read_uncertainty, with_sample
 from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
@@ -246,6 +245,8 @@ def scene_of(
         scene = _assembled(given, tables, name, base, designs, labels, known)
         check_scene(scene, name)
         if given.reference is not None:
+            from sweeps.scene.reference import read_reference
+
             published = read_reference(given.reference.file, scene, base, name)
             scene = replace(scene, reference=published)
     reduce = read_reduce(given.reduce, scene, name)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine_dyn.forces.balance.banks import hangs_on_bank_offset
 from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.geometry import arrangement
 from engine_dyn.geometry.cylinders import Cylinders
@@ -69,6 +68,8 @@ def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
     In the bays of a boxer it does: pins that are a whole distance of throws apart stand in the
     bearings of their bay.
     """
+    from engine_dyn.forces.balance.banks import hangs_on_bank_offset
+
     engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
     order = {"shaking_moment_first": 1, "shaking_moment_second": 2}.get(
         quantity.removesuffix(ELASTICITY)

@@ -27,7 +27,6 @@ from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.torsion.modes import elastic_over_rigid
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.stress import shaft_stiffness
 from engine_dyn.torsion.system import ShaftSystem
@@ -397,6 +396,8 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     orders, vectors = orders[strong][:ORDERS], vectors[:, strong][:, :ORDERS]
     if not orders.size:
         return []
+    from engine_dyn.torsion.modes import elastic_over_rigid
+
     given = np.ravel(plan.leaves["speed"].si)
     speeds = np.unique(np.linspace(given.min(), given.max(), SPEEDS))
     ratio = elastic_over_rigid(system, orders, speeds, shaft.throws, vectors, shaft.flywheel)

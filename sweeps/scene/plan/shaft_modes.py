@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.torsion.graded import modes_below
-from engine_dyn.torsion.modes import free_parts
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.units import RPM
@@ -62,6 +60,8 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
                 raise SceneError(f"{name}: [output] {key}: has no effect: the scene has no shaft")
         return ModesKept(0, 0, "")
     stiff, soft = (_systems(scene, shaft, leaves, ends) for ends in (_largest, _lowest))
+    from engine_dyn.torsion.modes import free_parts
+
     free = min(int(free_parts(system, 1.0)) for system in stiff)
     total = stiff[0].parent.size - free
     if scene.modes is not None:
@@ -92,6 +92,8 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
 
 def _below(systems: list[ShaftSystem], omega: float) -> int:
     """Largest number of modes below a frequency, those of free parts among them."""
+    from engine_dyn.torsion.graded import modes_below
+
     found = []
     for system in systems:
         stiffness = system.stiffness_at(0.0)
