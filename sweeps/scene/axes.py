@@ -112,7 +112,7 @@ def _parameter(key: str, table: str, name: str) -> Node:
 
 
 def _instead(key: str) -> str:
-    """What an axis may have instead of a key of [set]."""
+    """Name the keys that [axes] may have instead of a key of [set]."""
     one = f"{key.removesuffix('s')}_2"
     return f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
 

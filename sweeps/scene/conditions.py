@@ -109,7 +109,7 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
         pass
     if _WITH_UNIT.fullmatch(limit):
         unit = units(name) if units is not None else None
-        # Of a name that is not known, whoever looks it up says so.
+        # A name that is not known is refused where it is looked up.
         where = f"condition on {name}: limit"
         number = math.nan if unit is None else number_with_unit(limit, where, unit or "1")
         return Constraint(name, sign, number, one_line(limit))

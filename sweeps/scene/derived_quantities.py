@@ -23,7 +23,7 @@ def elasticities_in(quantities: Sequence[str]) -> tuple[str, ...]:
 
 
 def meanings_of(quantity: str) -> tuple[str, ...]:
-    """What the numbers of a verdict mean; empty for a quantity that is a measure."""
+    """Meanings of the numbers of a verdict; empty for a quantity that is a measure."""
     node = ALL_QUANTITIES.get(quantity)
     return node.meanings if node is not None else ()
 

@@ -25,7 +25,7 @@ FORMS = (
     "low and high (with spacing = 'log' uniform in the logarithm), low, mode and high (triangular),"
     " mean, deviation, low and high (truncated normal), or a list of values"
 )
-"""What a distribution may consist of."""
+"""Keys that a distribution may have."""
 
 
 class DistributionTable(Strict):
@@ -40,7 +40,7 @@ class DistributionTable(Strict):
 
 
 class Distribution(Protocol):
-    """What a sampled parameter follows."""
+    """The distribution of a sampled parameter."""
 
     def of(self, position: Floats) -> Any:
         """Values at positions in 0 to 1 of the cumulative distribution."""

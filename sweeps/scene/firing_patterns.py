@@ -35,7 +35,7 @@ PATTERN = (
     "for each, such as '1 0.95 1.02' or [1, 0.95, 1.02]; or 'deviation 0.03, 32 cycles, seed 1' "
     "(random)"
 )
-"""What the key means and what is allowed."""
+"""Meaning of the key `firing_pattern`, with what is allowed."""
 
 _LETTERS: Mapping[str, float] = {"1": 1.0, "0": 0.0, "d": SEALED}
 

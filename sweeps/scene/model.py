@@ -238,7 +238,7 @@ class Scene(GivenValues):
 
     @cached_property
     def driven(self) -> DrivenMachine:
-        """What loads and drives the crankshaft."""
+        """Loads and driver of the crankshaft."""
         return driven_machine(self, self.torque_tables)
 
     def node(self, name: str) -> Node:
@@ -297,7 +297,7 @@ class Scene(GivenValues):
 
     @property
     def varying(self) -> str:
-        """What varies, and how many designs that are: "inertia (5) x speed (15), 75 designs"."""
+        """Varying parameters and their designs: "inertia (5) x speed (15), 75 designs"."""
         over = " x ".join(f"{d} ({n})" for d, n in self.sizes.items())
         designs = counted(math.prod(self.sizes.values()), "design")
         return f"{over}, {designs}" if over else designs

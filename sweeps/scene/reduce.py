@@ -109,7 +109,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Reduce:
-    """What [reduce] asks for."""
+    """The table [reduce], once it is read."""
 
     statistics: tuple[str, ...]  # Quantities
     over: tuple[str, ...]  # Axes over which statistics and counts go

@@ -50,7 +50,7 @@ METHODS = {
 """Ways to draw, in words."""
 
 SEARCH = "search"
-"""What archives of a search have for a method: their designs were looked for, not drawn."""
+"""Method of archives of a search: their designs were looked for, not drawn."""
 
 LARGEST = 1 << 24
 """Designs that one sample may have."""
@@ -74,7 +74,7 @@ _OWN = ("method", "number", "seed")
 
 @dataclass(frozen=True)
 class Sample:
-    """What [sample] asks for."""
+    """The table [sample], once it is read."""
 
     method: str  # One of `METHODS`; `SEARCH` for designs that a search has chosen
     # Designs that are drawn; of `saltelli` the base points, each of which has as many designs as
@@ -97,7 +97,7 @@ class Sample:
 
     @property
     def words(self) -> str:
-        """What is drawn, in words."""
+        """The draws in words."""
         count = counted(self.number * self.group, "design")
         return f"{count}, {METHODS.get(self.method, 'a search')}, seed {self.seed}"
 

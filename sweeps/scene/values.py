@@ -44,7 +44,7 @@ class GivenValues:
 
     @cached_property
     def given(self) -> dict[str, Given]:
-        """What the scene gives, by its keys; found once, and only looked up from then on."""
+        """Values of the scene by their keys; made once, and only looked up from then on."""
         return {
             **{k: Given("axes", np.asarray(values), (k,)) for k, values in self.axes.items()},
             **{k: Given("designs", column, (DESIGN,)) for k, column in self.designs.items()},

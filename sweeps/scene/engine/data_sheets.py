@@ -35,7 +35,7 @@ KNOWN_OF_CYCLE = tuple(
 
 
 PERIOD = PERIODS["four-stroke"]
-"""Of the engines that a data sheet may describe [rad]."""
+"""Cycles of the engines that a data sheet may describe [rad]."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def read_data_sheet(path: str | Path) -> Sheet:
 
 
 def _meant(key: str, value: float) -> str:
-    """What a length may have been meant as, such as "; is bore in mm?"."""
+    """Return a guess at how a length was meant, such as "; is bore in mm?"."""
     bore = implausible(bore=value)  # a stroke has about the length of a bore
     return f"; is {key} {bore[0].question}?" if bore and bore[0].question else ""
 

@@ -526,7 +526,7 @@ def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
 
 
 def _cycles(diagrams: list[_Entry]) -> tuple[ModelledDiagram, ...] | None:
-    """What makes each diagram again, in the family's order; None unless all can be."""
+    """Cycle that models each diagram, in the family's order; None unless each has one."""
     in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
     found = tuple(d.again for d in in_order if d.again is not None)
     return found if found and len(found) == len(diagrams) else None

@@ -20,7 +20,7 @@ from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 __all__ = ["DIAGRAMS", "DataSheet", "EngineFile", "PressureScale"]
 
 DIAGRAMS = "tables [[diagram]], one for each load"
-"""What is said where they are missing."""
+"""Text of messages where an engine file has no diagrams."""
 
 
 class PressureScale(Strict):

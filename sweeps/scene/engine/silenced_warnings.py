@@ -57,7 +57,7 @@ SILENCED = (
     f"a list of names of plausibility checks to silence, or ['{ALL}']; see the page "
     "'Plausibility warnings'"
 )
-"""What is allowed."""
+"""Meaning of the key `silenced_warnings`, with what is allowed."""
 
 
 def read_silenced(names: Sequence[str], name: str) -> tuple[str, ...]:

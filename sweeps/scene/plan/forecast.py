@@ -1,4 +1,4 @@
-"""What a plan would do, in words: stages, shared work, what is skipped, and the estimated time."""
+"""The text of `engine-dyn plan`: stages, shared work, what is skipped, and the estimated time."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _in_one(plan: Plan) -> Plan:
 
 
 def _room_and_time(plan: Plan) -> str:
-    """What a plan takes; the seconds have one significant digit: 10, not 1e+01."""
+    """Memory and time of a plan; the seconds have one significant digit: 10, not 1e+01."""
     if plan.scene.reduce is not None:
         return _of_reduced(plan)
     lengths, memory = divided(plan)
@@ -92,7 +92,7 @@ def _room_and_time(plan: Plan) -> str:
 
 
 def _of_reduced(plan: Plan) -> str:
-    """What a plan takes whose designs are reduced as they are computed."""
+    """Memory and time of a plan whose designs are reduced as they are computed."""
     whole = len(plan.portions)
     drawn = f" drawn in {whole} portions" if whole > 1 else ""
     time = START + whole * seconds_of_computing(plan)
@@ -276,7 +276,7 @@ def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
 
 
 def _work_line(plan: Plan) -> str:
-    """What the work over the angle is of."""
+    """Parameters that the work over the angle depends on."""
     if plan.scene.engine.torque is not None:
         return "work over the angle of the torque that is given"
     diagrams, sets = diagram_count(plan), len(plan.leaves["cylinders_by_count"].data)
@@ -351,7 +351,7 @@ def _part_of_cycle(plan: Plan) -> list[str]:
 
 
 def _iteration(plan: Plan, methods: list[str]) -> list[str]:
-    """What each load exponent costs."""
+    """Cost of each load exponent."""
     if methods == ["newton"]:
         return ["iterates"]
     if plan.scene.closure == "cycle_time":
@@ -372,7 +372,7 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
 
 
 def _skipped(plan: Plan) -> list[str]:
-    """What is not computed, and why."""
+    """Quantities that are not computed, and why."""
     nothing = "no requested quantity needs"
     lines = []
     uses_pressure = any("family" in stage.node.needs for stage in plan.stages)

@@ -1,4 +1,4 @@
-"""What a scene and its engine give: the leaves of the graph of quantities, with their axes.
+"""Values that a scene and its engine give: the leaves of the graph of quantities, with their axes.
 
 Numbers flow one way here: what is given, the points of the dimensions that quantities add, then
 everything that no stage of the plan computes.

@@ -59,7 +59,7 @@ class Stage:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan:
-    """What a scene computes.
+    """Stages, points and outputs of a scene, which it computes.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class Plan:
 
     @property
     def name(self) -> str:
-        """What messages call the scene."""
+        """Name of the scene in messages."""
         return self.scene.path.name if self.scene.path else "scene"
 
     @property

@@ -129,7 +129,7 @@ _UNITS = {
 
 
 class _Given:
-    """What a plan is given, and what follows from it by formulas of the graph alone."""
+    """Given values of a plan, and values that follow from them by formulas of the graph alone."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan

@@ -151,7 +151,7 @@ def _with_outputs(plan: Plan, outputs: Sequence[str]) -> Plan:
 
 
 def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part, ...]:
-    """Of several engines: those that lie in a part of all designs, and their part of it."""
+    """Engines, out of several, that lie in a part of all designs, and their share of that part."""
     found = []
     for one in parts:
         if axis in one.at:

@@ -204,7 +204,7 @@ other units, one."""
 
 AGREE, DIFFER, ONE_SIDE, UNKNOWN = 0, 1, 2, 3
 KINDS = ("both_sides_agree", "sides_differ", "one_side_only", "not_known")
-"""What is known of a derivative, by these numbers."""
+"""Words for these numbers, which say what is known of a derivative."""
 
 KIND = f"{ELASTICITY}_kind"
 
@@ -260,7 +260,7 @@ def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) ->
 
 
 def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
-    """What the steps of a parameter are fractions of, and where that is the value itself.
+    """Return the size that steps of a parameter are fractions of, and where it is the value itself.
 
     Only there is an elasticity; elsewhere it is a typical size.
     """
