@@ -96,10 +96,10 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
         raise SceneError(
             f"condition {shown(text)}: has {len(text)} characters; must be at most {LONGEST}"
         )
-    found = _CONDITION.fullmatch(text.strip())
-    if found is None or not found[3].strip():
+    match = _CONDITION.fullmatch(text.strip())
+    if match is None or not match[3].strip():
         raise _no_condition(text)
-    name, sign, limit = found[1], found[2], found[3].strip().strip("'\"")
+    name, sign, limit = match[1], match[2], match[3].strip().strip("'\"")
     named = _named(name)
     if limit in named:
         return Constraint(name, sign, named[limit])
@@ -186,8 +186,8 @@ class Asked:
     @property
     def dims(self) -> set[str]:
         """Dimensions over which all these lie, but for bearings."""
-        found = {str(d) for v in self.variables.values() for d in v.dims}
-        return found - ALONG_SHAFT if self.parts else found
+        every = {str(d) for v in self.variables.values() for d in v.dims}
+        return every - ALONG_SHAFT if self.parts else every
 
 
 def asked_of(
@@ -204,7 +204,7 @@ def asked_of(
     SceneError
         As `check_name`.
     """
-    found = Asked({}, {}, [], [])
+    asked = Asked({}, {}, [], [])
     above = [*(sign > 0.0 for _, sign in wanted), *(c.above for c in conditions)]
     names = [*(name for name, _ in wanted), *(c.name for c in conditions)]
     for number, (name, largest) in enumerate(zip(names, above, strict=True)):
@@ -212,10 +212,10 @@ def asked_of(
         variable, key = archive[name].variable, name
         if not ALONG_SHAFT.isdisjoint(map(str, variable.dims)):
             key = f"{name}, {'largest' if largest else 'smallest'}"
-            found.parts[key] = np.fmax.reduce if largest else np.fmin.reduce
-        found.variables[key] = variable
-        (found.wanted if number < len(wanted) else found.limited).append(key)
-    if "status" in archive and found.dims.issuperset(map(str, archive["status"].dims)):
+            asked.parts[key] = np.fmax.reduce if largest else np.fmin.reduce
+        asked.variables[key] = variable
+        (asked.wanted if number < len(wanted) else asked.limited).append(key)
+    if "status" in archive and asked.dims.issuperset(map(str, archive["status"].dims)):
         # Designs that failed have no numbers anyway, but their axes have.
-        found.variables["status"] = archive["status"].variable
-    return found
+        asked.variables["status"] = archive["status"].variable
+    return asked

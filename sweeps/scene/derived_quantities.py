@@ -18,8 +18,8 @@ __all__ = ["elasticities_in", "meanings_of", "ordinary"]
 
 def elasticities_in(quantities: Sequence[str]) -> tuple[str, ...]:
     """Quantities whose elasticities are asked for."""
-    found = (q.removesuffix(ELASTICITY) for q in quantities if q.endswith(ELASTICITY))
-    return tuple(name for name in found if name in ALL_QUANTITIES)
+    bases = (q.removesuffix(ELASTICITY) for q in quantities if q.endswith(ELASTICITY))
+    return tuple(name for name in bases if name in ALL_QUANTITIES)
 
 
 def meanings_of(quantity: str) -> tuple[str, ...]:

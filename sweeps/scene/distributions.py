@@ -230,9 +230,9 @@ def _choice(raw: Any, where: str, node: Node | None) -> Choice:
             raise SceneError(f"{where} = {shown(raw)}: must be a list of strings")
         values = tuple(raw)
     else:
-        found = numbers(raw, where, node)
-        check_range(found, where, node)
-        values = tuple(float(value) for value in found)
+        choices = numbers(raw, where, node)
+        check_range(choices, where, node)
+        values = tuple(float(value) for value in choices)
     if len(set(values)) < len(values):
         twice = next(value for value in values if values.count(value) > 1)
         raise SceneError(f"{where}: duplicate value {twice}; values must be unique")

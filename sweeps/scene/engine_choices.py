@@ -263,12 +263,12 @@ def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[tuple[dict[str, str], 
     """Rows of [designs] with the same engine and arrangement, in the order in which they come."""
     if not of_rows:
         return [({}, None)]
-    found: dict[tuple[str, ...], list[int]] = {}
+    groups: dict[tuple[str, ...], list[int]] = {}
     for row, texts in enumerate(zip(*of_rows.values(), strict=True)):
-        found.setdefault(texts, []).append(row)
+        groups.setdefault(texts, []).append(row)
     return [
         (dict(zip(of_rows, texts, strict=True)), np.array(rows, dtype=np.int64))
-        for texts, rows in found.items()
+        for texts, rows in groups.items()
     ]
 
 

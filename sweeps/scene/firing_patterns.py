@@ -101,16 +101,16 @@ def _read_axis(raw: object, keys: CylinderKeys, name: str) -> tuple[FiringPatter
     where = f"{name}: [axes] {FIRING_PATTERN}"
     if not isinstance(raw, list) or not raw:
         raise SceneError(f"{where} = {shown(raw)}: must be a list, each {PATTERN}")
-    found = [
+    patterns = [
         one for place, item in enumerate(raw, start=1) for one in _read(item, f"{where} {place}")
     ]
-    if len(set(found)) < len(found):
-        twice = next(one for place, one in enumerate(found) if one in found[:place])
+    if len(set(patterns)) < len(patterns):
+        twice = next(one for place, one in enumerate(patterns) if one in patterns[:place])
         raise SceneError(f"{where}: duplicate {shown(twice.name)}; patterns must be unique")
-    names = [one.name for one in found]
+    names = [one.name for one in patterns]
     return tuple(
         replace(one, name=f"{one.name} {place}") if names.count(one.name) > 1 else one
-        for place, one in enumerate(found, start=1)
+        for place, one in enumerate(patterns, start=1)
     )
 
 
@@ -135,36 +135,36 @@ def read_firing_patterns(
     if len(given) > 1:
         raise SceneError(f"{name}: {FIRING_PATTERN}: given in {' and '.join(given)}; give it once")
     if single is not None:
-        found = FiringPatterns((_one(single, where),), (), np.zeros((), dtype=np.int64))
+        patterns = FiringPatterns((_one(single, where),), (), np.zeros((), dtype=np.int64))
     elif axis:
-        found = FiringPatterns(axis, (FIRING_PATTERN,), np.arange(len(axis)))
+        patterns = FiringPatterns(axis, (FIRING_PATTERN,), np.arange(len(axis)))
     else:
         assert texts is not None
         different, which = np.unique(np.array(texts), return_inverse=True)
         each = tuple(_one(text, where) for text in different.tolist())
-        found = FiringPatterns(each, (DESIGN,), which.reshape(-1))
-    for one in found.each:
+        patterns = FiringPatterns(each, (DESIGN,), which.reshape(-1))
+    for one in patterns.each:
         cycles = max(map(one.cycles_of, counts))
         if cycles > MOST_CYCLES:
             raise SceneError(
                 f"{where} = {shown(one.name)}: repeats after {cycles} cycles; must be at most "
                 f"{MOST_CYCLES}"
             )
-    cycles = found.cycles(counts)
+    cycles = patterns.cycles(counts)
     if cycles > MOST_TOGETHER:
-        names = named_some([one.name for one in found.each])
+        names = named_some([one.name for one in patterns.each])
         raise SceneError(
             f"{where}: {names} together repeat after {cycles:,} cycles; must be at most "
             f"{MOST_TOGETHER:,}"
         )
-    return found
+    return patterns
 
 
 def _one(raw: object, where: str) -> FiringPattern:
-    found = _read(raw, where)
-    if len(found) > 1:
+    patterns = _read(raw, where)
+    if len(patterns) > 1:
         raise SceneError(f"{where} = {shown(raw)}: several seeds are for [axes]; must have one")
-    return found[0]
+    return patterns[0]
 
 
 def _read(raw: object, where: str) -> list[FiringPattern]:
@@ -199,13 +199,13 @@ def _factor(part: str, text: str, where: str) -> float:
     return value
 
 
-def _random(found: re.Match[str], text: str, where: str) -> list[FiringPattern]:
+def _random(match: re.Match[str], text: str, where: str) -> list[FiringPattern]:
     try:
-        deviation = float(found["deviation"])
+        deviation = float(match["deviation"])
     except ValueError:
         deviation = math.nan
-    cycles, first = int(found["cycles"]), int(found["seed"] or 1)
-    last = int(found["last"] or first)
+    cycles, first = int(match["cycles"]), int(match["seed"] or 1)
+    last = int(match["last"] or first)
     for wrong, what, allowed in (
         (not 0.0 < deviation <= 0.5, "deviation", "above 0 and at most 0.5"),
         (not 2 <= cycles <= MOST_CYCLES, "cycles", f"from 2 to {MOST_CYCLES}"),

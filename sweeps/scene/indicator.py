@@ -54,16 +54,16 @@ _VALUE = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
 
 def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
     """Quantities among these nodes, and all that follow from them."""
-    found = set(roots)
-    more = set(found)
+    needing = set(roots)
+    more = set(needing)
     while more:
         more = {
             name
             for name, nodes in NODES.items()
-            if name not in found and any(not found.isdisjoint(node.needs) for node in nodes)
+            if name not in needing and any(not needing.isdisjoint(node.needs) for node in nodes)
         }
-        found |= more
-    return frozenset(found & set(ALL_QUANTITIES))
+        needing |= more
+    return frozenset(needing & set(ALL_QUANTITIES))
 
 
 TELLING = _all_that_need(_OF_ONE_CYLINDER)

@@ -97,11 +97,11 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
 
 def keys_of_torque_tables() -> Schema:
     """Schemas of the keys that name tables of torque; a load's may stand in closed form."""
-    found: Schema = {name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()}
+    schemas: Schema = {name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()}
     closed_form = reference(LoadInClosedForm.__name__)
-    about = found["load_table"].pop("description")
-    found["load_table"] = {"description": about, "anyOf": [found["load_table"], closed_form]}
-    return found
+    about = schemas["load_table"].pop("description")
+    schemas["load_table"] = {"description": about, "anyOf": [schemas["load_table"], closed_form]}
+    return schemas
 
 
 def plain_schema(schema: Any) -> Any:
@@ -110,20 +110,20 @@ def plain_schema(schema: Any) -> Any:
         return [plain_schema(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    found = {
+    plain = {
         key: {name: plain_schema(item) for name, item in value.items()}
         if key in ("properties", "$defs")
         else plain_schema(value)
         for key, value in schema.items()
         if key != "title" and not (key == "default" and value is None)
     }
-    some = [item for item in found.get("anyOf", []) if item != {"type": "null"}]
+    some = [item for item in plain.get("anyOf", []) if item != {"type": "null"}]
     if len(some) == 1:
-        del found["anyOf"]
-        found = {**some[0], **found}
+        del plain["anyOf"]
+        plain = {**some[0], **plain}
     elif some:
-        found["anyOf"] = some
-    return found
+        plain["anyOf"] = some
+    return plain
 
 
 def value_schema(node: Node) -> Schema:

@@ -86,13 +86,13 @@ def _left_in_force(
 
 def _neutral(words: Sequence[str]) -> dict[str, float]:
     """Values of what an engine with these words does not have."""
-    found: dict[str, float] = {}
+    neutral: dict[str, float] = {}
     if "centred" in words:
-        found["offset_ratio"] = 0.0
+        neutral["offset_ratio"] = 0.0
     if "equal" in words:
-        found["pressure_share"] = found["mass_share"] = 1.0
+        neutral["pressure_share"] = neutral["mass_share"] = 1.0
     if "equal_throws" in words:
-        found["stroke_share"] = 1.0
+        neutral["stroke_share"] = 1.0
     if "uniform_friction" in words:
-        found |= dict.fromkeys(FRICTION_NAMES, 0.0)
-    return found
+        neutral |= dict.fromkeys(FRICTION_NAMES, 0.0)
+    return neutral

@@ -240,13 +240,13 @@ def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -
                 "or a list of numbers"
             )
         return errors
-    found = np.array(errors, dtype=float)
-    if found.size != wheel.teeth or np.any(np.abs(found) >= 0.5):
+    values = np.array(errors, dtype=float)
+    if values.size != wheel.teeth or np.any(np.abs(values) >= 0.5):
         raise SceneError(
-            f"{where} tooth_errors: {found.size} numbers; must be {wheel.teeth}, one for each "
+            f"{where} tooth_errors: {values.size} numbers; must be {wheel.teeth}, one for each "
             f"interval of {wheel.text}, each between -0.5 and 0.5"
         )
-    return found
+    return values
 
 
 def _places(
@@ -262,7 +262,7 @@ def _places(
             "as "
             "at = { load = [0, 50, 100] }"
         )
-    found = {}
+    places = {}
     for key, raw in at.items():
         given = list(raw) if isinstance(raw, list | np.ndarray) else [raw] * files
         if len(given) != files:
@@ -285,5 +285,5 @@ def _places(
                 f"{where} at {key}: {shown(numbers.tolist())}: the axis has "
                 f"{shown(axis.tolist(), 200)}; must be among them"
             )
-        found[key] = nearest - 1.0 if key == DESIGN else nearest
-    return found
+        places[key] = nearest - 1.0 if key == DESIGN else nearest
+    return places

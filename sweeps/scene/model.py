@@ -243,15 +243,15 @@ class Scene(GivenValues):
 
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""
-        found = self.variants[name]
+        own = self.variants[name]
         if self._additions:
-            found = with_additions(found, self._additions)
-        if is_of_curve(found):
-            return of_curve(found, self.node)
-        if not found.of_shaft:
-            return found
-        of_shaft = [key for key in self.shaft_keys if self._enters(key, found)]
-        return replace(found, needs=(*found.needs, *of_shaft))
+            own = with_additions(own, self._additions)
+        if is_of_curve(own):
+            return of_curve(own, self.node)
+        if not own.of_shaft:
+            return own
+        of_shaft = [key for key in self.shaft_keys if self._enters(key, own)]
+        return replace(own, needs=(*own.needs, *of_shaft))
 
     @cached_property
     def _additions(self) -> tuple[Addition, ...]:

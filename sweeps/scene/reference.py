@@ -156,7 +156,7 @@ def _check_constants(table: CsvTable, scene: Scene, used: Sequence[str]) -> None
 def _axis_index(table: CsvTable, scene: Scene, axis: str) -> list[int]:
     """Place of each row along one axis."""
     values = scene.axes[axis]
-    found: list[int] = []
+    places: list[int] = []
     if isinstance(values, tuple):
         for word, line in zip(table.texts(axis), table.lines, strict=True):
             if word not in values:
@@ -164,8 +164,8 @@ def _axis_index(table: CsvTable, scene: Scene, axis: str) -> list[int]:
                     f"{table.name}, line {line}: {axis} = {shown(word)}: not on the scene's axis; "
                     f"allowed: {', '.join(values)}"
                 )
-            found.append(values.index(word))
-        return found
+            places.append(values.index(word))
+        return places
     for value, line in zip(_numbers(table, axis), table.lines, strict=True):
         hits = np.flatnonzero(_same(value, values))
         if len(hits) == 0:
@@ -174,8 +174,8 @@ def _axis_index(table: CsvTable, scene: Scene, axis: str) -> list[int]:
                 f"{table.name}, line {line}: {axis} = {value:g}: not on the scene's axis; "
                 f"allowed: {listed}"
             )
-        found.append(int(hits[0]))
-    return found
+        places.append(int(hits[0]))
+    return places
 
 
 def _design_index(
@@ -193,7 +193,7 @@ def _design_index(
             _check_order(table, scene, key)
         return list(range(count))
     values = {key: _values_of(table, scene, key) for key in columns}
-    found: list[int] = []
+    places: list[int] = []
     for row, line in enumerate(table.lines):
         hits = np.ones(count, dtype=bool)
         for key, (wanted, own) in values.items():
@@ -203,8 +203,8 @@ def _design_index(
                 f"{table.name}, line {line}: matches {hits.sum()} designs by "
                 f"{', '.join(columns)}; must match one"
             )
-        found.append(int(np.argmax(hits)))
-    return found
+        places.append(int(np.argmax(hits)))
+    return places
 
 
 def _values_of(table: CsvTable, scene: Scene, key: str) -> tuple[list[Any], npt.NDArray[Any]]:

@@ -80,7 +80,7 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
             f'inertia = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '
             "usual for engines of its size"
         )
-    text = re.sub(r"(?m)^(\w+) = .*$", lambda found: lines.get(found[1], found[0]), text)
+    text = re.sub(r"(?m)^(\w+) = .*$", lambda match: lines.get(match[1], match[0]), text)
     counts = f"{len(loads)} x 25 designs"
     return text.replace("3 x 25 designs", counts)
 

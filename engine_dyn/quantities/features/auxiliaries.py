@@ -79,11 +79,11 @@ def over_crank(auxiliaries: Sequence[Auxiliary], cycle: float) -> TorqueOverAngl
     angle = angle[np.diff(angle, prepend=-1.0) > APART]
     if angle.size > MOST_KNOTS:
         raise ValueError(f"{angle.size} knots in a cycle: must be at most {MOST_KNOTS}")
-    found, slope = np.zeros(angle.size), np.zeros(angle.size)
+    total, slope = np.zeros(angle.size), np.zeros(angle.size)
     for torque, ratio, phase in auxiliaries:
-        found += ratio * torque(ratio * angle + phase)
+        total += ratio * torque(ratio * angle + phase)
         slope += ratio**2 * torque.slope_at(ratio * angle + phase)
-    return TorqueOverAngle(angle, found, slope, cycle)
+    return TorqueOverAngle(angle, total, slope, cycle)
 
 
 FEATURE: Feature[Auxiliaries] = Feature(

@@ -116,12 +116,12 @@ def _labels_of(values: Any) -> list[str]:
 def _index_of_pandas(metadata: Mapping[bytes, bytes] | None) -> set[str]:
     """Columns that are only the index of a data frame."""
     try:
-        found = json.loads((metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
+        indices = json.loads((metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
     except (ValueError, AttributeError, RecursionError):
         return set()
-    if not isinstance(found, list):
+    if not isinstance(indices, list):
         return set()
-    return {item for item in found if isinstance(item, str) and item.startswith("__index")}
+    return {item for item in indices if isinstance(item, str) and item.startswith("__index")}
 
 
 def read_design_netcdf(path: Path, name: str) -> DesignColumns:
@@ -161,9 +161,9 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
         and key.removesuffix(PUBLISHED) not in ALL_QUANTITIES
     }  # fmt: skip
     if not variables:
-        found = one_line(", ".join(file.variables) or "none", 200)
+        listed = one_line(", ".join(file.variables) or "none", 200)
         raise SceneError(
-            f"{name}: no variable is named as a parameter; found: {found}; allowed: see "
+            f"{name}: no variable is named as a parameter; found: {listed}; allowed: see "
             "`engine-dyn list keys`"
         )
     known_columns(list(variables), name, "variable")  # an unknown name is told before a wrong shape

@@ -162,25 +162,25 @@ def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
         For an arrangement that is neither a text nor a table, and for other values that are not
         lists of numbers.
     """
-    found: dict[str, Any] = {}
+    given: dict[str, Any] = {}
     for key in CYLINDER_KEYS:
         item = raw.get(key)
         if item is None:
             continue
         if key == "arrangement":
-            found[key] = read_arrangement(item, f"{where}{key}")
+            given[key] = read_arrangement(item, f"{where}{key}")
         elif key == "articulated_rods":
             if not isinstance(item, Mapping):
                 raise SceneError(f"{where}{key} = {shown(item)}: must be {CYLINDER_KEYS[key]}")
-            found[key] = check_structure(RodTable, item, f"{where}{key}")
+            given[key] = check_structure(RodTable, item, f"{where}{key}")
         else:
             if not isinstance(item, list):
                 raise SceneError(
                     f"{where}{key} = {shown(item)}: must be a list of numbers, one for each "
                     "cylinder"
                 )
-            found[key] = tuple(numbers(item, f"{where}{key}").tolist())
-    return CylinderKeys(**found)
+            given[key] = tuple(numbers(item, f"{where}{key}").tolist())
+    return CylinderKeys(**given)
 
 
 def read_arrangement(raw: Any, where: str) -> str | ArrangementTable:
@@ -306,10 +306,10 @@ def cylinders_of_keys(keys: CylinderKeys, base: Cylinders, count: int, where: st
     try:
         if keys.arrangement is not None:
             arrangement = arrangement_of(keys.arrangement, base.period)
-            found = len(arrangement.cylinders)
-            if found != count:
+            arranged = len(arrangement.cylinders)
+            if arranged != count:
                 raise ValueError(
-                    f"arrangement = '{name_of(keys.arrangement)}': has {found} cylinders, the "
+                    f"arrangement = '{name_of(keys.arrangement)}': has {arranged} cylinders, the "
                     f"engine {count}"
                 )
         if keys.firing_angles is not None:

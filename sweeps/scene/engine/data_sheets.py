@@ -148,7 +148,7 @@ def files_named(sheet: Sheet) -> list[str]:
 
 def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:
     """Numbers of [data_sheet.cycle], each within its range."""
-    found = {}
+    known = {}
     for key, raw in table.items():
         if key in _NOT_KNOWN:
             raise SceneError(
@@ -157,8 +157,8 @@ def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:
         if key not in KNOWN_OF_CYCLE:
             raise SceneError(f"{where} {key}: unknown key{not_known(key, KNOWN_OF_CYCLE)}")
         field = KINDS["first_law"].fields[key]
-        value = found[key] = number(raw, f"{where} {key}")
+        value = known[key] = number(raw, f"{where} {key}")
         inside = field.low <= value <= field.high if field.ends else field.low < value < field.high
         if not inside:
             raise SceneError(f"{where} {key} = {value:.6g}{field.words}: must be {field.allowed}")
-    return found
+    return known

@@ -436,8 +436,8 @@ def compression_ratio_in(
 
 def the_same(values: Iterable[float | None]) -> float | None:
     """Return the value that all have; None where they differ, or one has none."""
-    found = set(values)
-    return found.pop() if len(found) == 1 else None
+    different = set(values)
+    return different.pop() if len(different) == 1 else None
 
 
 def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
@@ -528,8 +528,8 @@ def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
 def _cycles(diagrams: list[_Entry]) -> tuple[ModelledDiagram, ...] | None:
     """Cycle that models each diagram, in the family's order; None unless each has one."""
     in_order = sorted(diagrams, key=lambda d: (d.speed or 0.0, d.load))
-    found = tuple(d.again for d in in_order if d.again is not None)
-    return found if found and len(found) == len(diagrams) else None
+    cycles = tuple(d.again for d in in_order if d.again is not None)
+    return cycles if cycles and len(cycles) == len(diagrams) else None
 
 
 def _check_own_point(

@@ -173,7 +173,7 @@ def _fields(
     kind: Kind, rest: Mapping[str, Any], where: str, values: Mapping[str, float]
 ) -> dict[str, Any]:
     """Fields of the cycle in SI units: those of the table, or else those of the engine."""
-    found: dict[str, Any] = {}
+    inputs: dict[str, Any] = {}
     of_wall: tuple[str, ...] = ()
     usable = list(kind.fields)
     if kind.by_first_law:
@@ -181,20 +181,20 @@ def _fields(
         if not isinstance(wall, str) or wall not in FIELDS_OF_WALL:
             allowed = "', '".join(FIELDS_OF_WALL)
             raise SceneError(f"{where} wall = {shown(wall)}: must be one of '{allowed}'")
-        found["wall"] = wall
+        inputs["wall"] = wall
         of_wall = tuple(FIELDS_OF_WALL[wall])
         others = {f for w, names in FIELDS_OF_WALL.items() if w != wall for f in names}
         usable = [key for key in usable if key not in others]
-    no_more(rest, where, ("load", "speed", "kind", "step", *found, *usable))
+    no_more(rest, where, ("load", "speed", "kind", "step", *inputs, *usable))
     for item in fields(kind.cycle):
         key = item.name
         field = kind.fields.get(key)
         if key not in usable and (field is not None or key not in OF_ENGINE):
             continue
         if field is not None and key in rest:
-            found[key] = number(rest[key], f"{where} {key}") * field.size
+            inputs[key] = number(rest[key], f"{where} {key}") * field.size
         elif kind.cycle is not DieselCycle and key in OF_ENGINE and key in values:
-            found[key] = values[key] * (PARAMETERS[key].si if field is None else field.size)
+            inputs[key] = values[key] * (PARAMETERS[key].si if field is None else field.size)
         elif field is None:
             unit = PARAMETERS[key].unit
             raise SceneError(f"{where} {key}: missing; must be a number in {unit}, in [values]")
@@ -202,7 +202,7 @@ def _fields(
             also = "" if key not in OF_ENGINE else ", here or in [values]"
             words = "" if field.unit == "1" else f" in {field.unit}"
             raise SceneError(f"{where} {key}: missing; must be a number{words}{also}")
-    return found
+    return inputs
 
 
 def _offset_ratio(

@@ -265,7 +265,7 @@ class _Values:
     """Values of the parameters, gathered and checked one by one."""
 
     def __init__(self) -> None:
-        self.found: dict[str, float] = {}
+        self.numbers: dict[str, float] = {}
 
     def take(self, item: Strict, kind: str, place: int, where: str, skip: Sequence[str]) -> None:
         """Take the numbers of one table: those of `stiffness` become `shaft_stiffness_2`."""
@@ -276,8 +276,8 @@ class _Values:
 
     def set(self, key: str, raw: Any, where: str) -> None:
         node = PARAMETERS[key]
-        self.found[key] = number(raw, where, node)
-        check_range(self.found[key], where, node)
+        self.numbers[key] = number(raw, where, node)
+        check_range(self.numbers[key], where, node)
 
 
 def _read(given: ShaftTable, where: str) -> GivenShaft:
@@ -304,20 +304,20 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
             wanted = name == "loss_factor" or piece.length is not None
             if common is not None and getattr(piece, name) is None and wanted:
                 values.set(f"shaft_{name}_{i}", common, f"{where} {name}")
-        _check_stiffness(piece, values.found, i, at)
+        _check_stiffness(piece, values.numbers, i, at)
     gears = []
     for i, gear in enumerate(given.gears, start=1):
         at = f"{where} gears number {i}"
         gears.append(_ends(gear.between, i, names, at))
         values.set(f"shaft_gear_ratio_{i}", gear.ratio, f"{at} ratio")
-        if values.found[f"shaft_gear_ratio_{i}"] == 0.0:
+        if values.numbers[f"shaft_gear_ratio_{i}"] == 0.0:
             raise SceneError(f"{at} ratio = 0: must not be 0")
     for i, damper in enumerate(given.dampers, start=1):
         at = f"{where} dampers number {i}"
         pairs.append((_place(damper.on, names, f"{at} on"), len(names) + i - 1))
         values.take(damper, "damper", i, at, ("name", "on"))
-        held = {f"damper_{name}_{i}" for name in ("damping", "stiffness")} & values.found.keys()
-        if not any(values.found[key] > 0.0 for key in held):
+        held = {f"damper_{name}_{i}" for name in ("damping", "stiffness")} & values.numbers.keys()
+        if not any(values.numbers[key] > 0.0 for key in held):
             raise SceneError(f"{at}: has neither damping nor stiffness; nothing holds its ring")
     for i, pendulum in enumerate(given.pendulums, start=1):
         at = f"{where} pendulums number {i}"
@@ -350,7 +350,7 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         dampers=len(rings),
         pendulums=len(hung),
         includes_reciprocating=given.reciprocating == "included",
-        keys=tuple(key for key in values.found if not key.startswith("load_")),
+        keys=tuple(key for key in values.numbers if not key.startswith("load_")),
         alloy=frozenset(i for i, piece in enumerate(given.shafts) if piece.steel == "alloy"),
         tables=tables,
     )
@@ -358,7 +358,7 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
     _check_different(called, where)
     if given.auxiliaries is None:
         shaft = replace(shaft, auxiliaries=shaft.free_end)
-    return GivenShaft(shaft, values.found)
+    return GivenShaft(shaft, values.numbers)
 
 
 def _place(name: str, names: Sequence[str], where: str) -> int:

@@ -58,25 +58,25 @@ def read_torque_tables(raw: Mapping[str, Any], base: Path, where: str) -> Torque
     SceneError
         In one line, with the line of the file where one is wrong.
     """
-    found: dict[str, Any] = {}
+    tables: dict[str, Any] = {}
     for key, allowed in TORQUE_TABLE_KEYS.items():
         item = raw.get(key)
         if item is None:
             continue
         if isinstance(item, Mapping) and key == "load_table":
-            found["load"] = _in_closed_form(item, f"{where}{key}")
+            tables["load"] = _in_closed_form(item, f"{where}{key}")
             continue
         if not isinstance(item, str) or not item:
             raise SceneError(f"{where}{key} = {shown(item)}: must be {allowed}")
         path = referred(base, item, f"{where}{key}")
         table = read_csv(path, f"{where}{key} {item}", "a table of torque (CSV)")
         try:
-            found[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
+            tables[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
         except SceneError:  # an error of the table itself names file and line already
             raise
         except ValueError as error:
             raise SceneError(with_line(mentioned(error), table)) from None
-    return TorqueTables(**found)
+    return TorqueTables(**tables)
 
 
 class LoadInClosedForm(Strict):

@@ -161,37 +161,37 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
 
 def work_of(plan: Plan) -> dict[str, float]:
     """Pieces of work of a plan, by their names in `sweeps.scene.plan.rates`."""
-    found = _work_once(plan)
+    work = _work_once(plan)
     for variation in plan.variations:  # all its plans have the same work
         for name, count in _work_once(variation.plans[0]).items():
-            found[name] = found.get(name, 0.0) + len(variation.plans) * count
-    return found
+            work[name] = work.get(name, 0.0) + len(variation.plans) * count
+    return work
 
 
 def _work_once(plan: Plan) -> dict[str, float]:
     """Pieces of work of a plan without its variations."""
-    found: defaultdict[str, float] = defaultdict(float, calls=1.0)
+    work: defaultdict[str, float] = defaultdict(float, calls=1.0)
     if plan.scene.reduce is not None:
         fronts = [one for one in plan.scene.reduce.kept if not one.number and len(one.wanted) == 3]
-        found[FRONT] = float(len(fronts) * math.prod(plan.sizes[d] for d in plan.scene.dimensions))
+        work[FRONT] = float(len(fronts) * math.prod(plan.sizes[d] for d in plan.scene.dimensions))
     if plan.scene.cycle_keys:
-        found["modelled cycles"] = float(np.size(plan.leaves["cycle"].data))
+        work["modelled cycles"] = float(np.size(plan.leaves["cycle"].data))
     for stage in plan.stages:
         if stage.node.of_shaft and stage.node.kind == "stage":
-            found |= _of_shaft(plan, stage)
+            work |= _of_shaft(plan, stage)
         elif stage.node.kind == "stage":
             # A search for an inertia solves some five times.
             times = 5.0 if stage.node.name == "inertia_search" else 1.0
             if "delta_error" in plan.wanted(stage):
                 times *= 3.0  # the second solution, for `delta_error`, takes twice the work
-            found["columns of diagrams"] += times * _cylinders(plan) * diagram_count(plan)
+            work["columns of diagrams"] += times * _cylinders(plan) * diagram_count(plan)
             for piece, count in _designs(plan, stage):
-                found[piece] += times * count
+                work[piece] += times * count
         elif stage.node.throws:
-            found["revolutions"] += stage.size
+            work["revolutions"] += stage.size
         elif stage.node.make is not None:  # else a stage has given it
-            found["values"] += stage.size
-    return {name: count for name, count in found.items() if count}
+            work["values"] += stage.size
+    return {name: count for name, count in work.items() if count}
 
 
 def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:

@@ -95,8 +95,8 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
 
 def leaves_of_points(points: Mapping[str, npt.NDArray[Any]], period: float) -> dict[str, Value]:
     """Points of dimensions in SI units, and the angle after which curves over them repeat."""
-    found = {name: Value(p * DIMENSIONS[name].si, (name,)) for name, p in points.items()}
-    return found | {"curve_period": Value(period * len(points["firing_cycle"]))}
+    leaves = {name: Value(p * DIMENSIONS[name].si, (name,)) for name, p in points.items()}
+    return leaves | {"curve_period": Value(period * len(points["firing_cycle"]))}
 
 
 def _cycles_of_load(scene: Scene) -> int:

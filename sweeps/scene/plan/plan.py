@@ -232,28 +232,28 @@ def make_plan(scene: Scene) -> Plan:
     points["mode"] = np.arange(1, modes.kept + 1, dtype=np.int32)
     leaves["mode"] = Value(points["mode"], ("mode",))
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}
-    found = _Ancestors(scene, leaves, sizes)
+    ancestors = _Ancestors(scene, leaves, sizes)
     for name in scene.quantities:
-        found.visit(name)
+        ancestors.visit(name)
     outputs = list(scene.quantities)
-    for stage in tuple(found.stages.values()):
+    for stage in tuple(ancestors.stages.values()):
         outcome = TORSION_STATUS if TORSION_STATUS in stage.node.gives else STATUS
         if stage.node.can_fail and outcome not in outputs:
             outputs.append(outcome)
-            found.visit(outcome)
+            ancestors.visit(outcome)
         for name in stage.node.beside:
             if name not in outputs:
                 outputs.append(name)
-                found.visit(name)
-    named: dict[str, Value | Stage] = {**leaves, **found.stages}
+                ancestors.visit(name)
+    named: dict[str, Value | Stage] = {**leaves, **ancestors.stages}
     of_tables = frozenset(d for n in TABLE_QUANTITIES if n in named for d in named[n].dims)
-    used = _used(scene, leaves, found.used)
+    used = _used(scene, leaves, ancestors.used)
     unused = _unused(scene, leaves, used)
-    chosen = {word for stage in found.stages.values() for word in stage.node.when.split()}
+    chosen = {word for stage in ancestors.stages.values() for word in stage.node.when.split()}
     # The law is a word that selects variants, not a value that stages take.
     by_words = {"friction_law"} if friction_law(scene) in chosen else set()
     settings = tuple(key for key in scene.settings if key not in used | by_words)
-    stages = tuple(found.stages.values())
+    stages = tuple(ancestors.stages.values())
     if not any("mode" in stage.dims for stage in stages):
         settings += tuple(
             f"[output] {k}" for k in ("modes", "modes_below") if getattr(scene, k) is not None
@@ -266,10 +266,10 @@ def make_plan(scene: Scene) -> Plan:
         _check_reduced(plan)
     if scene.elasticities:
         keys = changed_parameters(scene, leaves, used)
-        variation = plan_elasticities(scene, found.stages, leaves, keys, make_plan, plan.name)
+        variation = plan_elasticities(scene, ancestors.stages, leaves, keys, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     if scene.uncertainty is not None:
-        variation = plan_uncertainty(scene, found.stages, make_plan, plan.name)
+        variation = plan_uncertainty(scene, ancestors.stages, make_plan, plan.name)
         plan = _with_variation(plan, variation)
     return plan
 
@@ -364,8 +364,8 @@ def _plan_of_several(scene: Scene) -> Plan:
 
 def _telling_apart(scene: Scene) -> frozenset[str]:
     """Dimensions along which the ordinary scenes lie."""
-    found = {key for one in scene.beside for key in one.at}
-    return frozenset(found | ({DESIGN} if scene.beside[0].rows is not None else set()))
+    axes = {key for one in scene.beside for key in one.at}
+    return frozenset(axes | ({DESIGN} if scene.beside[0].rows is not None else set()))
 
 
 def _stages_of_several(
@@ -379,11 +379,11 @@ def _stages_of_several(
         for stage in made.stages:
             nodes.setdefault(stage.node.name, stage.node)
             dims.setdefault(stage.node.name, set(own)).update(stage.dims)
-    found = {}
+    stages = {}
     for name, node in nodes.items():
         ordered = tuple(d for d in (*scene.dimensions, *DIMENSIONS) if d in dims[name])
-        found[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
-    return found
+        stages[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
+    return stages
 
 
 class _Ancestors:

@@ -114,10 +114,10 @@ def _lines(plan: Plan) -> list[str]:
         def measured(values: Mapping[str, Any], check: Check = check) -> Any:
             return given.measure(check, values)
 
-        found = judged(check, base, measured, _UNITS)
-        if found is not None:
-            wrong.add(found.key)
-            lines.append(found.text(_places(plan, found, base)))
+        judgement = judged(check, base, measured, _UNITS)
+        if judgement is not None:
+            wrong.add(judgement.key)
+            lines.append(judgement.text(_places(plan, judgement, base)))
     if "family" in used and "speed" not in wrong:
         lines += _of_speeds(plan, off)
     return [*lines, *shaft_warnings(plan, off)]
@@ -146,10 +146,10 @@ class _Given:
         for need in needs:
             if need not in self._names:
                 self._names[need] = self._behind_one(need)
-            found = self._names[need]
-            if found is None:
+            inputs = self._names[need]
+            if inputs is None:
                 return None
-            names |= dict.fromkeys(found)
+            names |= dict.fromkeys(inputs)
         return tuple(names)
 
     def _behind_one(self, name: str) -> tuple[str, ...] | None:
@@ -221,14 +221,14 @@ class _Given:
         return np.reshape(leaf.data, shape)
 
 
-def _places(plan: Plan, found: Implausible, base: Mapping[str, Any]) -> str:
+def _places(plan: Plan, judgement: Implausible, base: Mapping[str, Any]) -> str:
     """How many designs are outside, and which is the worst; whose values they are."""
     scene = plan.scene
     parts = []
-    if found.of > 1:
-        count = found.count * (plan.designs // found.of)
+    if judgement.of > 1:
+        count = judgement.count * (plan.designs // judgement.of)
         parts.append(f"{count} of {counted(plan.designs, 'design')}")
-        place = dict(zip(scene.dimensions, found.place, strict=True))
+        place = dict(zip(scene.dimensions, judgement.place, strict=True))
         if DESIGN in place and any(np.ndim(v) and plan.leaves[n].dims == (DESIGN,)
                                    for n, v in base.items()):  # fmt: skip
             number = place[DESIGN]
@@ -263,18 +263,18 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
     ]
     if any(f" {name}: " in line for line in lines for name in ("peak_pressure", "level")):
         return lines  # the other measures are wrong for the same reason
-    for found in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
+    for judgement in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
         where = "[indicator]" if measured else f"engine {scene.engine.name}"
         if ends is not None:
-            where += (", head end", ", crank end")[found.place[0]]
+            where += (", head end", ", crank end")[judgement.place[0]]
         elif not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
-            where += f", diagram at {scene.engine.family.loads[found.place[0]]:g} percent load"
+            where += f", diagram at {scene.engine.family.loads[judgement.place[0]]:g} percent load"
         if scene.confidential:
             lines.append(
-                f"{where}: {found.check.name}: outside the usual range; value confidential"
+                f"{where}: {judgement.check.name}: outside the usual range; value confidential"
             )
         else:
-            lines.append(found.text(where))
+            lines.append(judgement.text(where))
     return lines
 
 

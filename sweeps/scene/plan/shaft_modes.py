@@ -94,13 +94,13 @@ def _below(systems: list[ShaftSystem], omega: float) -> int:
     """Largest number of modes below a frequency, those of free parts among them."""
     from engine_dyn.torsion.graded import modes_below
 
-    found = []
+    counts = []
     for system in systems:
         stiffness = system.stiffness_at(0.0)
         numbers = system.inertia, stiffness, system.ground_stiffness, system.speed_stiffness
         scratch = np.empty(system.parent.size)
-        found.append(int(modes_below(system.parent, numbers, math.inf, omega**2, scratch)))
-    return max(found)
+        counts.append(int(modes_below(system.parent, numbers, math.inf, omega**2, scratch)))
+    return max(counts)
 
 
 def _largest(what: str, values: Any) -> Any:
@@ -129,8 +129,8 @@ def _systems(
     if "wanted_delta" in scene.words:
         # A flywheel that a wanted delta asks for: one still larger lowers no mode.
         excess = 1e3 * shaft.inertia(values, added)
-    found = []
+    systems = []
     for pick in (np.min, np.max):
         gears = {key: pick(scene.known[key].si) for key in values if "gear_ratio" in key}
-        found.append(shaft.system({**values, **gears}, added, excess, 0.0, tables))
-    return found
+        systems.append(shaft.system({**values, **gears}, added, excess, 0.0, tables))
+    return systems

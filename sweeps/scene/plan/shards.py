@@ -152,12 +152,12 @@ def _with_outputs(plan: Plan, outputs: Sequence[str]) -> Plan:
 
 def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part, ...]:
     """Engines, out of several, that lie in a part of all designs, and their share of that part."""
-    found = []
+    those = []
     for one in parts:
         if axis in one.at:
             here = np.flatnonzero(places == one.at[axis])
             if here.size:
-                found.append(replace(one, at={**one.at, axis: int(here[0])}))
+                those.append(replace(one, at={**one.at, axis: int(here[0])}))
         elif axis == DESIGN and one.rows is not None:
             rows = np.flatnonzero(np.isin(places, one.rows))
             if not rows.size:
@@ -165,12 +165,12 @@ def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part,
             own = np.searchsorted(one.rows, places[rows])
             varies = DESIGN in one.plan.scene.dimensions
             made = part(one.plan, DESIGN, own, "") if varies else one.plan
-            found.append(replace(one, rows=rows, plan=made))
+            those.append(replace(one, rows=rows, plan=made))
         elif axis in one.plan.scene.dimensions:
-            found.append(replace(one, plan=part(one.plan, axis, places, "")))
+            those.append(replace(one, plan=part(one.plan, axis, places, "")))
         else:
-            found.append(one)
-    return tuple(found)
+            those.append(one)
+    return tuple(those)
 
 
 def _scene_of(plan: Plan, axis: str, places: Integers) -> Any:

@@ -221,19 +221,19 @@ ENDINGS = {
 
 def _variables_of(base: Node) -> list[Node]:
     """Nodes of the variables of one quantity."""
-    found = []
+    nodes = []
     for ending, about in ENDINGS.items():
         symbol = ""
         if ending == ELASTICITY and base.symbol:
             symbol = rf"\partial \ln {base.symbol} / \partial \ln x"
-        found.append(
+        nodes.append(
             Node(
                 f"{base.name}{ending}", symbol, "" if ending == "_derivative" else "1",
                 about.format(base.long_name), adds=(PARAMETER,),
                 source="central differences, extrapolated (Richardson 1911)",
             )
         )  # fmt: skip
-    return found
+    return nodes
 
 
 def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -> list[str]:
