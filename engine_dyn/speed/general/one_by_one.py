@@ -21,13 +21,21 @@ from engine_dyn.speed.storage import store, store_curves, store_nothing
 from engine_dyn.speed.task import Task
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.maxima import largest
-from engine_dyn.types import Integers
+from engine_dyn.types import Booleans, Integers
 
 __all__ = ["solve_one_by_one"]
 
 DOUBTFUL = 0.01
 """How far below 0 the smallest (omega/omega_n)^2 must be for a stall that more nodes cannot
 disprove: means over the nodes do not resolve a closure that is singular at 0."""
+
+SHORT = 0.05
+"""How far below 0 the energy, over the nominal one, must fall if the load vanishes where the speed
+comes near 0, for a stall that more nodes cannot disprove."""
+
+GENTLE = 0.1
+"""Limit of kappa times the width of an interval up to which cycles followed in time reduce only
+the error of integrating the load."""
 
 CERTAIN = 0.01
 """Margin by which the mean of docs/method.md (94) over nodes must exceed 1, because it stands for
@@ -47,9 +55,10 @@ def solve_one_by_one(
     """
     task, columns, designs, results = map(plain, (task, columns, designs, results))
     motion = make_motion(columns.fine.shape[1])
-    solve_designs(chosen, task, columns, designs, motion, results, last)
+    unresolved = np.zeros(designs.kappa.size, dtype=np.bool_)
+    solve_designs(chosen, task, columns, designs, motion, results, unresolved, last)
     outcomes = followed(task, last)
-    left = chosen[np.isin(results.status[designs.target[chosen]], outcomes)]
+    left = chosen[np.isin(results.status[designs.target[chosen]], outcomes) & ~unresolved[chosen]]
     # Compiled only where there are such designs.
     if left.size:
         follow_designs(left, task, columns, designs, motion, results)
@@ -70,11 +79,12 @@ def followed(task: Task, last: bool) -> tuple[int, ...]:
 @kernel
 def solve_designs(
     chosen: Integers, task: Task, columns: Columns, designs: Designs, motion: Motion,
-    results: Results, last: bool,
+    results: Results, unresolved: Booleans, last: bool,
 ) -> None:  # fmt: skip
     """Solve the designs `chosen` by Newton's method; `motion` is scratch.
 
-    Stalls that more nodes may disprove are not converged, unless these are the `last`.
+    Stalls that more nodes may disprove are not converged, unless these are the `last`. Designs
+    whose nodes miss the tolerance, however exactly the load is integrated, are `unresolved`.
     """
     width = columns.width
     for which in chosen:
@@ -92,7 +102,13 @@ def solve_designs(
                     code = status.NOT_CONVERGED if timed or smallest > FLOOR else status.STALLED
                 else:
                     doubted = smallest > (FLOOR if last else -DOUBTFUL)
-        _write(which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results)
+                    if doubted and with_mean and _falls_short(width, design, motion):
+                        doubted = False
+        rest = _write(
+            which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results
+        )
+        gentle = is_power(design.law) and abs(design.kappa) * width <= GENTLE
+        unresolved[which] = gentle and rest > task.tolerance
 
 
 @kernel
@@ -144,18 +160,46 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
 
 
 @inlined
+def _falls_short(width: float, design: Design, motion: Motion) -> bool:
+    """Whether a solution that comes near 0 falls far below it even if the load vanishes there.
+
+    It is for loads so strong that they, and not the closure, determine the energy before.
+    """
+    nodes = len(motion.w)
+    if design.flat or not (design.kappa > 0.0):
+        return False
+    rise = design.kappa * width
+    for begin in range(nodes):
+        if not (1.0 + motion.d[begin] > FLOOR * motion.tau[begin]):
+            continue
+        after = (begin + 1) % nodes
+        if 1.0 + motion.d[after] > FLOOR * motion.tau[after]:
+            continue
+        e = 1.0 + motion.d[begin]
+        for k in range(nodes):
+            j, n = (begin + k) % nodes, (begin + k + 1) % nodes
+            e += motion.w[n] - motion.w[j] + rise
+            if e < -SHORT:
+                return True
+    return False
+
+
+@inlined
 def _write(
     which: int, code: int, mu: float, missed: float, steps: int, width: float, doubted: bool,
     task: Task, design: Design, designs: Designs, motion: Motion, results: Results,
-) -> None:  # fmt: skip
+) -> float:  # fmt: skip
     """Judge a solution, docs/method.md section 13.3, and write its results.
 
-    Where it is `doubted`, more nodes may disprove a stall.
+    Where it is `doubted`, more nodes may disprove a stall. Returns the part of the error that
+    is not due to integrating the load, NaN where there is no solution.
     """
-    high = low = mean = span = error = math.nan
+    high = low = mean = span = error = of_load = math.nan
     holds = opposes(design.slope, design)
     if code == status.CONVERGED:
-        high, low, mean, span, error = speeds_of(mu, missed, width, task.closure, design, motion)
+        high, low, mean, span, error, of_load = speeds_of(
+            mu, missed, width, task.closure, design, motion
+        )
         gear, slope = design.law.nominal / design.nominal, 0.0
         for j in range(len(motion.q)):
             slope += motion.first[j] / motion.tau[j]
@@ -175,7 +219,8 @@ def _write(
     target = designs.target[which]
     if code != status.CONVERGED and code != status.TOLERANCE_NOT_MET:
         store_nothing(target, code, results)
-        return
+        return math.nan
     results.status[target] = code
     store(target, high, low, mean, span, mu, error, float(steps), results.wanted, results.scalars)
     store_curves(target, design.nominal, motion.q, motion.rate, task.angles, results)
+    return error - of_load

@@ -59,7 +59,7 @@ class Passed(NamedTuple):
 
     `end` and `middle` are its values there, `slope` its slope at the end times the width, `factor`
     that of a small deviation over the interval, and `missed` bounds the error of one passage; it is
-    NaN where the equation could not be followed.
+    NaN where the equation could not be followed. `steps` counts all steps, also those given up.
     """
 
     end: float
@@ -67,6 +67,7 @@ class Passed(NamedTuple):
     slope: float
     factor: float
     missed: float
+    steps: int
 
 
 @inlined
@@ -166,12 +167,13 @@ def pass_interval(
     The difference is at most `tolerance` times the energy, or what twice as many steps do not
     improve.
     """
-    steps, before, last = 1, math.nan, math.inf
+    steps, taken, before, last = 1, 0, math.nan, math.inf
     while True:
         e, middle, slope, factor, followed = start, start, 0.0, 1.0, True
         for k in range(steps):
             e, slope, more, found = _step(k / steps, 1.0 / steps, e, interval, push, mu, law)
             factor *= more
+            taken += 1
             followed = followed and found
             if not followed:
                 break
@@ -181,7 +183,7 @@ def pass_interval(
         difference = abs(e - before) if followed else math.nan
         settled = difference >= 0.5 * last and difference <= 1e-9 * abs(e)
         if difference <= tolerance * abs(e) or settled or 2 * steps > MOST_STEPS:
-            return Passed(e, middle, slope, factor, difference)
+            return Passed(e, middle, slope, factor, difference, taken)
         before = e if followed else math.nan
         last = math.inf if math.isnan(difference) else difference
         steps *= 2

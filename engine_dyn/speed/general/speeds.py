@@ -116,11 +116,12 @@ def _fill_solution(mu: float, missed: float, width: float, design: Design, motio
 @inlined
 def speeds_of(
     mu: float, missed: float, width: float, closure: int, design: Design, motion: Motion
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """Largest, smallest and mean speed and the range [rad/s], and the relative error of delta.
 
-    docs/solver.md (101) and (104). `missed` is what the solution may miss of q in all. All are NaN
-    where the smallest q is not above FLOOR.
+    docs/solver.md (101) and (104). `missed` is what the solution may miss of q in all. The last
+    number is the part of the error that integrating the load has. All are NaN where the smallest q
+    is not above FLOOR.
     """
     _fill_solution(mu, missed, width, design, motion)
     nan, nominal = math.nan, design.nominal
@@ -129,12 +130,12 @@ def speeds_of(
         high, high_miss = low, low_miss
         low, low_miss = _extreme(sign, width, motion)
     if not (low > FLOOR):
-        return nan, nan, nan, nan, nan
+        return nan, nan, nan, nan, nan, nan
     range_of_q = high - low
     mean, unresolved = _mean(closure, design, motion)
     high, low = math.sqrt(high), math.sqrt(low)
     span = range_of_q / (high + low)
-    error = 0.0
+    error = of_load = 0.0
     if span > 0.0:
         error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low)
         error = (error + design.unsure / low) / span
@@ -143,6 +144,10 @@ def speeds_of(
     error += unresolved
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and range_of_q > 0.0 and missed == 0.0:
-        error += _load_missed(mu, width, design, motion.force) / range_of_q
-    error *= max(1.0, span / low)
-    return nominal * high, nominal * low, nominal * mean, nominal * span, error
+        of_load = _load_missed(mu, width, design, motion.force) / range_of_q
+    error += of_load
+    near_stall = max(1.0, span / low)
+    error *= near_stall
+    return (
+        nominal * high, nominal * low, nominal * mean, nominal * span, error, near_stall * of_load
+    )  # fmt: skip

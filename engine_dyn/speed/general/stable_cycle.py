@@ -33,6 +33,13 @@ PROBABLY = -1.0
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
 
+MOST_STEPS = 500_000
+"""Largest number of Radau's steps for one design, about a third of a second. Designs that converge
+take up to half of it."""
+
+SLOW = 1e-3
+"""Smallest (omega/omega_n)^2 below which the cycle's time grows with its logarithm."""
+
 COARSE, FINE = 1e-6, 1e-13
 """Relative errors of an interval: until a cycle is found, and then."""
 
@@ -48,22 +55,25 @@ NEARLY_TIMED = 1e-6
 
 @inlined
 def _pass_cycle(
-    start: float, mu: float, tolerance: float, width: float, design: Design, motion: Motion
-) -> tuple[int, float, float, float]:
+    start: float, mu: float, tolerance: float, most: int, width: float, design: Design,
+    motion: Motion,
+) -> tuple[int, float, float, float, int]:  # fmt: skip
     """Follow one period from the energy `start` at node 0.
 
     `motion` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design
-    STANDS, RUNS_AWAY, is LOST or nothing of this (REPEATS), the energy at the end, the factor of a
-    deviation, and the sum of what all intervals may miss.
+    STANDS, RUNS_AWAY, is LOST (also after `most` steps) or nothing of this (REPEATS), the energy
+    at the end, the factor of a deviation, the sum of what all intervals may miss, and the number of
+    steps.
     """
     push = design.kappa * width
-    e, factor, missed = start, 1.0, 0.0
+    e, factor, missed, steps = start, 1.0, 0.0, 0
     for j in range(len(motion.w)):
         after = (j + 1) % len(motion.w)
         interval = interval_of(j, width, motion)
         passed = pass_interval(e, interval, push, mu, tolerance, design.law)
-        if not (passed.missed < math.inf):
-            return LOST, e, factor, missed
+        steps += passed.steps
+        if not (passed.missed < math.inf) or steps > most:
+            return LOST, e, factor, missed, steps
         motion.d[j] = e - 1.0
         motion.between[j] = passed.middle - 1.0
         motion.slope[after] = passed.slope / width
@@ -71,48 +81,52 @@ def _pass_cycle(
         factor *= passed.factor
         missed += passed.missed
         if not (e > FLOOR * motion.tau[after]):
-            return STANDS, e, factor, missed
+            return STANDS, e, factor, missed, steps
         if not (e < HIGHEST):
-            return RUNS_AWAY, e, factor, missed
-    return REPEATS, e, factor, missed
+            return RUNS_AWAY, e, factor, missed, steps
+    return REPEATS, e, factor, missed, steps
 
 
 @inlined
 def _follow(
-    start: float, above: float, mu: float, fine: bool, width: float, design: Design, motion: Motion
-) -> tuple[int, float, float, int]:
+    start: float, above: float, mu: float, fine: bool, most: int, width: float, design: Design,
+    motion: Motion,
+) -> tuple[int, float, float, int, int]:  # fmt: skip
     """Follow cycles from the energy `start` at node 0 until they repeat.
 
     Where a deviation shrinks, the next start is where this leads to, docs/solver.md (87). `above`
     is above every steady cycle. Returns what comes of them, the energy at node 0, what the last one
-    may miss, and their number.
+    may miss, their number, and that of steps, which are `most` or hardly more.
     """
     tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
-    e, plain, hurried = start, start, True
+    e, plain, hurried, steps = start, start, True, 0
     for cycle in range(1, MOST_CYCLES + 1):
-        fate, end, factor, missed = _pass_cycle(e, mu, tolerance, width, design, motion)
+        fate, end, factor, missed, more = _pass_cycle(
+            e, mu, tolerance, most - steps, width, design, motion
+        )
+        steps += more
         if fate != REPEATS:
             if not hurried or e == plain:
-                return fate, e, missed, cycle
+                return fate, e, missed, cycle, steps
             e, hurried = plain, False
             continue
         if e >= above and end > e:
-            return RUNS_AWAY, e, missed, cycle
+            return RUNS_AWAY, e, missed, cycle, steps
         step, plain = end - e, end
         # Multiples of rounding only: a steady cycle that repels is none.
         rounded = abs(step) <= 2e-14 * abs(end)
         if factor < 1.0:
             step /= 1.0 - factor
             if abs(step) <= closed * abs(end) or rounded:
-                return REPEATS, e, missed + abs(step), cycle
+                return REPEATS, e, missed + abs(step), cycle, steps
         e = e + step if hurried and factor < 1.0 and abs(step) <= 0.5 * e else end
-    return LOST, e, math.inf, MOST_CYCLES
+    return LOST, e, math.inf, MOST_CYCLES, steps
 
 
 @inlined
-def _found(
-    start: float, above: float, mu: float, width: float, design: Design, motion: Motion
-) -> tuple[int, float, float, int]:
+def _cycle_at(
+    start: float, above: float, mu: float, most: int, width: float, design: Design, motion: Motion
+) -> tuple[int, float, float, int, int]:
     """The stable cycle for one mu: from `start`, or from a start higher or lower than that.
 
     A start may be so high that its load is too strong to be followed; then a lower one is tried. A
@@ -120,15 +134,19 @@ def _found(
     """
     low, high, e = 0.0, above, start
     bounded = is_power(design.law) and design.kappa > 0.0
-    too_high, runs_away, fate, cycles = False, False, LOST, 0
+    too_high, runs_away, fate, cycles, steps = False, False, LOST, 0, 0
     for _ in range(MOST_STARTS):
-        fate, found, _, more = _follow(e, above, mu, False, width, design, motion)
-        cycles += more
+        fate, node, _, more, taken = _follow(
+            e, above, mu, False, most - steps, width, design, motion
+        )
+        cycles, steps = cycles + more, steps + taken
         if fate == REPEATS:
-            fate, found, missed, more = _follow(found, above, mu, True, width, design, motion)
-            return fate, found, missed, cycles + more
-        if (fate == LOST and e <= start) or (fate == STANDS and e >= above):
-            return fate, found, math.inf, cycles
+            fate, node, missed, more, taken = _follow(
+                node, above, mu, True, most - steps, width, design, motion
+            )
+            return fate, node, missed, cycles + more, steps + taken
+        if (fate == LOST and (e <= start or steps >= most)) or (fate == STANDS and e >= above):
+            return fate, node, math.inf, cycles, steps
         if fate == STANDS:
             low = max(e, low)
             e = 0.5 * (low + high) if runs_away or too_high else above
@@ -137,12 +155,12 @@ def _found(
             high = min(e, high)
             e = 0.5 * (low + high)
     if too_high and low > start:  # all starts that can be followed stand: probably all do
-        return STANDS, e, PROBABLY, cycles
+        return STANDS, e, PROBABLY, cycles, steps
     if too_high or (runs_away and bounded):
         fate = LOST
     elif runs_away:
         fate = RUNS_AWAY
-    return fate, e, math.inf, cycles
+    return fate, e, math.inf, cycles, steps
 
 
 @inlined
@@ -155,6 +173,15 @@ def _late(motion: Motion) -> float:
 
 
 @inlined
+def _slowest(motion: Motion) -> float:
+    """Smallest q at the nodes of a cycle that was followed."""
+    least = math.inf
+    for j in range(len(motion.d)):
+        least = min(least, (1.0 + motion.d[j]) / motion.tau[j])
+    return least
+
+
+@inlined
 def stable_cycle(
     closure: int, width: float, design: Design, motion: Motion
 ) -> tuple[int, int, float, float]:
@@ -163,6 +190,9 @@ def stable_cycle(
     With the closure `cycle_time`, mu is searched by secants within a bracket of ln mu, halved where
     they are slow. Returns the outcome, the number of cycles, mu, and what the numerical integration
     may miss of the energy.
+
+    Beside standstill the cycle's time grows with the logarithm of the smallest q. Where twice as
+    much as it grew from one mu to the next does not make it long enough at `FLOOR`, it stalls.
     """
     sense = 1.0 if design.kappa > 0.0 else -1.0
     # From `slow` on, the cycle takes longer than it should; from `quick` on, less long. Until they
@@ -173,18 +203,27 @@ def stable_cycle(
     range_of_work = largest(1.0, motion.w) + largest(-1.0, motion.w)
     gain = range_of_work + abs(design.kappa) * width * len(motion.w)
     e, above = motion.tau[0] + max(motion.w[0], 0.0), max(largest(1.0, motion.tau), 1.0) + gain
-    step, cycles, least, sure = 0.05, 0, False, True
+    step, cycles, steps, least, sure = 0.05, 0, 0, False, True
+    slowest = late_before = math.inf
     for number in range(MOST_MU):
         mu = math.exp(sense * here)
-        fate, found, missed, more = _found(e, above, mu, width, design, motion)
-        cycles += more
+        fate, node, missed, more, taken = _cycle_at(
+            e, above, mu, MOST_STEPS - steps, width, design, motion
+        )
+        cycles, steps = cycles + more, steps + taken
         sure = sure and missed != PROBABLY
         if number == 0 and (closure != CYCLE_TIME or fate == RUNS_AWAY):
             return (fate if sure else NOT_CONVERGED), cycles, mu, missed
         if fate == LOST:
             break
         if fate == REPEATS:
-            e, late = found, _late(motion)
+            e, late = node, _late(motion)
+            before, slowest = slowest, _slowest(motion)
+            if late_slow == math.inf and late < 0.0 and sure and slowest < before < SLOW:
+                grows = (late - late_before) / math.log(before / slowest)
+                if late + 2.0 * grows * math.log(slowest / FLOOR) < 0.0:
+                    return STALLED, cycles, 1.0, math.inf
+            late_before = late
         else:
             late = math.inf if fate == STANDS else -math.inf
             e = above if number == 0 and sure else e
