@@ -27,7 +27,7 @@ from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import AUTO, CLOSURES, METHODS, POWER_MEAN
 from engine_dyn.speed.results import RESULTS, Results
-from engine_dyn.speed.task import Task
+from engine_dyn.speed.storage import Task
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Booleans, Integers

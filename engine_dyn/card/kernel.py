@@ -20,8 +20,7 @@ from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import AUTO, POWER_MEAN
 from engine_dyn.speed.results import Results
-from engine_dyn.speed.storage import Angles
-from engine_dyn.speed.task import Task
+from engine_dyn.speed.storage import Angles, Task
 
 __all__ = ["INSTEAD", "solve_on_card"]
 

@@ -8,6 +8,5 @@ cycle_table, curves      families of many modelled cycles, and the kernels that 
 diesel_cycle, compressor, pump    modelled cycles by simpler rules
 double_acting            compressors with gas on both sides of the piston
 file_fields              units and ranges of modelled cycles in engine files
-fourier                  Fourier coefficients of diagrams
 motored                  cylinders that do not burn, or burn less or more
 """

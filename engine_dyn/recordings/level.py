@@ -17,9 +17,8 @@ import numpy as np
 from engine_dyn.recordings.compression_fit import PRIORS, UNKNOWN_RATIO, fitted_shift, lines_of
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.dead_centre import looks_motored, symmetric_shift
-from engine_dyn.recordings.findings import Finding
 from engine_dyn.recordings.pegging import peg_by_compression, peg_to_inlet
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.recorded_cycles import Finding, RecordedCycles
 from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE

@@ -1,4 +1,4 @@
-"""Cylinder pressure of recorded cycles on one grid of crank angles."""
+"""Recorded cycles: cylinder pressure on one grid of crank angles, and what checks say of it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,32 @@ import numpy as np
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.types import Floats
 
-__all__ = ["RecordedCycles"]
+__all__ = ["Finding", "RecordedCycles"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a recording that is not as it should be. Its text is one line.
+
+    Attributes
+    ----------
+    check : str
+        Under which it is silenced.
+    text : str
+        The place, the number, what is usual, and what may be meant.
+    value : float
+        The number, in `unit`; NaN where there is none.
+    unit : str
+        Unit of `value`.
+    """
+
+    check: str
+    text: str
+    value: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.check}: {self.text}"
 
 
 @dataclass(frozen=True, eq=False)

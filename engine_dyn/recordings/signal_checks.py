@@ -20,10 +20,9 @@ from engine_dyn.recordings.dead_centre import (
     looks_motored,
     text_of,
 )
-from engine_dyn.recordings.findings import Finding
 from engine_dyn.recordings.heat_release import mean_pressures, peak_pressures, polytropic_exponent
 from engine_dyn.recordings.level import LEVEL_PRIORS, Level
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.recorded_cycles import Finding, RecordedCycles
 from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE

@@ -15,13 +15,55 @@ from engine_dyn.combinations import distinct_combinations
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.laws import LawFacts
 from engine_dyn.speed.fields import FRICTION_NAMES
-from engine_dyn.speed.results import CANCELLED, ROUNDING
+from engine_dyn.speed.results import CANCELLED, CURVE_NAMES, ROUNDING
 from engine_dyn.speed.work.boxes import Box
-from engine_dyn.speed.work.columns import ATMOSPHERE
-from engine_dyn.speed.work.parts import FIRST_GAS, FRICTION_PARTS, UNIT, Parts, RubbedDiagram
+from engine_dyn.speed.work.columns import (
+    ATMOSPHERE,
+    FIRST_GAS,
+    FRICTION_PARTS,
+    UNIT,
+    Parts,
+    RubbedDiagram,
+)
+from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["LEVELS", "Chosen", "Designs", "Inputs", "Needs", "needs_of", "reduced"]
+__all__ = [
+    "LEVELS", "Chosen", "Designs", "Inputs", "Needs", "codes", "discard", "needs_of", "reduced",
+    "take_unknown",
+]  # fmt: skip
+
+
+def codes(names: tuple[str, ...], value: Any) -> Integers:
+    """Places of words among the known names."""
+    words = np.asarray(value)
+    found = np.array([names.index(word) for word in words.flat], dtype=np.int64)
+    return found.reshape(words.shape)
+
+
+def take_unknown(inputs: dict[str, Any]) -> Booleans:
+    """Designs without a diagram, whose `scale` is NaN; it and what follows from it become numbers.
+
+    Kernels do not look for NaN: they solve these designs with another diagram, and what they find
+    goes with `discard`.
+    """
+    unknown = np.isnan(inputs["scale"])
+    if unknown.any():
+        inputs["scale"] = np.where(unknown, 1.0, inputs["scale"])
+        for name in inputs.keys() & {"mean_torque", "friction_torque"}:  # follow from the diagram
+            inputs[name] = np.nan_to_num(inputs[name])
+    return np.asarray(unknown)
+
+
+def discard(found: dict[str, Any], unknown: Booleans) -> dict[str, Any]:
+    """Results without those of designs without a diagram, which have the status "invalid input"."""
+    if unknown.any():
+        for name, array in found.items():
+            here = unknown[..., None] if name in CURVE_NAMES else unknown
+            lost = INVALID_INPUT if name == "status" else np.nan
+            np.copyto(array, lost, where=here, casting="unsafe")
+    return found
+
 
 LEVELS = FRICTION_NAMES[:FRICTION_PARTS]
 """Levels of the friction over the stroke, in the order of the parts of `StrokeFriction`."""

@@ -24,9 +24,14 @@ from engine_dyn.speed.designs import Chosen, Designs, Inputs, Needs, needs_of, r
 from engine_dyn.speed.fields import TABLE_NAMES
 from engine_dyn.speed.vectors import LANES
 from engine_dyn.speed.work.boxes import box_of, boxes_of
-from engine_dyn.speed.work.columns import Columns, Source, columns_of
-from engine_dyn.speed.work.nodes import FEWEST_NODES, nodes_of
-from engine_dyn.speed.work.parts import FIRST_GAS
+from engine_dyn.speed.work.columns import (
+    FEWEST_NODES,
+    FIRST_GAS,
+    Columns,
+    Source,
+    columns_of,
+    nodes_of,
+)
 from engine_dyn.types import Integers
 
 __all__ = ["PIECE", "Call", "Grouping", "Piece"]

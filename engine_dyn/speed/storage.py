@@ -1,4 +1,4 @@
-"""Writing the results of a design."""
+"""The task that all designs of a call of a kernel share, and writing the results of a design."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import Form
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.work.interpolation import BEFORE, STENCIL, lagrange_weights
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Angles", "angles_of", "store", "store_curves", "store_nothing"]
+__all__ = ["Angles", "Task", "angles_of", "store", "store_curves", "store_nothing"]
 
 PLACES = 2.0**26
 """Parts of an interval to which places are rounded."""
@@ -90,3 +91,21 @@ def store_curves(
             results.omega[target, i] = nominal * math.sqrt(max(value, 0.0))
         if results.acceleration.shape[1] > 0:
             results.acceleration[target, i] = 0.5 * nominal * nominal * slope
+
+
+class Task(NamedTuple):
+    """Arguments of `dispatch.solve` as kernels take them.
+
+    `method` and `closure` are codes of `engine_dyn.speed.methods`, `variable` says whether the
+    inertia varies over the crank angle, `tolerance` is the relative error of delta aimed at,
+    `iterated` the error over the range of q that iterations may leave, and curves are wanted at
+    `angles`.
+    """
+
+    method: int
+    variable: bool
+    closure: int
+    tolerance: float
+    iterated: float
+    form: Form
+    angles: Angles

@@ -27,7 +27,7 @@ from engine_dyn.speed.batch.fine_nodes import Seen, load_at_nodes, seen_by, work
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
-from engine_dyn.speed.work.maxima import cubic_in_middle, max_between
+from engine_dyn.speed.work.interpolation import cubic_in_middle, max_between
 
 __all__ = ["fill_extremes", "find_candidates"]
 

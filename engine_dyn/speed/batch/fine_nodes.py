@@ -12,9 +12,8 @@ from engine_dyn.speed.batch.block import HALO, ColumnRows, Scratch
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, read, write
-from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, VALUE
+from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, SQUARE, VALUE
 from engine_dyn.speed.work.interpolation import BEFORE, STENCIL
-from engine_dyn.speed.work.parts import SQUARE
 from engine_dyn.types import Floats
 
 __all__ = [

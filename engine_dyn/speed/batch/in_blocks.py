@@ -17,8 +17,7 @@ from engine_dyn.speed.batch.weights import Weights, weights_of
 from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.results import Results
-from engine_dyn.speed.storage import store, store_curves
-from engine_dyn.speed.task import Task
+from engine_dyn.speed.storage import Task, store, store_curves
 from engine_dyn.speed.vectors import LANES, rows_of
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET

@@ -9,7 +9,7 @@ from engine_dyn.speed.batch.block import HALO, LEFT, ColumnRows, Scratch, WorkTa
 from engine_dyn.speed.batch.weights import Weights
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, read, where, write
-from engine_dyn.speed.work.parts import SQUARE
+from engine_dyn.speed.work.columns import SQUARE
 
 __all__ = ["fill_work", "fill_work_table"]
 

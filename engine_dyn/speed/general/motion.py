@@ -13,9 +13,8 @@ from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.methods import CLOSED
 from engine_dyn.speed.results import IDLE
-from engine_dyn.speed.task import Task
-from engine_dyn.speed.work.columns import MIDDLE, SLOPE, VALUE, Columns
-from engine_dyn.speed.work.parts import SQUARE
+from engine_dyn.speed.storage import Task
+from engine_dyn.speed.work.columns import MIDDLE, SLOPE, SQUARE, VALUE, Columns
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 

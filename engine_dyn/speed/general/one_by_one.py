@@ -17,10 +17,9 @@ from engine_dyn.speed.general.speeds import STRONG_LOAD, speeds_of
 from engine_dyn.speed.general.stable_cycle import stable_cycle
 from engine_dyn.speed.methods import POWER_MEAN
 from engine_dyn.speed.results import Results
-from engine_dyn.speed.storage import store, store_curves, store_nothing
-from engine_dyn.speed.task import Task
+from engine_dyn.speed.storage import Task, store, store_curves, store_nothing
 from engine_dyn.speed.work.columns import Columns
-from engine_dyn.speed.work.maxima import largest
+from engine_dyn.speed.work.interpolation import largest
 from engine_dyn.types import Booleans, Integers
 
 __all__ = ["solve_one_by_one"]

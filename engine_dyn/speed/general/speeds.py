@@ -8,7 +8,7 @@ from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.newton import closure_terms, fill_force
-from engine_dyn.speed.work.maxima import cubic_in_middle, largest, max_between
+from engine_dyn.speed.work.interpolation import cubic_in_middle, largest, max_between
 from engine_dyn.types import Floats
 
 __all__ = ["STRONG_LOAD", "speeds_of"]

@@ -13,7 +13,7 @@ from engine_dyn.loads.laws import FLOOR, is_power
 from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.general.radau import interval_of, pass_interval
 from engine_dyn.speed.methods import CYCLE_TIME
-from engine_dyn.speed.work.maxima import largest
+from engine_dyn.speed.work.interpolation import largest
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 
 __all__ = ["stable_cycle"]

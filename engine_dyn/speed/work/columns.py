@@ -27,19 +27,124 @@ from engine_dyn.pressure.memory import remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import DEGREE, Box
 from engine_dyn.speed.work.interpolation import weights_between
-from engine_dyn.speed.work.nodes import FEWEST_NODES, WIDE, Nodes
-from engine_dyn.speed.work.parts import (
-    FIRST_GAS,
-    FRICTION_PARTS,
-    SQUARE,
-    UNIT,
-    Parts,
-    RubbedDiagram,
-)
 from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["ATMOSPHERE", "Columns", "columns_of", "mean_weights"]
+__all__ = [
+    "ATMOSPHERE", "FEWEST_NODES", "FIRST_GAS", "FRICTION_PARTS", "SQUARE", "UNIT", "WIDE",
+    "Columns", "Nodes", "Parts", "RubbedDiagram", "columns_of", "mean_weights", "nodes_of",
+]  # fmt: skip
+
+UNIT, SQUARE, FIRST_GAS = 0, 1, 2
+"""Places of the parts that all columns have, and of the first diagram: the work of a pressure of 1,
+and the squared velocity."""
+
+FRICTION_PARTS = 4
+"""Boundary, mixed, hydrodynamic and skirt, see `engine_dyn.loads.friction`."""
+
+
+class RubbedDiagram(NamedTuple):
+    """What friction over the stroke depends on: the diagram between two rows, and pressures [Pa].
+
+    `row` is a place in the table of the family, `scale` the factor on the pressure.
+    """
+
+    row: float
+    scale: float
+    crankcase: float
+    ring: float
+
+
+class Parts(NamedTuple):
+    """What columns are wanted of: rows of the family, friction over the stroke, torques over angle.
+
+    `rows` ascend, friction has `FRICTION_PARTS` parts for each of `rubbed`, and `torques` over an
+    angle are that of the load or of the engine, see `DrivenMachine.torques`, with a gear ratio and
+    a phase [rad].
+    """
+
+    rows: Integers
+    rubbed: tuple[RubbedDiagram, ...] = ()
+    torques: tuple[tuple[int, float, float], ...] = ()
+
+    @property
+    def first_rubbed(self) -> int:
+        """Place of the first part of friction."""
+        return FIRST_GAS + self.rows.size
+
+    @property
+    def first_torque(self) -> int:
+        """Place of the first torque over an angle."""
+        return self.first_rubbed + FRICTION_PARTS * len(self.rubbed)
+
+    def is_load(self, part: Integers) -> Booleans:
+        """Whether places of parts are those of loads over angle."""
+        loads = sum(which == 0 for which, _, _ in self.torques)
+        return (part >= self.first_torque) & (part < self.first_torque + loads)
+
+    @property
+    def number(self) -> int:
+        """Number of parts."""
+        return self.first_torque + len(self.torques)
+
+
+FEWEST_NODES = 720
+"""Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
+
+FEWEST_COARSE = 60
+"""Least number of coarse nodes of a period."""
+
+WIDE, NARROW, STEEP = 5, 4, 3
+"""Fine intervals of a coarse one, where there are many and few, and where the torque answers
+steeply to the speed, as that of a motor: its error falls with the fifth power of the width."""
+
+
+class Nodes(NamedTuple):
+    """Nodes of a period of torque and load.
+
+    Attributes
+    ----------
+    number, stride : int
+        How many, and fine intervals of a coarse one.
+    times : int
+        How often the engine's own torque repeats in its cycle, or in the cycles of its firing
+        pattern, as far as that is used.
+    cycles : int
+        Such repeats in the period: above 1 where the load needs longer than the engine.
+    """
+
+    number: int
+    stride: int
+    times: int
+    cycles: int = 1
+
+    @property
+    def of_engine(self) -> int:
+        """Nodes of one of the engine's repeats."""
+        return self.number // self.cycles
+
+    @property
+    def of_cycle(self) -> int:
+        """Nodes of the engine's cycle."""
+        return self.of_engine * self.times
+
+    def width(self, cycle: float) -> float:
+        """Width of a fine interval, where the engine's cycle is `cycle` [rad]."""
+        return cycle / self.of_cycle
+
+
+def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> Nodes:
+    """Nodes of a period, with `fewest` in the engine's cycle; arguments as of `Nodes`.
+
+    Laws that are `steep` have narrower coarse intervals.
+    """
+    each = -(-fewest // times)
+    stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
+    stride = STEEP if steep else stride
+    coarse = max(-(-each // stride), FEWEST_COARSE)
+    coarse += coarse * stride % 2  # even, so that every other node tells whether all suffice
+    return Nodes(coarse * stride * cycles, stride, times, cycles)
+
 
 ATMOSPHERE = 101325.0
 """Pressure [Pa] under the piston that columns of the gas contain."""

@@ -9,8 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from engine_dyn.geometry.toothed_wheel import TURN
-from engine_dyn.recordings.encoder import EncoderSignal, risen, teeth_of_signal
-from engine_dyn.recordings.marks import mark_times, teeth_from_mark
+from engine_dyn.recordings.encoder import (
+    EncoderSignal,
+    mark_times,
+    risen,
+    teeth_from_mark,
+    teeth_of_signal,
+)
 from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE, RPM

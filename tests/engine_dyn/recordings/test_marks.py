@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.geometry.toothed_wheel import TURN, wheel_from_text
-from engine_dyn.recordings.marks import teeth_from_mark
+from engine_dyn.recordings.encoder import teeth_from_mark
 from engine_dyn.recordings.teeth import find_turns
 from engine_dyn.units import DEGREE
 from tests.support.teeth import TurningEngine, tooth_times
