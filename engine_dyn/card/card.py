@@ -37,8 +37,8 @@ __all__ = ["PIECE", "Card", "check_card", "reason_against"]
 PIECE = 1 << 16
 """Designs of one launch at most."""
 
-BLOCK, BLOCKS = 64, 16
-"""Threads of a block, and blocks of a launch for each multiprocessor at most."""
+BLOCK = 64
+"""Threads of a block."""
 
 SLOTS = 2
 """Launches that are under way at a time, each with buffers of its own."""
@@ -139,9 +139,6 @@ class Slot:
 OF_COLUMNS = ("fine", "coarse", "jagged", "between", "ends")
 """Buffers that the next launch may have in common."""
 
-TO_CARD, FROM_CARD = ("numbers", "places", "wanted"), ("scalars", "status", "left")
-"""Buffers of the designs of a launch, and of what is found."""
-
 
 def buffers_of(
     columns: Columns, pieces: int, count: int, results: int, threads: int
@@ -183,7 +180,8 @@ class Card:
         check_card()
         slots = 1 if device.simulated() else SLOTS
         self.launch, self.piece = _launcher(), PIECE
-        self.most_threads = BLOCK * BLOCKS * device.multiprocessors()
+        # At most 16 blocks of a launch for each multiprocessor.
+        self.most_threads = BLOCK * 16 * device.multiprocessors()
         if device.simulated():
             self.most_threads = 2  # each is a thread of Python
         memory = int(PART_OF_MEMORY * device.free_memory()) // slots
@@ -236,14 +234,14 @@ class Card:
             slot.stream.synchronize()
             slot.columns = columns
         fill(pinned, here, designs, results)
-        for name in TO_CARD:
+        for name in ("numbers", "places", "wanted"):
             cards[name].copy_to_device(pinned[name], slot.stream)
         form = task.form
         self.launch(
             threads // step, step, slot.stream, count, form.kind, form.sign, int(form.own),
             task.tolerance, task.iterated, columns.width, columns.fine.shape[1], *cards.values(),
         )  # fmt: skip
-        for name in FROM_CARD:
+        for name in ("scalars", "status", "left"):
             cards[name].copy_to_host(pinned[name], slot.stream)
         slot.stream.synchronize()
         left[here] = pinned["left"]

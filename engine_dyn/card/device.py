@@ -24,12 +24,6 @@ __all__ = [
     "new_pinned_array", "new_stream", "simulated", "what_is_missing",
 ]  # fmt: skip
 
-REGISTERS = 128
-"""Registers of a thread. Without a limit a kernel takes all 255, and half as many threads run at a
-time; which is faster has to be measured on a card: `make bench-gpu`."""
-
-ENDLESS = 1 << 40
-"""Bytes that the simulator is said to have."""
 
 new_stream = cuda.stream
 new_device_array = cuda.device_array
@@ -57,7 +51,8 @@ def what_is_missing() -> str:
 
 def free_memory() -> int:
     """Bytes of the card's memory that are free."""
-    return int(min(cuda.current_context().get_memory_info()[0], ENDLESS))
+    # The simulator, which reports endless memory, is said to have a terabyte.
+    return int(min(cuda.current_context().get_memory_info()[0], 1 << 40))
 
 
 def multiprocessors() -> int:
@@ -111,7 +106,9 @@ class Launcher:
         given = ", ".join(list(inspect.signature(function).parameters)[2:])
         names: dict[str, Any] = {"body": body, "cuda": cuda, "__name__": __name__}
         exec(f"def every({given}): body(cuda.grid(1), cuda.gridsize(1), {given})", names)
-        more = {} if simulated() else {"max_registers": REGISTERS}
+        # Registers of a thread. Without a limit a kernel takes all 255, and half as many threads
+        # run at a time; which is faster has to be measured on a card: `make bench-gpu`.
+        more = {} if simulated() else {"max_registers": 128}
         self.kernel = cuda.jit(**more)(names["every"])
 
     def __call__(self, blocks: int, threads: int, stream: Any, *given: Any) -> None:

@@ -48,7 +48,7 @@ __all__ = ["gas_harmonics", "inertia_harmonics", "over_cycles", "velocity_harmon
 ORDERS_AT_ONCE = 64
 """Orders whose weights exist at the same time."""
 
-SERIES_UP_TO, TERMS = 2.0, 28
+SERIES_UP_TO = 2.0
 """Up to this z the integrals A and B are power series of so many terms, which leave 1e-17; above,
 closed forms, whose differences of near numbers then cost one digit at most."""
 
@@ -119,7 +119,7 @@ def _integrals(z: Floats) -> tuple[Complexes, Complexes]:
     """A(z) and B(z) of the module."""
     low = np.where(z <= SERIES_UP_TO, z, 0.0)
     even, odd = np.zeros(z.shape, dtype=np.complex128), np.zeros(z.shape, dtype=np.complex128)
-    for n in reversed(range(TERMS)):
+    for n in reversed(range(28)):  # terms
         # moments of t^n, over n!, in powers of -i z
         a = 1.0 / (n + 1) - 3.0 / (n + 3) + 2.0 / (n + 4)
         b = 1.0 / (n + 2) - 2.0 / (n + 3) + 1.0 / (n + 4)

@@ -235,7 +235,7 @@ class DieselCycle:
         # From the middle of the intake stroke, where the pressure is that of the manifold.
         first = -round(0.75 * count / 2.0)
         start = (first + np.arange(count * fine) / fine) * step
-        nodes = start[:, None] + h * _GAUSS_NODES
+        nodes = start[:, None] + h * np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
         decay, source = self._coefficients(nodes)
 
         within = np.einsum("iq,pq->ip", h * decay, _GAUSS_INNER)
@@ -303,7 +303,6 @@ def _show(name: str, low: float, high: float) -> str:
 # Gauss-Legendre on 0..1 with three nodes: nodes, weights, and the integrals of the quadratic
 # through the nodes from 0 to each node (Butcher's table of the sixth-order Gauss method).
 _ROOT = math.sqrt(15.0)
-_GAUSS_NODES = np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
 _GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 _GAUSS_INNER = np.array(
     [

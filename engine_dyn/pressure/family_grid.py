@@ -35,10 +35,6 @@ from engine_dyn.units import DEGREE, RPM
 __all__ = ["FamilyAtSpeeds", "FamilyGrid", "FamilyStack", "Place", "grid_from_diagrams"]
 
 
-SPEED_STEP = 0.02
-"""Largest step between rows over speed, as a fraction of the lower of two given speeds."""
-
-
 class Place(NamedTuple):
     """Where points of load and speed lie in the table; arrays of one shape.
 
@@ -201,7 +197,8 @@ class FamilyGrid(RowsOfDiagrams):
     @cached_property
     def _speed_axis(self) -> TableAxis:
         """Rows over speed."""
-        relative = np.diff(self.speeds) / (SPEED_STEP * self.speeds[:-1])
+        # Largest step between rows over speed, as a fraction of the lower of two given speeds.
+        relative = np.diff(self.speeds) / (0.02 * self.speeds[:-1])
         steps: Integers = np.ceil(relative - 1e-9).astype(np.int64)
         return TableAxis(self.speeds, steps)
 

@@ -62,8 +62,6 @@ from engine_dyn.units import BAR, DEGREE
 __all__ = ["Diagrams", "FourStrokeCycle", "TwoStrokeCycle", "tabulate"]
 
 
-GAMMA_300, GAMMA_SLOPE = 1.38, 8e-5
-"""gamma = 1.38 - 0.08 (T - 300 K)/1000 K: after Gatowski et al. (1984), as usually quoted."""
 REFERENCE = 300.0
 
 WIEBE = math.log(1000.0)
@@ -91,8 +89,9 @@ class _ClosedCycle:
     premixed_duration: float = 10.0 * DEGREE
     premixed_form: float = 2.0
     wiebe_factor: float = WIEBE
-    gamma_300: float = GAMMA_300
-    gamma_slope: float = GAMMA_SLOPE
+    # gamma = 1.38 - 0.08 (T - 300 K)/1000 K: after Gatowski et al. (1984), as usually quoted.
+    gamma_300: float = 1.38
+    gamma_slope: float = 8e-5
     wall: str = "adiabatic"
     compression_exponent: float = math.nan
     expansion_exponent: float = math.nan

@@ -16,9 +16,6 @@ __all__ = ["remembered"]
 
 Arrays = TypeVar("Arrays", bound=tuple[npt.NDArray[Any], ...])
 
-MOST_KEPT, LARGEST_KEPT = 64, 160_000_000
-"""How many results of a family are kept, and how many bytes all of them may have together: those of
-every group of a sweep, which a search for an inertia solves again and again."""
 
 _kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()
 _making: dict[tuple[int, Hashable], threading.Lock] = {}
@@ -51,7 +48,8 @@ def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arr
             with _lock:
                 kept = _kept.setdefault(family, {})
                 kept[key] = made
-                while kept and (len(kept) > MOST_KEPT or _bytes_of(kept) > LARGEST_KEPT):
+                # As many as all groups of a sweep have, which a search for an inertia solves again.
+                while kept and (len(kept) > 64 or _bytes_of(kept) > 160_000_000):
                     kept.pop(next(iter(kept)))
             return made
     finally:

@@ -57,14 +57,9 @@ __all__ = [
 ]
 
 
-FIT_FROM, FIT_TO, JOINED = 80.0 * DEGREE, 30.0 * DEGREE, 50.0 * DEGREE
+FIT_TO, JOINED = 30.0 * DEGREE, 50.0 * DEGREE
 RATIO = 0.28
 SAMPLES = 121
-LARGEST_MISS = 0.05
-"""Of ln p, root mean square, between fit and measurement: more is no compression."""
-
-LEAST_RISE = math.log(1.5)
-"""Of ln p over the fitted part; usual is a rise by a factor of 4 or 5."""
 
 
 def motored(diagram: Diagram) -> Diagram:
@@ -79,7 +74,7 @@ def motored(diagram: Diagram) -> Diagram:
 
 
 def _constructed(diagram: Diagram) -> Diagram:
-    phi = -np.linspace(FIT_FROM, FIT_TO, SAMPLES)
+    phi = -np.linspace(80.0 * DEGREE, FIT_TO, SAMPLES)
     log_p = np.log(diagram(phi))
     best: tuple[float, Any, float] | None = None
     for k in np.geomspace(3.0, 40.0, 200):
@@ -90,7 +85,9 @@ def _constructed(diagram: Diagram) -> Diagram:
             best = (miss, fitted, float(k))
     assert best is not None
     miss, (level, exponent), k = best
-    if miss > LARGEST_MISS or log_p[-1] - log_p[0] < LEAST_RISE:
+    # It is no compression if ln p deviates more (root mean square), or if the pressure rises less
+    # over the fitted part than by a factor of 1.5; usual are 4 or 5.
+    if miss > 0.05 or log_p[-1] - log_p[0] < math.log(1.5):
         raise ValueError(
             "the diagram has no compression line between 80 and 30 degrees before firing dead "
             "centre, from which a cylinder without combustion could be made; must be 1"

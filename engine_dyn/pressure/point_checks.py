@@ -22,15 +22,12 @@ __all__ = ["PEAK_FROM", "PEAK_TO", "checked_points", "degrees"]
 # Measured files are sparse in the gas exchange, so the gap allowed there is wide; where the
 # pressure rises and falls steeply it is narrow.
 MINIMUM_POINTS = 16
-LARGEST_GAP = 60.0 * DEGREE
-LARGEST_GAP_NEAR_FIRING = 15.0 * DEGREE
 NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE
 ENDS_TOLERANCE = 0.02
 SMALLEST_PEAK, LARGEST_PRESSURE = 0.01 * BAR, 500.0 * BAR
 # Lowest pressures of naturally aspirated cycles in megapascal, and what tells them from pumps.
 MEGAPASCAL = 0.05 * BAR, 0.15 * BAR
-COMPRESSED, LARGEST_IN_MEGAPASCAL = 15.0, 35.0 * BAR
 
 SLACK = 1e-7
 """Fraction of the cycle within which angles are the same: single precision errs by 2e-8."""
@@ -107,7 +104,7 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
             f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
         )
     low = float(p.min())
-    if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and COMPRESSED * low <= p[top] <= LARGEST_IN_MEGAPASCAL:
+    if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and 15.0 * low <= p[top] <= 35.0 * BAR:
         raise ValueError(
             f"lowest pressure {bars(low)} bar, largest {bars(p[top])} bar: no cylinder with such "
             "a compression reaches so low a pressure (it looks like megapascal)"
@@ -160,8 +157,8 @@ def _check_coverage(phi: Floats, period: float) -> None:
     near |= (phi < NEAR_FIRING + period) & (end > period - NEAR_FIRING)
     slack = SLACK * period
     for allowed, where, part in (
-        (LARGEST_GAP, np.full(len(phi), True), ""),
-        (LARGEST_GAP_NEAR_FIRING, near, f" within {degrees(NEAR_FIRING)} degrees of firing"),
+        (60.0 * DEGREE, np.full(len(phi), True), ""),
+        (15.0 * DEGREE, near, f" within {degrees(NEAR_FIRING)} degrees of firing"),
     ):
         wide = np.flatnonzero(where & (step > allowed + slack))
         if wide.size:

@@ -46,12 +46,9 @@ STEP = 2.5 * DEGREE
 MISFIT = 0.003
 """Standard deviation of ln p between gas and formula (judgement; see docs/measured_pressure.md)."""
 
-FIRST_END, LAST_END = -40.0 * DEGREE, -10.0 * DEGREE
+LAST_END = -10.0 * DEGREE
 """Where the compression ends in the fit, at the earliest and at the latest: combustion begins."""
 
-MOST_RISE, MORE_WITH_NOISE, STEPS_BACK = 1.0, 4.0, 3
-"""Of the sum of squares when one more average is taken in: more is combustion, or noise where noise
-makes up the deviation. The fit then goes back so many averages."""
 
 ITERATIONS = 10
 GAS_START, WALL = 380.0, 430.0
@@ -185,12 +182,15 @@ def fitted_shift(
     # Longer and longer compressions, until an average does not fit the ones before.
     found: list[CompressionFit] = []
     angles = lines.angle[lines.compression] - 0.5 * STEP
-    for last in np.arange(FIRST_END, LAST_END + 0.5 * STEP, STEP):
+    # Where the compression ends in the fit, at the earliest and at the latest: combustion begins.
+    for last in np.arange(-40.0 * DEGREE, LAST_END + 0.5 * STEP, STEP):
         one = _Fit(lines.until(last + 0.5 * STEP), geometry, priors).solved()
         noisy = 1.0 - (MISFIT / lines.deviation[np.searchsorted(angles, last)]) ** 2
-        most = MOST_RISE + MORE_WITH_NOISE * noisy
+        # A larger rise of the sum of squares, when one more average is taken in, is combustion, or
+        # noise where noise makes up the deviation. The fit then goes back three averages.
+        most = 1.0 + 4.0 * noisy
         if found and one.misfit - found[-1].misfit > most:
-            return found[max(len(found) - STEPS_BACK, 0)]
+            return found[max(len(found) - 3, 0)]
         found.append(one)
     return found[-1]
 
@@ -262,7 +262,14 @@ class _Fit:
             jacobian = (residuals[1 : count + 1] - residuals[count + 1 :]).T / (2.0 * steps)
             change = np.linalg.lstsq(jacobian, -residuals[0], rcond=None)[0]
             # A step of the shift beyond some degrees would leave where the tangent holds.
-            size = float(np.max(np.abs(change) / np.maximum(self.deviations, 1e-12) / _LARGEST))
+            # Largest step of each unknown in one iteration, in its standard deviations.
+            size = float(
+                np.max(
+                    np.abs(change)
+                    / np.maximum(self.deviations, 1e-12)
+                    / np.array([1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 0.5])
+                )
+            )
             unknowns = unknowns + change / max(size, 1.0)
             if np.all(np.abs(change) < 1e-3 * self.deviations):
                 break
@@ -283,7 +290,3 @@ class _Fit:
             excess=excess,
             end=float(self.lines.angle[self.compression][-1]),
         )
-
-
-_LARGEST = np.array([1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 0.5])
-"""Largest step of each unknown in one iteration, in its standard deviations."""

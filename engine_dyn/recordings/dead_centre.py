@@ -49,32 +49,16 @@ __all__ = [
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 """From which to which angle before dead centre the pressure of a motored cycle is largest."""
 
-LEAST_SHIFT = 4.0 * DEGREE
-"""Smaller shifts are not suspected: for one recorded engine they had the wrong sign."""
-
-MOST_UNCERTAINTY = 2.0 * DEGREE
-"""Nor shifts that are known less: the lines are too rough, or no combustion engine's."""
 
 PEAK_WINDOW = 8.0 * DEGREE
 MOTORED_AT = 40.0 * DEGREE
-MOTORED_RISE = 1.05
-"""Largest pressure behind over that before the peak, both 40 degrees away, of a motored cycle."""
 
-LEAST_MOTORED = 0.3 * DEGREE
-"""Smaller shifts of motored cycles are not told."""
 
-SYMMETRY, SIDE_END = (10.0 * DEGREE, 70.0 * DEGREE), 95.0 * DEGREE
+SYMMETRY = (10.0 * DEGREE, 70.0 * DEGREE)
 """Over which both sides of a motored cycle are compared, and where its charge is still cold."""
 
 SYMMETRY_WINDOW = 2.5 * DEGREE
 """Half the angle over which pressures are averaged there."""
-
-SYMMETRY_STEPS = 4
-"""Each makes the rest of the shift smaller by a factor of some hundred."""
-
-LOSS_SHAPE = 0.2
-"""Part of the loss angle that is uncertain, because the heat loss may have another shape than
-docs/method.md (131)."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +107,8 @@ def looks_motored(cycles: RecordedCycles) -> bool:
         return False
     p = cycles.mean
     before, behind = np.interp([peak - MOTORED_AT, peak + MOTORED_AT], cycles.angle, p)
-    return bool(before > 0.0 and behind < MOTORED_RISE * before)
+    # Largest pressure behind over that before the peak, both 40 degrees away, of a motored cycle.
+    return bool(before > 0.0 and behind < 1.05 * before)
 
 
 def _peak(cycles: RecordedCycles) -> float:
@@ -162,7 +147,8 @@ def dead_centre_of_motored(cycles: RecordedCycles, geometry: CylinderGeometry) -
     symmetry, symmetry_uncertainty, _ = symmetric_shift(cycles)
     if not math.isnan(symmetry):
         shift, uncertainty = symmetry, symmetry_uncertainty
-    suspected = abs(shift) > max(LEAST_MOTORED, 2.0 * uncertainty)
+    # Smaller shifts of motored cycles are not suspected.
+    suspected = abs(shift) > max(0.3 * DEGREE, 2.0 * uncertainty)
     return MotoredDeadCentre(
         peak, shift, uncertainty, symmetry, symmetry_uncertainty, suspected,
         imep_of_tenth(cycles, geometry),
@@ -180,13 +166,14 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
     tuple of float
         [rad]; NaN where pressures are not positive.
     """
-    side = np.arange(0.0, SIDE_END + 0.5 * DEGREE, 1.0 * DEGREE)
+    side = np.arange(0.0, 95.0 * DEGREE + 0.5 * DEGREE, 1.0 * DEGREE)
     used = (side >= SYMMETRY[0]) & (side <= SYMMETRY[1])
     # Means over a window about every angle: the relation is linear, and noise averages out.
     window = np.linspace(-SYMMETRY_WINDOW, SYMMETRY_WINDOW, 21)
     mean, peak = cycles.mean, _peak(cycles)
     shift = peak
-    for _ in range(SYMMETRY_STEPS):
+    # Each step makes the rest of the shift smaller by a factor of some hundred.
+    for _ in range(4):
         behind, before = (
             np.interp(shift + sign * side[:, None] + window, cycles.angle, mean).mean(axis=1)
             for sign in (1.0, -1.0)
@@ -208,7 +195,9 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
     variance = float(rest @ rest) / (count - 2.0)
     scatter = math.sqrt(float(np.linalg.inv(columns.T @ columns)[0, 0]) * variance)
     loss = shift - peak
-    return shift, math.hypot(scatter, LOSS_SHAPE * loss), loss
+    # Part of the loss angle that is uncertain, because the heat loss may have another shape than
+    # docs/method.md (131).
+    return shift, math.hypot(scatter, 0.2 * loss), loss
 
 
 def dead_centre_of_fired(
@@ -232,8 +221,10 @@ def dead_centre_of_fired(
     """
     lines = lines_of(cycles)
     best = fitted_shift(lines, geometry, priors)
-    known = best.shift_uncertainty <= MOST_UNCERTAINTY
-    suspected = known and abs(best.shift) > LEAST_SHIFT
+    # A shift that is known less is not suspected: the lines are too rough, or not an engine's.
+    known = best.shift_uncertainty <= 2.0 * DEGREE
+    # Smaller shifts are not suspected: for one recorded engine they had the wrong sign.
+    suspected = known and abs(best.shift) > 4.0 * DEGREE
     return DeadCentre(
         best.shift, best.shift_uncertainty, suspected, imep_of_tenth(cycles, geometry), best.end
     )

@@ -20,9 +20,6 @@ LEAST = 0.05
 """Change of the speed in a cycle, over the fluctuation that is left without it, from which on it is
 taken out."""
 
-SEAMS = 4.0
-"""Step at the ends of a single cycle, over that between its neighbours elsewhere, that is drift."""
-
 
 FEWEST = 8
 """Intervals of a single cycle whose ends tell a drift."""
@@ -169,7 +166,8 @@ def _step(values: Floats, width: Floats) -> float:
     after = values[1:] + slope * 0.5 * width[1:]  # at the edges behind two intervals
     before = values[:-1] - slope * 0.5 * width[:-1]  # and before two
     step, within = float(after[-1] - before[0]), after[:-2] - before[2:]
-    return step if abs(step) > SEAMS * float(np.sqrt(np.mean(within**2))) else 0.0
+    # Step at the ends of a single cycle, over that between its neighbours elsewhere, that is drift.
+    return step if abs(step) > 4.0 * float(np.sqrt(np.mean(within**2))) else 0.0
 
 
 def _without(cycles: Floats, level: Floats, width: Floats) -> Floats:

@@ -22,24 +22,17 @@ __all__ = [
     "teeth_from_mark", "teeth_of_signal",
 ]  # fmt: skip
 
-HEIGHTS = (0.5, 0.35, 0.2, 0.1, 0.05, 0.65, 0.8, 0.9)
-"""Thresholds that are tried, as fractions of the swing."""
 
-BAND, NEAR_LEVEL = 0.06, 0.4
+BAND = 0.06
 """Half the band of the hysteresis, as a fraction of the swing, and at most as a fraction of the
 distance to the nearer level: a ripple within the band does not count."""
 
-PASSAGE_STEPS = 8
-"""Of Newton's method on a cubic; three or four suffice where it is nearly straight."""
 
 FEWEST_SAMPLES = 4.0
 """Samples between teeth below which pulses may pass unseen."""
 
 LARGEST = 1e50
 """Of a signal, in whatever unit; its swing must be more than one over this."""
-
-LEVEL_SHARE = 0.02
-"""Share of the samples at the very same extreme value from which a signal is called clipped."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +135,9 @@ def _passages(signal: Floats, before: Integers, threshold: float) -> Floats:
     linear = y2 - y1 - square - cubic
     low, high = np.zeros(before.size), np.ones(before.size)
     place = np.clip(straight, 0.0, 1.0)
-    for _ in range(PASSAGE_STEPS):  # Newton's steps; halving where one leaves the bracket
+    # Newton's steps on a cubic, or halving where one leaves the bracket; three or four suffice
+    # where the cubic is nearly straight.
+    for _ in range(8):
         value = y1 + place * (linear + place * (square + place * cubic))
         slope = linear + place * (2.0 * square + place * 3.0 * cubic)
         onwards = (value < 0.0) == (y1 < 0.0)
@@ -205,13 +200,18 @@ def teeth_of_signal(
     swing = high - low
     if not swing > 1.0 / LARGEST:
         raise ValueError(f"encoder signal: is constant at {low:g}")
-    heights = HEIGHTS if threshold is None else ((threshold - low) / swing,)
+    # Thresholds that are tried, as fractions of the swing.
+    heights = (
+        (0.5, 0.35, 0.2, 0.1, 0.05, 0.65, 0.8, 0.9)
+        if threshold is None
+        else ((threshold - low) / swing,)
+    )
     edges = ("rising", "falling") if edge is None else (edge,)
     tried: list[tuple[PassedTeeth, Crossings]] = []
     refusal: ValueError | None = None
     slowest = 0.0
     for height in heights:
-        band = min(BAND, NEAR_LEVEL * min(height, 1.0 - height)) * swing
+        band = min(BAND, 0.4 * min(height, 1.0 - height)) * swing
         band = band if hysteresis is None else hysteresis
         for one in edges:
             found = crossings(signal, low + height * swing, band, one)
@@ -292,7 +292,8 @@ def _clipped(signal: Floats) -> list[str]:
     said = []
     for word, extreme in (("above", signal.max()), ("below", signal.min())):
         share = np.count_nonzero(signal == extreme) / signal.size
-        if share > LEVEL_SHARE:
+        # Share of the samples at the very same extreme value from which a signal is called clipped.
+        if share > 0.02:
             said.append(
                 f"the signal is cut off {word} at {extreme:.4g} ({100 * share:.0f} % of the "
                 "samples); threshold crossings are not affected"

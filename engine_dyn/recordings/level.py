@@ -35,15 +35,10 @@ TOLD, ANGLE_TOLD = 0.035 * BAR, 0.15 * DEGREE
 """Largest standard uncertainties of a level that is told to 0.05 bar, and of an angle that is told
 to 0.3 degree."""
 
-SURE, LEAST = 3.0, 0.1 * BAR
-"""A level is off where it is so many standard uncertainties, and so much, from the absolute one."""
 
 LEAST_LOSS = -0.1 * DEGREE
 """Loss angle of a motored cycle, at least: less, and less than its uncertainty, is heat added."""
 
-MOST_EXCESS = 2.5
-"""Residuals over their expected size, above which a level is not believed: coarse steps of a
-digitised curve, leaks, or no engine."""
 
 LOWEST = 0.05 * BAR
 """No cylinder has less, absolute."""
@@ -72,7 +67,7 @@ class Level:
     @property
     def off(self) -> bool:
         """Whether the recorded pressure is surely not absolute."""
-        return abs(self.offset) > max(SURE * self.uncertainty, LEAST)
+        return abs(self.offset) > max(3.0 * self.uncertainty, 0.1 * BAR)
 
     @property
     def inlet(self) -> float:
@@ -153,7 +148,9 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
             break
     else:
         raise ValueError("the compression is not that of a gas")
-    if fit.excess > MOST_EXCESS:
+    # Residuals over their expected size, above which a level is not believed: coarse steps of a
+    # digitised curve, leaks, or no engine.
+    if fit.excess > 2.5:
         raise ValueError(
             f"compression and expansion differ from those of a gas {fit.excess:.2g} times as much "
             "as usual"

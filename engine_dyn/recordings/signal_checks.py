@@ -29,23 +29,12 @@ from engine_dyn.units import BAR, DEGREE
 
 __all__ = ["examine"]
 
-LONGEST_GAP = 3.0
-"""Steps of the grid over the usual step from which on samples are missing."""
 
 LARGEST = 1e10
 """Pressure [Pa] beyond which a value is none."""
 
 LEAST_SAMPLES = 16
 
-LEAST_PLATEAU = 3
-"""Samples of exactly the same extreme pressure, at least, of a clipped sensor."""
-
-CLIPPED = 5.0
-"""How far the curve beside a plateau would go on beyond it, in steps of the converter or standard
-deviations of the noise."""
-
-MOST_NOISE = 0.005
-"""Standard deviation of the noise over the range of the pressure; usual is up to 0.003."""
 
 MOST_THINNING = 0.005, 0.01
 """Relative change of imep (of its gross value) and of the largest pressure if every second sample
@@ -53,15 +42,6 @@ is left out, from which on there are too few samples."""
 
 MOST_DRIFT = 0.05 * BAR
 """Change of the inlet pressure from the first to the last cycle, from which on it drifts."""
-
-MOST_GAS_EXCHANGE = 0.5
-"""Rise of the pressure around the dead centre of gas exchange, where valves are open, over that
-around the firing one, from which on it is none."""
-
-COMPRESSION_EXPONENTS = 1.24, 1.42
-EXPANSION_EXPONENTS = 1.1, 1.5
-"""Heywood 1988, section 9.5: 1.3 (+-0.05) of both in spark-ignition engines; widened to diesel
-engines, to late combustion and to heat loss."""
 
 
 def examine(
@@ -146,7 +126,8 @@ def _gaps(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findin
     steps = np.diff(angle, append=angle[0] + cycles.period)
     usual = float(np.median(steps))
     widest = int(np.argmax(steps))
-    if steps[widest] > LONGEST_GAP * usual:
+    # Steps of the grid over the usual step from which on samples are missing.
+    if steps[widest] > 3.0 * usual:
         yield Finding(
             "gap",
             f"no samples from {angle[widest] / DEGREE:.6g} to "
@@ -166,9 +147,12 @@ def _clipped(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Fin
         worst, count = (0, 0, 0), 0
         for row, curve in enumerate(p):
             start, length = _longest_run(curve == extreme)
-            if length < LEAST_PLATEAU:
+            # Samples of exactly the same extreme pressure, at least, of a clipped sensor.
+            if length < 3:
                 continue
-            if _beyond(sign * curve, start, length) > CLIPPED * rough:
+            # How far the curve beside a plateau would go on beyond it, in steps of the converter or
+            # standard deviations of the noise.
+            if _beyond(sign * curve, start, length) > 5.0 * rough:
                 count += 1
                 worst = max(worst, (length, row, start))
         if count:
@@ -215,7 +199,8 @@ def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findi
     """Noise that is large for the range of the pressure."""
     size = float(noise(cycles).mean())
     span = float(np.ptp(cycles.mean))
-    if span > 0.0 and size > MOST_NOISE * span:
+    # Standard deviation of the noise over the range of the pressure; usual is up to 0.003.
+    if span > 0.0 and size > 0.005 * span:
         yield Finding(
             "noise",
             f"the standard deviation of the noise is {size / BAR:.3g} bar, {size / span:.2%} of "
@@ -282,7 +267,9 @@ def _gas_exchange(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterato
     above = (cycles.mean - cycles.mean.min()) / BAR
     far = np.abs(cycles.angle) > 270.0 * DEGREE
     high, most = float(above[far].max(initial=0.0)), float(above.max())
-    if high > MOST_GAS_EXCHANGE * most:
+    # Rise of the pressure around the dead centre of gas exchange, where valves are open, over that
+    # around the firing one, from which on it is none.
+    if high > 0.5 * most:
         yield Finding(
             "gas_exchange",
             f"the pressure rises by {high:.3g} bar near the dead centre of gas exchange, by "
@@ -299,9 +286,11 @@ def _exponents(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[F
         return
     four = cycles.period == FOUR_STROKE
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
+    # Heywood 1988, section 9.5: 1.3 (+-0.05) of both in spark-ignition engines; widened to diesel
+    # engines, to late combustion and to heat loss.
     for name, (start, end), (low, high) in (
-        ("compression_exponent", (-95.0 if four else -85.0, -40.0), COMPRESSION_EXPONENTS),
-        ("expansion_exponent", (65.0, 105.0 if four else 95.0), EXPANSION_EXPONENTS),
+        ("compression_exponent", (-95.0 if four else -85.0, -40.0), (1.24, 1.42)),
+        ("expansion_exponent", (65.0, 105.0 if four else 95.0), (1.1, 1.5)),
     ):
         value = float(polytropic_exponent(mean, geometry, start * DEGREE, end * DEGREE).value[0])
         if not low <= value <= high:

@@ -24,16 +24,6 @@ LEAST_SHARE = 0.75
 SHORTEST, LONGEST = 1e-9, 1e6
 """Intervals between teeth [s] that are taken."""
 
-MOST_LOST = 1e6
-"""Turns that can be lost in a row."""
-
-REPEATING, MOST_GROUPS = 0.6, 24
-"""Share of the groups of teeth that must be as those before them to make a pattern, of at most so
-many groups."""
-
-REGULAR = 0.5
-"""Share of the steps from turn to turn with the same pulses too many from which on the wheel has
-more teeth than its pattern."""
 
 NEIGHBOURS = 11
 """Intervals whose median is the usual one."""
@@ -197,7 +187,9 @@ def _whole_turns(time: Floats, wheel: Wheel, first: int | None = None) -> Intege
     # a tooth more in each turn than the pattern has may leave all its intervals alike
     extra = np.diff(starts) - wheel.teeth * np.diff(_between(time, starts, wheel)[0])
     _, counts = np.unique(extra[extra != 0], return_counts=True)
-    return none if counts.size and counts.max() > REGULAR * extra.size else starts
+    # Share of the steps from turn to turn with the same pulses too many from which on the wheel has
+    # more teeth than its pattern.
+    return none if counts.size and counts.max() > 0.5 * extra.size else starts
 
 
 def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
@@ -297,7 +289,8 @@ def _between(time: Floats, starts: Integers, wheel: Wheel) -> tuple[Integers, tu
     turn = np.zeros(starts.size, dtype=np.int64)
     apart = (time[starts[1:]] - time[starts[:-1]]) / (0.5 * (length[1:] + length[:-1]))
     apart = np.where(np.diff(starts) == teeth, 1.0, np.maximum(np.rint(apart), 1.0))
-    turn[1:] = np.cumsum(np.minimum(apart, MOST_LOST)).astype(np.int64)
+    # A million turns can be lost in a row.
+    turn[1:] = np.cumsum(np.minimum(apart, 1e6)).astype(np.int64)
     faulty = np.flatnonzero(np.diff(starts) != teeth)
     said = []
     for place in faulty[:NAMED]:
@@ -373,8 +366,10 @@ def _fits(time: Floats, text: str) -> bool:
 
 def _repeated(groups: Integers) -> list[tuple[int, int]]:
     """Teeth of each group and the number missing after it, in the pattern that repeats best."""
-    best, pattern = REPEATING, groups[:0]
-    for count in range(1, min(len(groups) // 2, MOST_GROUPS) + 1):
+    # In a pattern, which has at most 24 groups of teeth, at least this share of them are as those
+    # before them.
+    best, pattern = 0.6, groups[:0]
+    for count in range(1, min(len(groups) // 2, 24) + 1):
         same = (groups[count:] == groups[:-count]).all(axis=1)
         runs = np.flatnonzero(np.convolve(same, np.ones(count), "valid") > count - 0.5)
         if same.mean() > best and runs.size:

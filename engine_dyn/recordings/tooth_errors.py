@@ -29,10 +29,6 @@ __all__ = [
 AROUND = 5
 """Neighbours on each side of an interval that tell how far it is off."""
 
-FAR_OFF, LEAST_OFF = 10.0, 0.02
-"""Deviation from the neighbours, over the median one and relative to the speed, from which an
-interval is left out."""
-
 
 @dataclass(frozen=True, eq=False)
 class ToothErrors:
@@ -170,15 +166,15 @@ def sound_intervals(raw: Floats, wheel: Wheel) -> Booleans:
     Notes
     -----
     Beside a gap, inductive sensors see teeth at other places, off by a tenth of a pitch and more.
-    Far off is by more than FAR_OFF times the median deviation of all intervals, and by more than
-    LEAST_OFF.
+    Far off is by more than ten times the median deviation of all intervals, and by more than
+    2 percent.
     """
     mean = np.log(raw).reshape(-1, wheel.teeth).mean(axis=0)
     around = np.stack([np.roll(mean, shift) for shift in range(-AROUND, AROUND + 1)])
     off = np.abs(mean - np.median(around, axis=0))
     if wheel.teeth < 4 * AROUND or wheel.even:
         return np.ones(wheel.teeth, dtype=bool)
-    return np.asarray(off <= max(FAR_OFF * float(np.median(off)), LEAST_OFF))
+    return np.asarray(off <= max(10.0 * float(np.median(off)), 0.02))
 
 
 def coasting_speed(teeth: PassedTeeth, degree: int = 3) -> Floats:

@@ -68,7 +68,7 @@ def discard(found: dict[str, Any], unknown: Booleans) -> dict[str, Any]:
 LEVELS = FRICTION_NAMES[:FRICTION_PARTS]
 """Levels of the friction over the stroke, in the order of the parts of `StrokeFriction`."""
 
-ROWS_TOGETHER, MOST_UNUSED = 16, 1.25
+ROWS_TOGETHER = 16
 """Where designs lie between rows of the family, columns are made for whole groups of rows, unless
 these are more than so many times the rows in use: designs that come later find them made. That
 saves a quarter of the time of a million designs with sampled loads."""
@@ -192,7 +192,7 @@ def needs_of(chosen: Chosen, torques: Sequence[TorqueOverAngle | None], row_coun
         groups = ROWS_TOGETHER * np.unique(rows // ROWS_TOGETHER)
         whole = (groups[:, None] + np.arange(ROWS_TOGETHER)).reshape(-1)
         whole = whole[whole < row_count]
-        rows = whole if whole.size <= MOST_UNUSED * rows.size else rows
+        rows = whole if whole.size <= 1.25 * rows.size else rows
     parts, place = Parts(rows), FIRST_GAS + np.searchsorted(rows, low)
     found: list[tuple[Any, Any]] = [(place, scale * (1.0 - weight))]
     if between:

@@ -48,9 +48,6 @@ because both solutions see the knots of a tabulated diagram alike, and both have
 Both were measured with benchmarks.stress: the error of none of 800 rough diagrams was above the
 estimate, and columns missed up to 7.7e-10 of delta, most with 10 and 12 cylinders."""
 
-SAFETY_OF_SLOWEST = 2.0
-"""Factor on the difference of the smallest speed: 4/3 at first order, and room for rounding, which
-near a stall is alike in both solutions."""
 
 ITERATED = 1e-2
 """Fraction of the tolerance that the iteration of the load term may leave of the range of q."""
@@ -81,7 +78,9 @@ def compare(
         with np.errstate(divide="ignore", invalid="ignore"):
             error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
             slowest = np.abs(found["omega_min"][here] / refined["omega_min"][here] - 1.0)
-            error = np.maximum(error, SAFETY_OF_SLOWEST * slowest) + LEAST_ERROR
+            # Twice the difference of the smallest speed: 4/3 at first order, and room for rounding,
+            # which near a stall is alike in both solutions.
+            error = np.maximum(error, 2.0 * slowest) + LEAST_ERROR
             eta = 0.25 * np.square(at("double_radius")) * np.divide(at("mass"), at("inertia"))
             error += ROUNDING * (1.0 + CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)
@@ -92,10 +91,6 @@ def compare(
 
 NOWHERE = np.zeros(0)
 
-NO_EXPONENT = 5e-8
-"""Exponents up to this are solved as their limit 0, docs/method.md (65). The speeds differ by
-alpha/2 times the variance of log omega, which is 2e-9 for a speed that nearly falls to 0; rounding
-of q^(alpha/2) - 1 would cost as much."""
 
 FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
@@ -360,7 +355,10 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
             continue
         designs = call.designs()
         if form.kind == POWER and code != CLOSED:
-            limited = np.where(designs.first <= NO_EXPONENT, 0.0, designs.first)
+            # Exponents up to this are solved as their limit 0, docs/method.md (65). The speeds
+            # differ by alpha/2 times the variance of log omega, which is 2e-9 for a speed that
+            # nearly falls to 0; rounding of q^(alpha/2) - 1 would cost as much.
+            limited = np.where(designs.first <= 5e-8, 0.0, designs.first)
             designs = designs._replace(first=limited)
         left = np.ones(call.piece.size, dtype=np.bool_)
         if in_batch:

@@ -31,17 +31,10 @@ LONGEST_STEP = np.log(16.0)
 SLOPES = -4.0, -0.25
 """Range of slopes of log delta over log Theta; a secant outside it is replaced by -1."""
 
-HEAVY, HIGH_PRESSURE = 100.0, 1e7
-"""The energy swing is taken from the fluctuation with an inertia of so many times that whose
-kinetic energy is the work of one stroke under this pressure [Pa], and that of the reciprocating
-masses: delta is then small, some 1e-3, and proportional to the swing."""
 
 FEW = 0.25
 """Fraction of the designs: when no more than that remain, only these are solved."""
 
-TOO_LIGHT = status.STALLED, status.INVALID_INPUT
-"""Outcomes that more inertia may change: the engine stops within the cycle, or with variable
-inertia the inertia of the reciprocating parts exceeds the given one."""
 
 _WHOLE = (
     "family", "closure", "cylinders_by_count", "threads", "driven", "general", "finer", "iterated",
@@ -121,8 +114,11 @@ def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
     """
     area = 0.25 * np.pi * columns["bore"] ** 2
     radius, speed = 0.5 * columns["double_radius"], columns["speed"]
-    energy = 2.0 * radius * area * HIGH_PRESSURE + columns["mass"] * (radius * speed) ** 2
-    heavy = HEAVY * energy / speed**2
+    # The energy swing is taken from the fluctuation with an inertia of 100 times that whose kinetic
+    # energy is the work of one stroke under 100 bar and that of the reciprocating masses: delta is
+    # then small, some 1e-3, and proportional to the swing.
+    energy = 2.0 * radius * area * 1e7 + columns["mass"] * (radius * speed) ** 2
+    heavy = 100.0 * energy / speed**2
     calm = {"exponent": 0.0, "inertia_model": "constant", "method": "auto", "inertia": heavy}
     found = dispatch.solve(**{**whole, **columns, **calm, "wanted": ("delta",)})
     swing = found["delta"] * heavy * speed**2
@@ -158,7 +154,10 @@ def search(
         with np.errstate(divide="ignore", invalid="ignore"):
             miss = np.log(delta) - target[active]
             slope = (miss - last_miss[active]) / (here - last_x[active])
-        runs, light = np.isin(code, status.WITH_NUMBERS), np.isin(code, TOO_LIGHT)
+        runs = np.isin(code, status.WITH_NUMBERS)
+        # More inertia helps where the engine stops within the cycle, and with variable inertia
+        # where that of the reciprocating parts exceeds the given one.
+        light = np.isin(code, (status.STALLED, status.INVALID_INPUT))
         number = runs & np.isfinite(miss)
         # An outcome that is neither a number nor too light does not depend on the inertia.
         lost = ~number & ~light

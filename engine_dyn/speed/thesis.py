@@ -32,11 +32,8 @@ from engine_dyn.speed.storage import Task, store, store_nothing
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 
-__all__ = ["CLOSED_CYCLE", "MOST_CYCLES", "solve_as_printed", "step_cycles"]
+__all__ = ["MOST_CYCLES", "solve_as_printed", "step_cycles"]
 
-CLOSED_CYCLE = 1e-6
-"""Cycles end when the speeds at both ends of one differ by no more than this [rad/s]: Kakaitsas
-(2015), section 4.2."""
 
 MOST_CYCLES = 30000
 """Largest number of cycles."""
@@ -90,7 +87,9 @@ def step_cycles(
             rates[j] = torque / cycle.theta[j]
             omega += rates[j] / omega * DEGREE
         mean = total / count
-        if passes == 0 and abs(omega - begin) <= CLOSED_CYCLE:
+        # Cycles end when the speeds at both ends of one differ by no more than this [rad/s]:
+        # Kakaitsas (2015), section 4.2.
+        if passes == 0 and abs(omega - begin) <= 1e-6:
             return number, status.CONVERGED, top, bottom, mean
     code = status.PASSES_DONE if passes > 0 else status.NOT_CONVERGED
     return limit, code if omega > 0.0 else status.STALLED, top, bottom, mean

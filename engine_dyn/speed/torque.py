@@ -34,12 +34,6 @@ from engine_dyn.types import Floats, Integers
 
 __all__ = ["torque_extremes"]
 
-ROUGHER = 20.0
-"""How much rougher a torque is than its work, from which nodes are told to be close enough: with
-it, noise of 0.02 bar at 0.2 degree leaves 6e-6 of the torque's size, without it 8e-4."""
-
-CANDIDATES = 4
-"""Places that are looked at for an extreme of a torque at most: smooth ones mostly have one."""
 
 CLOSE, ROUNDS = np.pi / 18000.0, 3
 """Distance of the points of a parabola, 0.01 degree, and how many are drawn at most."""
@@ -76,9 +70,9 @@ def torque_extremes(
     high, low, swing = results = [
         np.empty(whole.size if name in wanted else 0) for name in TORQUE_NAMES
     ]
-    grouping = Grouping(
-        whole, family, cylinders_by_count, driven, tolerance / ROUGHER, ("cylinders",)
-    )
+    # A torque is some 20 times as rough as its work, from which nodes are told to be close enough:
+    # noise of 0.02 bar at 0.2 degree then leaves 6e-6 of the torque's size, else 8e-4.
+    grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance / 20.0, ("cylinders",))
 
     def solve(piece: Piece) -> int:
         for call in piece.calls():
@@ -89,7 +83,8 @@ def torque_extremes(
             if high.size or low.size:
                 of_load = call.needs.parts.is_load(designs.part)
                 alone = designs._replace(share=plain(np.where(of_load, 0.0, designs.share)))
-                places = [np.empty((count if one.size else 0, CANDIDATES)) for one in (high, low)]
+                # At most four places are looked at for an extreme; smooth torques mostly have one.
+                places = [np.empty((count if one.size else 0, 4)) for one in (high, low)]
                 _places(count, columns, alone, *places, motion.dw)
                 sign = np.repeat([1.0, -1.0], [len(place) for place in places])
                 curve, target = _torque_of(call.piece), designs.target[:count]

@@ -51,8 +51,6 @@ MARGIN = 0.3
 NARROWEST = 0.01
 """Least half-width of that range."""
 
-SLOWEST = 0.04
-"""Least q of that range: slower designs are left to the general solver."""
 
 WITHIN = 1e-10
 """Largest of the last coefficients, over the range of the law."""
@@ -88,7 +86,8 @@ def fit_laws(
     """
     low, high, state = read(lanes.low, 0), read(lanes.high, 0), read(lanes.state, 0)
     centre, half = 0.5 * (low + high), np.maximum((0.5 + MARGIN) * (high - low), NARROWEST)
-    solving = (state > 0.0) & (1.0 + centre - half > SLOWEST)
+    # Designs that come below q = 0.04 are left to the general solver.
+    solving = (state > 0.0) & (1.0 + centre - half > 0.04)
     write(lanes.centre, 0, centre)
     write(lanes.half, 0, 1.0 / half)
     write(lanes.terms, 0, 0.0)
@@ -149,8 +148,6 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
 MOST_PASSES = 40
 """Designs that need more are left to the general solver."""
 
-SHRINKS = 0.1
-"""Least factor from change to change that is believed: one change may be small by chance."""
 
 ROUNDING = 2e-15
 """Change of the remainder that is nothing but rounding."""
@@ -297,7 +294,8 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
     span, reach = high - low, np.maximum(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    shrinks = np.maximum(change / np.maximum(last, ROUNDING), SHRINKS)
+    # No smaller factor from change to change is believed: one change may be small by chance.
+    shrinks = np.maximum(change / np.maximum(last, ROUNDING), 0.1)
     shrinks = where(change < last, shrinks, 0.5)
     ahead = change * shrinks / (1.0 - shrinks)
     done = where(change <= ROUNDING, SETTLED, where(ahead <= tolerance * span, SETTLED, SOLVING))

@@ -22,10 +22,6 @@ __all__ = ["closure_terms", "fill_force", "newton"]
 MOST_STEPS = 60
 """Largest number of Newton's steps."""
 
-LAST_STEP = 1e-7
-"""Largest change of chi in the last of them: Newton's method squares the error, so after a step
-this small nothing of it remains."""
-
 
 @inlined
 def closure_terms(
@@ -188,7 +184,8 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         mu += fraction * change_mu
         if not (change < 1e300):
             return -step, mu, smallest
-        if fraction == 1.0 and change <= LAST_STEP:
+        # Newton's method squares the error: after a step this small nothing of it remains.
+        if fraction == 1.0 and change <= 1e-7:
             return step, mu, smallest
     return -MOST_STEPS, mu, smallest
 

@@ -24,21 +24,6 @@ from engine_dyn.types import Booleans, Integers
 
 __all__ = ["solve_one_by_one"]
 
-DOUBTFUL = 0.01
-"""How far below 0 the smallest (omega/omega_n)^2 must be for a stall that more nodes cannot
-disprove: means over the nodes do not resolve a closure that is singular at 0."""
-
-SHORT = 0.05
-"""How far below 0 the energy, over the nominal one, must fall if the load vanishes where the speed
-comes near 0, for a stall that more nodes cannot disprove."""
-
-GENTLE = 0.1
-"""Limit of kappa times the width of an interval up to which cycles followed in time reduce only
-the error of integrating the load."""
-
-CERTAIN = 0.01
-"""Margin by which the mean of docs/method.md (94) over nodes must exceed 1, because it stands for
-an integral."""
 
 ROUNDED = 1.0 + 1e-9
 """Factor by which rounding may place the mean speed outside the extremes."""
@@ -100,13 +85,16 @@ def solve_designs(
                 if steps < 0:
                     code = status.NOT_CONVERGED if timed or smallest > FLOOR else status.STALLED
                 else:
-                    doubted = smallest > (FLOOR if last else -DOUBTFUL)
+                    # Further below 0 more nodes cannot disprove a stall; nearer, means over the
+                    # nodes do not resolve a closure that is singular at 0.
+                    doubted = smallest > (FLOOR if last else -0.01)
                     if doubted and with_mean and _falls_short(width, design, motion):
                         doubted = False
         rest = _write(
             which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results
         )
-        gentle = is_power(design.law) and abs(design.kappa) * width <= GENTLE
+        # Along such a load cycles followed in time reduce only the error of integrating it.
+        gentle = is_power(design.law) and abs(design.kappa) * width <= 0.1
         unresolved[which] = gentle and rest > task.tolerance
 
 
@@ -155,7 +143,8 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     for j in range(len(motion.w)):
         q = max((motion.w[j] - least) / motion.tau[j], FLOOR)
         total += math.log(q) if design.flat else load_terms(q, design.law)[0] - 1.0
-    return total > CERTAIN * len(motion.w)
+    # With a margin, because the mean over nodes stands for an integral.
+    return total > 0.01 * len(motion.w)
 
 
 @inlined
@@ -178,7 +167,7 @@ def _falls_short(width: float, design: Design, motion: Motion) -> bool:
         for k in range(nodes):
             j, n = (begin + k) % nodes, (begin + k + 1) % nodes
             e += motion.w[n] - motion.w[j] + rise
-            if e < -SHORT:
+            if e < -0.05:  # over the nominal energy: more nodes do not change as much
                 return True
     return False
 

@@ -36,12 +36,6 @@ Quartic = tuple[float, float, float, float, float]
 MOST_STEPS = 256
 """Steps of an interval at most, a power of two."""
 
-MOST_CORRECTIONS = 15
-"""Largest number of Newton's steps for the stages of one step."""
-
-SOLVED = 1e-14
-"""Last correction of the stages, relative to the energy."""
-
 
 class Interval(NamedTuple):
     """Slope of the work times the width, tau at the begin, and its slope: docs/solver.md (84).
@@ -123,7 +117,7 @@ def _step(
     z1 = z2 = z3 = 0.0
     factor, found = 1.0, False
     last = math.inf
-    for _ in range(MOST_CORRECTIONS):
+    for _ in range(15):  # Newton's steps
         f1, j1 = rate_at(t + PLACE_1 * size, e + z1, interval, push, mu, law)
         f2, j2 = rate_at(t + PLACE_2 * size, e + z2, interval, push, mu, law)
         f3, j3 = rate_at(t + size, e + z3, interval, push, mu, law)
@@ -150,7 +144,7 @@ def _step(
             break
         scale = abs(e) + abs(z3)
         # Rounding ends the convergence where terms that nearly cancel are large.
-        found = change <= SOLVED * scale or (change >= 0.5 * last and change <= 1e-10 * scale)
+        found = change <= 1e-14 * scale or (change >= 0.5 * last and change <= 1e-10 * scale)
         if found:
             break
         last = change

@@ -33,24 +33,20 @@ PROBABLY = -1.0
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
 
-MOST_STEPS = 500_000
-"""Largest number of Radau's steps for one design, about a third of a second. Designs that converge
-take up to half of it."""
+MOST_STEPS = 1_500_000
+"""Largest number of Radau's steps for one design, about half a second."""
 
-SLOW = 1e-3
+SLOW = 1e-2
 """Smallest (omega/omega_n)^2 below which the cycle's time grows with its logarithm."""
+
+GROWTH = 4.0
+"""Margin on that growth, for curves that are flat where they are lowest."""
 
 COARSE, FINE = 1e-6, 1e-13
 """Relative errors of an interval: until a cycle is found, and then."""
 
 CLOSED_COARSE, CLOSED_FINE = 1e-5, 1e-12
 """Relative distances of begin and end from the cycle that repeats, likewise."""
-
-MOST_MU, TIMED = 80, 1e-11
-"""Largest number of values of mu that are tried for the cycle's time, and its relative error."""
-
-NEARLY_TIMED = 1e-6
-"""The same where no two values of mu lie closer; it counts as missed."""
 
 
 @inlined
@@ -191,8 +187,8 @@ def stable_cycle(
     they are slow. Returns the outcome, the number of cycles, mu, and what the numerical integration
     may miss of the energy.
 
-    Beside standstill the cycle's time grows with the logarithm of the smallest q. Where twice as
-    much as it grew from one mu to the next does not make it long enough at `FLOOR`, it stalls.
+    Beside standstill the cycle's time grows with the logarithm of the smallest q. Where `GROWTH`
+    times what it grew from one mu to the next leaves it too short at `FLOOR`, the engine stalls.
     """
     sense = 1.0 if design.kappa > 0.0 else -1.0
     # From `slow` on, the cycle takes longer than it should; from `quick` on, less long. Until they
@@ -205,7 +201,7 @@ def stable_cycle(
     e, above = motion.tau[0] + max(motion.w[0], 0.0), max(largest(1.0, motion.tau), 1.0) + gain
     step, cycles, steps, least, sure = 0.05, 0, 0, False, True
     slowest = late_before = math.inf
-    for number in range(MOST_MU):
+    for number in range(80):  # values of mu
         mu = math.exp(sense * here)
         fate, node, missed, more, taken = _cycle_at(
             e, above, mu, MOST_STEPS - steps, width, design, motion
@@ -219,15 +215,16 @@ def stable_cycle(
         if fate == REPEATS:
             e, late = node, _late(motion)
             before, slowest = slowest, _slowest(motion)
-            if late_slow == math.inf and late < 0.0 and sure and slowest < before < SLOW:
+            near = late_slow == math.inf and slowest < before < SLOW
+            if near and late_before < late < 0.0 and sure:
                 grows = (late - late_before) / math.log(before / slowest)
-                if late + 2.0 * grows * math.log(slowest / FLOOR) < 0.0:
+                if late + GROWTH * grows * math.log(slowest / FLOOR) < 0.0:
                     return STALLED, cycles, 1.0, math.inf
             late_before = late
         else:
             late = math.inf if fate == STANDS else -math.inf
             e = above if number == 0 and sure else e
-        if abs(late) <= TIMED:
+        if abs(late) <= 1e-11:
             return CONVERGED, cycles, mu, missed
         if late > 0.0:
             slow, late_slow = here, late
@@ -244,7 +241,8 @@ def stable_cycle(
         else:
             here += step if late_slow > 0.0 else -step
             step *= 2.0
-    if least and max(late_slow, -late_quick) <= NEARLY_TIMED:
+    # Where no two values of mu lie closer, a larger error of the time will do; it counts as missed.
+    if least and max(late_slow, -late_quick) <= 1e-6:
         return CONVERGED, cycles, mu, missed + max(late_slow, -late_quick)
     # Beside standstill, the cycle still takes less time than it should.
     stalls = sure and least and late_slow == math.inf
