@@ -2,7 +2,7 @@
 
 diagram, point_checks    one curve through points, and whether points are an indicator diagram
 family, family_grid      curves over load, and over load and speed
-first_law, first_law_fields, first_law_kernel    modelled cycles of engines, by the first law
+first_law, first_law_fields, first_law_formulas, first_law_kernel    modelled cycles of engines
 collocation              intervals of high order, by which these are followed
 cycle_table, curves      families of many modelled cycles, and the kernels that make their rows
 diesel_cycle, compressor, pump    modelled cycles by simpler rules

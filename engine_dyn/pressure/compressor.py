@@ -31,7 +31,7 @@ from engine_dyn.geometry.slider_crank import position_at, sum_of_angles, velocit
 from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.diagram import Diagram, never_burns, table_angles
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
-from engine_dyn.pressure.first_law_kernel import smooth_step
+from engine_dyn.pressure.first_law_formulas import smooth_step
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 

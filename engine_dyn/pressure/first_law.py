@@ -46,16 +46,15 @@ from engine_dyn.pressure.first_law_fields import (
     refusals,
     wall_code,
 )
-from engine_dyn.pressure.first_law_kernel import (
+from engine_dyn.pressure.first_law_formulas import (
     BURNT,
     BURNT_OUT,
     HOTTEST,
     WOSCHNI_FACTOR,
     WOSCHNI_PISTON,
     Case,
-    integrate,
-    new_memory,
 )
+from engine_dyn.pressure.first_law_kernel import integrate, new_memory
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.pressure.file_fields import FileField, file_units
-from engine_dyn.pressure.first_law_kernel import POLYTROPIC, WOSCHNI
+from engine_dyn.pressure.first_law_formulas import POLYTROPIC, WOSCHNI
 from engine_dyn.types import Floats
 
 __all__ = [
