@@ -33,8 +33,8 @@ PROBABLY = -1.0
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
 
-MOST_STEPS = 1_500_000
-"""Largest number of Radau's steps for one design, about half a second."""
+MOST_STEPS = 1500
+"""Largest number of Radau's steps for each node of a design; most need less than 100."""
 
 SLOW = 1e-2
 """Smallest (omega/omega_n)^2 below which the cycle's time grows with its logarithm."""
@@ -204,7 +204,7 @@ def stable_cycle(
     for number in range(80):  # values of mu
         mu = math.exp(sense * here)
         fate, node, missed, more, taken = _cycle_at(
-            e, above, mu, MOST_STEPS - steps, width, design, motion
+            e, above, mu, MOST_STEPS * len(motion.w) - steps, width, design, motion
         )
         cycles, steps = cycles + more, steps + taken
         sure = sure and missed != PROBABLY
