@@ -23,16 +23,11 @@ __all__ = [
 ]  # fmt: skip
 
 
-BAND = 0.06
-"""Half the band of the hysteresis, as a fraction of the swing, and at most as a fraction of the
-distance to the nearer level: a ripple within the band does not count."""
-
-
 FEWEST_SAMPLES = 4.0
 """Samples between teeth below which pulses may pass unseen."""
 
 LARGEST = 1e50
-"""Of a signal, in whatever unit; its swing must be more than one over this."""
+"""Largest value of a signal, in whatever unit; its swing must be more than one over this."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +206,8 @@ def teeth_of_signal(
     refusal: ValueError | None = None
     slowest = 0.0
     for height in heights:
-        band = min(BAND, 0.4 * min(height, 1.0 - height)) * swing
+        # A ripple within the hysteresis does not count; it is narrower where a level is near.
+        band = min(0.06, 0.4 * min(height, 1.0 - height)) * swing
         band = band if hysteresis is None else hysteresis
         for one in edges:
             found = crossings(signal, low + height * swing, band, one)
@@ -305,10 +301,6 @@ ASIDE = 5.0 * DEGREE
 """How far a mark may pass from its usual place on the wheel [rad]."""
 
 
-BAND = 0.2
-"""Half the band of the hysteresis of a sampled mark, as a fraction of its swing."""
-
-
 class MarkedTeeth(NamedTuple):
     """Teeth counted from a mark.
 
@@ -339,7 +331,8 @@ def mark_times(level: Floats, interval: float) -> Floats:
         Time between them [s].
     """
     low, swing = float(level.min()), float(np.ptp(level))
-    return crossings(level, low + 0.5 * swing, BAND * swing).time * interval
+    # The hysteresis is a fifth of the swing to both sides.
+    return crossings(level, low + 0.5 * swing, 0.2 * swing).time * interval
 
 
 def teeth_from_mark(

@@ -23,9 +23,15 @@ from engine_dyn.speed.designs import Designs, Inputs, codes, discard, take_unkno
 from engine_dyn.speed.fields import DEFAULTS
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import PIECE, Grouping, Piece
-from engine_dyn.speed.mechanisms import BATCH, GENERAL, Tally, tally_in_use
+from engine_dyn.speed.mechanisms import (
+    BATCH,
+    GENERAL,
+    Progress,
+    Tally,
+    map_on_threads,
+    tally_in_use,
+)
 from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
-from engine_dyn.speed.pieces import Progress, map_on_threads
 from engine_dyn.speed.results import (
     CANCELLED,
     COMPARED,

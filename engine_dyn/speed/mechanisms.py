@@ -1,13 +1,21 @@
-"""How many designs each solver solves: call `dispatch.solve` within `counted`."""
+"""Pieces of work on threads, and how many designs each solver solves.
+
+Kernels release the interpreter's lock, so a pool of threads distributes the designs of a sweep over
+the processors. It can be stopped by Ctrl-C. To count, call `dispatch.solve` within `counted`.
+"""
 
 from __future__ import annotations
 
+import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from contextvars import ContextVar
+from itertools import chain, islice
+from typing import TypeVar
 
-__all__ = ["BATCH", "GENERAL", "Tally", "counted", "tally_in_use"]
+__all__ = ["BATCH", "GENERAL", "Progress", "Tally", "counted", "map_on_threads", "tally_in_use"]
 
 BATCH, GENERAL = "batch solver", "general solver"
 
@@ -56,3 +64,36 @@ def counted() -> Iterator[Tally]:
         yield tally
     finally:
         _TALLY.reset(token)
+
+
+Progress = Callable[[int], None]
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+
+
+def map_on_threads(
+    do: Callable[[Job], Result], jobs: Iterable[Job], threads: int | None
+) -> Iterator[Result]:
+    """Results of jobs in the order in which they are done, one thread a processor unless given.
+
+    Jobs are made in the calling thread, while others are done already.
+    """
+    rest = iter(jobs)
+    first = list(islice(rest, 2))
+    all_jobs = chain(first, rest)
+    if len(first) > 1:  # to count processors takes some 60 us, a pool 200
+        threads = threads or os.cpu_count() or 1
+        if threads > 1:
+            return _on_pool(do, all_jobs, threads)
+    return map(do, all_jobs)
+
+
+def _on_pool(do: Callable[[Job], Result], jobs: Iterable[Job], threads: int) -> Iterator[Result]:
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for done in as_completed([pool.submit(do, job) for job in jobs]):
+                yield done.result()
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise

@@ -26,7 +26,7 @@ from engine_dyn.speed.designs import Designs, Inputs, discard, take_unknown
 from engine_dyn.speed.fields import DEFAULTS, FRICTION_NAMES, OF_SPEED_ALONE
 from engine_dyn.speed.general.motion import Motion, add_row, fill_motion, make_motion, part_of
 from engine_dyn.speed.grouping import Grouping, Piece
-from engine_dyn.speed.pieces import Progress, map_on_threads
+from engine_dyn.speed.mechanisms import Progress, map_on_threads
 from engine_dyn.speed.results import TORQUE_NAMES
 from engine_dyn.speed.work.columns import SLOPE, Columns
 from engine_dyn.speed.work.interpolation import largest, max_between, max_near

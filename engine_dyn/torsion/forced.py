@@ -29,7 +29,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.given_numbers import given_array
-from engine_dyn.speed.pieces import Progress, map_on_threads
+from engine_dyn.speed.mechanisms import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.graded import graded_modes
 from engine_dyn.torsion.modes import checked_orders

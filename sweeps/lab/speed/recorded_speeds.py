@@ -9,9 +9,14 @@ import numpy as np
 
 from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.periodic_spline import wrapped
-from engine_dyn.recordings.drift import SteadySpeeds, steady_cycles, steady_turns
 from engine_dyn.recordings.encoder import ASIDE
-from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
+from engine_dyn.recordings.measured_speed import (
+    GapAngle,
+    SteadySpeeds,
+    find_gap_angle,
+    steady_cycles,
+    steady_turns,
+)
 from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.recordings.tooth_errors import sound_intervals
 from engine_dyn.types import Booleans, Floats

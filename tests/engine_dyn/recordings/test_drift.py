@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.geometry.toothed_wheel import wheel_from_text
-from engine_dyn.recordings.drift import steady_cycles, steady_turns
-from engine_dyn.recordings.measured_speed import cycles_of_turns
+from engine_dyn.recordings.measured_speed import cycles_of_turns, steady_cycles, steady_turns
 from engine_dyn.recordings.teeth import find_turns
 from tests.support.teeth import TurningEngine, tooth_times
 
