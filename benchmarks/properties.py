@@ -1,6 +1,7 @@
 """Draw many scenes of every kind, as tests/sweeps/test_any_scene.py draws some.
 
-The figures have the number of scenes that each property held for; pytest shows the smallest scene
+Every pair of features and 2,000 triples are computed by tests/sweeps/test_crossings_drawn.py. The
+figures have the number of scenes that each property held for; pytest shows the smallest scene
 that one fails for.
 """
 
@@ -45,11 +46,22 @@ def work(_: Path, given: Any) -> dict[str, Any]:
         text=True,
     )  # fmt: skip
     print(done.stdout)
-    return {"seed": given.seed, "scenes": given.scenes, "properties": counts(done.stdout),
-            "wrong": done.returncode}  # fmt: skip
+    crossed = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-rP", "tests/sweeps/test_crossings_drawn.py"],
+        cwd=ROOT, env={**os.environ, "CROSSINGS": str(given.triples)}, stdout=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
+    print(crossed.stdout)
+    return {
+        "seed": given.seed,
+        "scenes": given.scenes,
+        "triples": given.triples,
+        "properties": counts(done.stdout),
+        "wrong": done.returncode or crossed.returncode,
+    }
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run all of it."""
     seed = random.randrange(1 << 30)
-    return campaign("properties", __doc__, arguments, work, scenes=500, seed=seed)
+    return campaign("properties", __doc__, arguments, work, scenes=500, triples=2000, seed=seed)

@@ -9,11 +9,10 @@ import numpy as np
 import xarray as xr
 
 import sweeps
+from engine_dyn.speed.methods import INERTIA_MODELS
 
-DESIGN_DIMS = {"design", "inertia_model", "method", "engine"}
 
-
-def _floats(found: xr.Dataset) -> dict[str, Any]:
+def _floats(found: xr.Dataset) -> dict[str, xr.DataArray]:
     return {str(name): v for name, v in found.data_vars.items() if v.dtype.kind == "f"}
 
 
@@ -90,15 +89,35 @@ def backwards(scene: dict[str, Any], whole: xr.Dataset) -> list[str]:
     return differing(found.isel({d: slice(None, None, -1) for d in dims}), whole)
 
 
-def balance(whole: xr.Dataset) -> list[str]:
-    """Torques at every angle make the acceleration; means balance over the cycle."""
-    bad = []
-    if not {"torque", "load_torque", "angular_acceleration", "instantaneous_inertia"} <= {*whole}:
-        return bad
-    rest = whole["torque"] - whole["load_torque"]
-    if "driver_torque" in whole:
-        rest = rest + whole["driver_torque"]
-    return bad
+LACK = 1e-7
+"""Torque that may be missing in the balance, over the range of the engine's torque."""
+
+
+def balance(whole: xr.Dataset, model: str = "constant") -> list[str]:
+    """Newton's law at every angle: the torques make the angular acceleration of one inertia."""
+    names = ("torque", "load_torque", "driver_torque", "angular_acceleration")
+    if not {*names} <= {*map(str, whole.data_vars)}:
+        return []
+    if "inertia_model" in whole.dims:
+        codes = whole["inertia_model"].values
+        each = (balance(whole.isel(inertia_model=place), INERTIA_MODELS[int(code)])
+                for place, code in enumerate(codes))  # fmt: skip
+        return [line for lines in each for line in lines]
+    torque, load, driver, acceleration = (whole[name] for name in names)
+    rest = torque - load + driver
+    if model == "variable":
+        if not {"inertia_torque", "inertia_torque_actual"} <= {*map(str, whole.data_vars)}:
+            return []
+        rest = rest - whole["inertia_torque"] + whole["inertia_torque_actual"]
+    over = "crank_angle"
+    inertia = (rest * acceleration).sum(over) / (acceleration**2).sum(over)
+    off = abs(rest - inertia * acceleration).max(over)
+    size = torque.max(over) - torque.min(over)
+    if model == "constant" and "shaft_inertia" not in whole and "inertia" in whole.coords:
+        off = off + size * abs(inertia / whole["inertia"] - 1.0)
+    lack = (off / size).where(whole["status"] == 0) if "status" in whole else off / size
+    bad = bool((lack > LACK).any())
+    return [f"torques do not balance by {float(lack.max()):.2g}"] if bad else []
 
 
 def extremes(whole: xr.Dataset) -> list[str]:
@@ -110,11 +129,11 @@ def extremes(whole: xr.Dataset) -> list[str]:
         for end, sign in (("max", 1.0), ("min", -1.0)):
             if f"{name}_{end}" not in whole:
                 continue
-            most = sign * whole[f"{name}_{end}"]
+            most: xr.DataArray = sign * whole[f"{name}_{end}"]
             if {*most.dims} != {*curve.dims} - {"crank_angle"}:
                 continue
             over = (sign * curve).max("crank_angle") - most
-            size = np.abs(curve).max("crank_angle")
+            size = abs(curve).max("crank_angle")
             if bool((over > 1e-9 * size + 1e-300).any()):
                 bad.append(f"{name} beyond its {end} by {float((over / size).max()):.2g}")
     return bad
@@ -145,41 +164,41 @@ def sums(whole: xr.Dataset) -> list[str]:
     return bad
 
 
+WITH_STATUS = {
+    "status": ("delta", "omega_max", "omega_min"),
+    "torsion_status": ("delta_elastic", "shaft_torque_half_range"),
+}
+"""Outcomes, and numbers that are missing where they say so and nowhere else."""
+
+
 def missing(whole: xr.Dataset) -> list[str]:
-    """Numbers that are missing where no status says why."""
-    failed = {}
-    for name in ("status", "torsion_status"):
-        if name in whole:
-            failed[name] = ~whole[name].isin([0, 6, 5])
+    """Numbers that are missing where the status has no reason for it, or the reverse."""
     bad = []
-    for name, values in _floats(whole).items():
-        nan = np.isnan(values)
-        if not bool(nan.any()):
-            continue
-        for state in failed.values():
-            if {*state.dims} <= {*values.dims}:
-                nan = nan & ~state
-        if bool(nan.any()):
-            bad.append(f"{name} {float(nan.mean()):.2f}")
+    for state, names in WITH_STATUS.items():
+        for name in (n for n in names if state in whole and n in whole):
+            if {*whole[state].dims} <= {*whole[name].dims}:
+                has, should = np.isfinite(whole[name]), whole[state].isin([0, 5, 6])
+                if bool((has != should).any()):
+                    bad.append(f"{name} has numbers otherwise than {state} says")
     return bad
 
 
-def changed(first: xr.Dataset, second: xr.Dataset) -> set[str]:
+def changed(first: xr.Dataset, second: xr.Dataset, within: float = 1e-9) -> set[str]:
     """Numbers of both that differ by more than the last digits."""
     found = set()
     for name, variable in first.data_vars.items():
         if name not in second or variable.dtype.kind != "f" or name == "torsion_status":
             continue
         a, b = variable.variable, second[name].variable
-        dims = tuple(dict.fromkeys((*a.dims, *b.dims)))
+        dims = tuple(map(str, dict.fromkeys((*a.dims, *b.dims))))
         sizes = {d: a.sizes[d] for d in a.dims}
         if any(b.sizes[d] != sizes[d] for d in b.dims if d in sizes):
             a, b = (x.isel({d: slice(0, min(a.sizes[d], b.sizes[d])) for d in x.dims
                             if d in a.dims and d in b.dims}) for x in (a, b))  # fmt: skip
-        a, b = (_spread(x, dims) for x in (a, b))
-        size = np.nanmax(np.abs(a), initial=0.0)
-        off = np.abs(a - b) > 1e-9 * np.abs(a) + 1e-12 * size
-        if (off | (np.isnan(a) != np.isnan(b))).any():
+        one, other = (_spread(x, dims) for x in (a, b))
+        size = np.nanmax(np.abs(one), initial=0.0)
+        off = np.abs(one - other) > within * np.abs(one) + 1e-3 * within * size
+        if (off | (np.isnan(one) != np.isnan(other))).any():
             found.add(str(name))
     return found
 

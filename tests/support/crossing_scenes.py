@@ -134,8 +134,8 @@ FRAGMENTS: dict[str, list[Fragment]] = {
         {"set": {"firing_pattern": "110"}}, {"axes": {"firing_pattern": ["10", "11d"]}},
         {"set": {"firing_pattern": "1 0.9 1.05 1 0.97"}}],
     "misfire": [{"set": {"misfire": 2}}, {"axes": {"misfire": [0, 1, 2]}}],
-    "pressure factors": [{"set": {"pressure_factor_2": 0.8}},
-                         {"axes": {"pressure_factor_1": [0.7, 1.2]}}],
+    "pressure factors": [{"set": {"pressure_factor_1": 0.8}},
+                         {"axes": {"pressure_factor_2": [0.7, 1.2]}}],
     "firing angles": [{"set": {"firing_angle_2": 8.0}}],
     "mass factors": [{"set": {"mass_factor_2": 0.9}}, {"axes": {"mass_factor_1": [0.9, 1.1]}}],
     "unequal throws": [{"set": {"radius_factor_2": 0.97}}],
@@ -207,6 +207,26 @@ FRAGMENTS: dict[str, list[Fragment]] = {
 """Features by the names of the table of crossings, each in one or more variants."""
 
 
+NEUTRAL: dict[str, Fragment] = {
+    "load table over an angle": {"set": {"load_table": _waves(0.0, 0.0, 0.0)}},
+    "auxiliaries": {"auxiliaries": [{"mean": 0.0, "harmonics": [{"order": 1, "sine": 0.0}]}]},
+    "auxiliary torque": {"set": {"auxiliary_torque": 0.0}},
+    "firing pattern": {"set": {"firing_pattern": "1"}},
+    "misfire": {"set": {"misfire": 0}},
+    "pressure factors": {"set": {"pressure_factor_1": 1.0}},
+    "mass factors": {"set": {"mass_factor_2": 1.0}},
+    "unequal throws": {"set": {"radius_factor_2": 1.0}},
+    "offsets": {"set": {"pin_offset": 0.0, "crank_offset": 0.0}},
+    "friction over the stroke": {"set": {"friction_boundary": 0.0, "friction_skirt": 0.0}},
+    "counterweight fraction": {"set": {"counterweight_fraction": 0.0}},
+    "counterweights on webs": {"counterweights": [
+        {"mass": 0.0, "radius": 0.05, "angle": 175.0, "position": 0.0}]},
+    "balance shaft": {"set": {"balance_shaft_mass": 0.0, "balance_shaft_radius": 0.02}},
+    "method newton": {"solver": {"method": "auto"}},
+}  # fmt: skip
+"""Features with numbers at which they must not matter."""
+
+
 class SameKeyError(Exception):
     """Two fragments that give one key differently."""
 
@@ -273,9 +293,11 @@ def _flat(value: Any) -> bool:
 
 
 @cache
-def _throws(engine: str, arrangement: str) -> int:
-    given = {"set": {"arrangement": arrangement}} if arrangement else {}
-    own = read_scene({"engine": engine, **given, "output": {"quantities": ["position"]}})
+def _throws(engine: str, arrangement: str, count: int) -> int:
+    given = {"set": {"arrangement": arrangement, "cylinders": count}} if arrangement else {}
+    if 'kind = "torque"' in Path(engine).read_text(encoding="utf-8"):
+        return 1
+    own = read_scene({"engine": engine, **given, "output": {"quantities": ["displacement"]}})
     cylinders = own.own_cylinders or own.engine.own_cylinders
     count = len(getattr(cylinders, "along_shaft", ()) or ())
     return count or int(own.engine.values.get("cylinders", 0))
@@ -334,12 +356,8 @@ def scene_of(base: str, *fragments: Fragment, quantities: Sequence[str] = ()) ->
         scene["set"] = settings = {**known, **settings}
     given = {*settings, *scene.get("axes", {})}
     if "shaft" in scene:
-        text = (
-            settings.get("arrangement", "")
-            if isinstance(settings.get("arrangement", ""), str)
-            else ""
-        )
-        scene["shaft"] = _shaft_table(scene["shaft"], _throws(str(path), text))
+        throws = _throws(str(path), settings.get("arrangement", ""), settings.get("cylinders", 0))
+        scene["shaft"] = _shaft_table(scene["shaft"], throws)
         axes.pop("inertia")
         axes["shaft_stiffness_1"] = [scene["shaft"]["shafts"][0]["stiffness"] * f for f in (1, 2)]
     if given & {"flywheel_inertia", "load_inertia", "wanted_delta"}:
@@ -375,7 +393,7 @@ _TOGETHER: dict[str, set[str]] = {}
 """Quantities that were refused for one reason: what refuses one of them refuses all of them."""
 
 
-def _refusal(scene: dict[str, Any], quantities: Sequence[str]) -> str:
+def refusal_of_scene(scene: dict[str, Any], quantities: Sequence[str]) -> str:
     try:
         plan({**scene, "output": {**scene["output"], "quantities": [*quantities]}})
     except SceneError as error:
@@ -387,15 +405,15 @@ def possible(scene: dict[str, Any]) -> list[str]:
     """Quantities that the scene gives, of all that there are."""
     wanted = [*QUANTITIES]
     kept = [name for name in scene["output"]["quantities"] if name not in QUANTITIES]
-    while error := _refusal(scene, [*wanted, *kept]):
+    while error := refusal_of_scene(scene, [*wanted, *kept]):
         head, *rest = re.split(r"( needs? | is that | has more )", error, maxsplit=1)
         named = {a or b for a, b in _NAMES.findall(head)}
         reason = "".join(rest)
         here = _TOGETHER.setdefault(reason, set())
         if rest and named & {*wanted}:
             here |= named if len(named & {*wanted}) == 1 else set()
-        elif rest and not here & {*wanted} and not _refusal(scene, ["torque_max", *kept]):
-            here |= {name for name in wanted if reason in _refusal(scene, [name])}
+        elif rest and not here & {*wanted} and not refusal_of_scene(scene, ["torque_max", *kept]):
+            here |= {name for name in wanted if reason in refusal_of_scene(scene, [name])}
         refused = (here | named) & {*wanted}
         if not refused:
             raise SceneError(error)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.quantities.features import FEATURES
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
@@ -258,6 +259,12 @@ def make_plan(scene: Scene) -> Plan:
         settings += tuple(
             f"[output] {k}" for k in ("modes", "modes_below") if getattr(scene, k) is not None
         )
+    settings += tuple(
+        f"[[{feature.name}]]" if isinstance(scene.source[feature.name], list) else
+        f"[{feature.name}]"
+        for feature in FEATURES
+        if scene.source.get(feature.name) and feature.constant and feature.constant not in used
+    )  # fmt: skip
     plan = Plan(
         scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables,
         portions=_portions(scene),
