@@ -18,19 +18,6 @@ import numpy as np
 from engine_dyn.compilation import kernel
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "LIMBS",
-    "SMALLEST",
-    "UNITS_IN_ONE",
-    "add_exactly",
-    "bin_edges",
-    "bins_of",
-    "carried",
-    "count_in_bins",
-    "exact",
-    "in_units",
-]
-
 LIMBS = 67
 """Limbs of a sum: 2,046 exponents of doubles, 53 bits, and room for what 2^32 of them add."""
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["distinct_combinations"]
-
 
 def distinct_combinations(*values: Any) -> tuple[Floats, Integers]:
     """Different combinations of some numbers of designs, and which of them each design has.

@@ -14,8 +14,6 @@ from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.types import Floats
 
-__all__ = ["Engine"]
-
 
 @dataclass(frozen=True, eq=False)
 class Engine:

@@ -25,34 +25,6 @@ from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 
-__all__ = [
-    "ADMISSIBLE",
-    "DENSITIES",
-    "MOST_CROSSINGS",
-    "MethodOne",
-    "RIM_SPEEDS",
-    "RequiredInertia",
-    "Triangle",
-    "VERDICTS",
-    "energy_swing_inertia",
-    "inertia_behind",
-    "largest_diameter",
-    "mean_diameter",
-    "method_one",
-    "required_inertia",
-    "rim_mass",
-    "rim_speed",
-    "rim_speed_at_stress",
-    "rim_stress",
-    "rim_thickness",
-    "ring_inertia",
-    "ring_mass",
-    "ring_thickness",
-    "shaft_torque",
-    "triangular_torque",
-    "verdict",
-]
-
 RIM_SPEEDS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"cast iron": (25.0, 30.0), "steel": (40.0, 45.0)}
 )

@@ -13,8 +13,6 @@ import numpy as np
 
 from engine_dyn.types import Floats
 
-__all__ = ["given_array", "given_number"]
-
 
 def given_array(name: str, value: Any, *, finite: bool = False) -> Floats:
     """Return numbers as an array of floats; an array of floats is returned as it is.

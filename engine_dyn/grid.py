@@ -22,19 +22,6 @@ import numpy as np
 from engine_dyn.time_over_angle import extremes
 from engine_dyn.types import Complexes, Floats
 
-__all__ = [
-    "amplification",
-    "angle_harmonics",
-    "damping_ratio",
-    "half_range",
-    "natural_frequency",
-    "nearest_order",
-    "nearness",
-    "power_harmonics",
-    "sum_of_orders",
-    "torque_from_power",
-]
-
 EXCITED = 1e-3
 """Part of the largest swing of the free rotor from which on an order counts as excited."""
 

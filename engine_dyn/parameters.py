@@ -16,8 +16,6 @@ from typing import NamedTuple
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.units import BAR, DEGREE, RPM
 
-__all__ = ["COMPRESSION_RATIO", "HEYWOOD", "KEYWORDS", "PARAMETERS", "Parameter", "Usual"]
-
 
 class Usual(NamedTuple):
     """The range in which engines usually have a parameter, in its unit, and where it is from.

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from engine_dyn.types import Floats
 
-__all__ = ["periodic_spline_slopes", "wrapped"]
-
 
 def periodic_spline_slopes(angle: Floats, values: Floats, period: float) -> Floats:
     """Slopes at the knots of the periodic cubic spline through given points.

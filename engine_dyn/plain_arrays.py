@@ -27,8 +27,6 @@ from numba.extending import (
     unbox,
 )
 
-__all__ = ["PlainArray", "PlainType", "address_of", "plain", "type_of"]
-
 
 class PlainArray(np.ndarray):
     """A view of an array for kernels; it is contiguous."""

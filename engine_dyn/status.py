@@ -5,19 +5,6 @@ docs/method.md section 13.3 says when each of them is given.
 
 from __future__ import annotations
 
-__all__ = [
-    "CONVERGED",
-    "INVALID_INPUT",
-    "MEANINGS",
-    "NOT_CONVERGED",
-    "NO_STEADY_STATE",
-    "PASSES_DONE",
-    "STALLED",
-    "TOLERANCE_NOT_MET",
-    "WITH_NUMBERS",
-    "has_numbers",
-]
-
 CONVERGED = 0
 STALLED = 1
 NO_STEADY_STATE = 2

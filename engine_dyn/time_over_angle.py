@@ -17,17 +17,6 @@ import numpy as np
 
 from engine_dyn.types import Complexes, Floats
 
-__all__ = [
-    "angle_deviation",
-    "between",
-    "cycle_ranges",
-    "cycle_time",
-    "deviation_harmonics",
-    "duration",
-    "extremes",
-    "time_harmonics",
-]
-
 
 def time_harmonics(speed: Any, period: float) -> tuple[Floats, Complexes, Floats]:
     """Time over the angle, t = mean (phi - phi_0) + 2 Re sum_k T_k exp(i rate_k (phi - phi_0)).

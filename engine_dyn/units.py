@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["BAR", "CUBIC_CENTIMETRE", "DEGREE", "GPA", "MPA", "RPM"]
-
 BAR = 1e5  # Pascal in a bar
 
 MPA = 1e6

@@ -32,8 +32,6 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Booleans, Integers
 
-__all__ = ["PIECE", "Card", "check_card", "reason_against"]
-
 PIECE = 1 << 16
 """Designs of one launch at most."""
 

@@ -19,12 +19,6 @@ import numpy as np
 from numba import cuda
 from numba.core import config
 
-__all__ = [
-    "Launcher", "device_name", "free_memory", "multiprocessors", "new_device_array",
-    "new_pinned_array", "new_stream", "simulated", "what_is_missing",
-]  # fmt: skip
-
-
 new_stream = cuda.stream
 new_device_array = cuda.device_array
 new_pinned_array = cuda.pinned_array

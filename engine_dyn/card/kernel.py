@@ -22,9 +22,6 @@ from engine_dyn.speed.methods import AUTO, POWER_MEAN
 from engine_dyn.speed.results import Results
 from engine_dyn.speed.storage import Angles, Task
 
-__all__ = ["INSTEAD", "solve_on_card"]
-
-
 # --- on the card: what stands for vectors, of one lane --------------------------------------------
 
 

@@ -27,8 +27,6 @@ from typing import Any
 
 from engine_dyn.compilation.settings import not_kept, processor, processor_features
 
-__all__ = ["archive_of", "imported", "pack", "source_hash", "unpacked"]
-
 _VERSIONS = ", ".join(f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy"))
 _ROOT = Path(__file__).parents[2]
 

@@ -12,8 +12,6 @@ from typing import Any
 from engine_dyn.compilation.cache import archive_of, pack, unpacked
 from engine_dyn.compilation.settings import COMPILED, listen_for, not_kept, seconds_compiling
 
-__all__ = ["formula", "inlined", "kernel"]
-
 # Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919).
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}

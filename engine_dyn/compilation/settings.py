@@ -8,11 +8,6 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-__all__ = [
-    "COMPILED", "COMPILING", "listen_for", "not_kept", "on_compiling", "processor",
-    "processor_features", "seconds_compiling",
-]  # fmt: skip
-
 COMPILING = "compiling kernels for this kind of scene (once; later runs of the kind start at once)"
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"}

@@ -17,14 +17,6 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Complexes
 
-__all__ = [
-    "MasterLoads",
-    "crank_pin_extremes",
-    "inertia_force",
-    "inertia_force_of_order",
-    "master_loads",
-]
-
 SAMPLES = 360  # Samples of a revolution, for single orders
 
 

@@ -21,11 +21,6 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "COUNT", "CRANK_PIN", "CRESTS", "FIRST", "INPUTS", "MAIN_JOURNAL", "MEAN", "PISTON_PIN", "RMS",
-    "Sampled", "fill_crests_of_loads",
-]  # fmt: skip
-
 CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2  # Numbers of the loads in kernels
 
 INPUTS = 10

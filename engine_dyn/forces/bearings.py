@@ -69,21 +69,6 @@ from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "EXTREMES",
-    "PARTS",
-    "Factors",
-    "bearing_pressure",
-    "crank_pin_load",
-    "extremes",
-    "first_crank",
-    "main_journal_load",
-    "of_all_journals",
-    "pin_forces",
-    "piston_pin_load",
-    "in_turned_axes",
-]
-
 
 def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
     """Mean pressure in a bearing, the load over its projected area D B [Pa].

@@ -43,8 +43,6 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Booleans, Complexes, Floats, Integers
 
-__all__ = ["gas_harmonics", "inertia_harmonics", "over_cycles", "velocity_harmonics"]
-
 ORDERS_AT_ONCE = 64
 """Orders whose weights exist at the same time."""
 

@@ -63,28 +63,6 @@ from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top, sum_of_angles
 from engine_dyn.types import Floats
 
-__all__ = [
-    "GRAVITY",
-    "banks_of",
-    "gravity_torque",
-    "inertia_pressure",
-    "of_cylinder",
-    "piston_friction_torque",
-    "radial_ratio",
-    "rod_acceleration",
-    "rod_couple",
-    "rod_couple_torque",
-    "rod_ratio",
-    "rod_speed",
-    "rod_thrust",
-    "rod_thrust_error",
-    "rod_torque_error",
-    "sense_of_motion",
-    "thrust_ratio",
-    "two_mass_rod_inertia",
-]
-
-
 GRAVITY = 9.80665  # Standard acceleration of free fall [m/s2] (CGPM 1901)
 
 SAMPLES = 720  # Angles of a turn at which a largest value is looked for

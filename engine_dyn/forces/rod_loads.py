@@ -27,8 +27,6 @@ from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["EXTREMES", "rod_load_extremes"]
-
 EXTREMES = np.dtype(
     [
         (name, np.float64)

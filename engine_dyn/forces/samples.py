@@ -18,8 +18,6 @@ from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["CurveOfDesigns", "crests", "largest", "sample_angles", "tops"]
-
 WIDEST = np.pi / 360.0  # Half a degree, which smooth curves need, and 1/32 degree
 
 CurveOfDesigns = Callable[[Integers, Floats], Floats]

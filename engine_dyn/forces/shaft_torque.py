@@ -22,8 +22,6 @@ from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["EXTREMES", "shaft_torque_extremes"]
-
 EXTREMES = np.dtype([("range", np.float64), ("rms", np.float64)])
 """Largest range of the torque after a throw, and the root mean square of the torque that excites
 the first mode, less its mean [N m]."""

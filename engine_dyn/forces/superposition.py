@@ -13,8 +13,6 @@ import numpy as np
 
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 
-__all__ = ["CrankTrain", "along_shaft", "superpose"]
-
 
 def superpose(
     curve: Callable[[Any, Member], Any],

@@ -23,21 +23,6 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import over_cycles, pressures_of_rows, row_with_factor
 from engine_dyn.types import Floats
 
-__all__ = [
-    "GasPressure",
-    "friction_of_cylinder",
-    "friction_over_stroke",
-    "gas_torque",
-    "inertia_torque",
-    "inertia_torque_actual",
-    "piston_area",
-    "pressure",
-    "pressure_of_first",
-    "reciprocating_inertia",
-    "torque_after_throw",
-]
-
-
 MEANS_AT_ONCE = 64
 """Designs whose means of the friction are taken together: each has some thousand points."""
 

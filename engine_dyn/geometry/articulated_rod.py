@@ -27,8 +27,6 @@ import numpy as np
 
 from engine_dyn.geometry import slider_crank
 
-__all__ = ["ArticulatedRod"]
-
 
 class _Height(NamedTuple):
     """Height of the piston pin over the crank radius, and its first two slopes over theta."""

@@ -15,17 +15,6 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.geometry.masses import mean_square_velocity
 
-__all__ = [
-    "engine_inertia_of_cylinders",
-    "mean_factor",
-    "mean_of_cylinders",
-    "mean_square",
-    "mean_stroke_ratio",
-    "throws_per_cylinder",
-    "value_of_each",
-    "value_of_sets",
-]
-
 SAMPLES = 360  # Samples of a revolution, for the means of articulated rods
 
 

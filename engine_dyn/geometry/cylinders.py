@@ -31,22 +31,6 @@ from engine_dyn.geometry.layouts import in_line
 from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats
 
-__all__ = [
-    "EQUAL",
-    "LARGEST_FACTOR",
-    "LARGEST_FIRING",
-    "MOST_CYCLES",
-    "SEALED",
-    "Cylinders",
-    "CylindersByCount",
-    "Member",
-    "OwnCrank",
-    "PressureFactor",
-    "cylinders_of",
-    "even_cylinders",
-    "shortest",
-]
-
 SEALED = -1.0  # Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`
 
 MOST_CYCLES = 64  # Cycles after which a firing pattern repeats, at most

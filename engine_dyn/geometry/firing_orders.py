@@ -15,22 +15,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-__all__ = [
-    "BOXER_ORDERS",
-    "CUSTOMARY_ORDERS",
-    "IN_LINE_ORDERS",
-    "TWO_STROKE_BOXER_ORDERS",
-    "TWO_STROKE_IN_LINE_ORDERS",
-    "TWO_STROKE_VEE_ORDERS",
-    "VEE_ORDERS",
-    "VR_ORDERS",
-    "KnownOrder",
-    "customary_order",
-    "in_line_order_by_rule",
-    "known_vee_order",
-    "two_stroke_in_line_order_by_rule",
-]
-
 _BOSCH = "Bosch Automotive Handbook, reciprocating-piston engines, firing orders"
 _KAKAITSAS = "Kakaitsas (2015), section 5.4"
 _FAA = "FAA-H-8083-32, Aviation Maintenance Technician Handbook: Powerplant, firing order"

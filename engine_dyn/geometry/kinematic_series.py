@@ -53,21 +53,6 @@ import numpy.typing as npt
 from engine_dyn.geometry import slider_crank
 from engine_dyn.types import Floats
 
-__all__ = [
-    "REMAINDER",
-    "acceleration_coefficients",
-    "checked_orders",
-    "inertia_torque_coefficients",
-    "mean_position",
-    "position_coefficients",
-    "truncated_acceleration",
-    "truncated_position",
-    "truncated_velocity",
-    "truncation_error",
-    "velocity_coefficients",
-]
-
-
 MOST_TERMS = 1_000_000
 AT_ONCE = 1024  # Terms of series, and designs with their curves, that exist at the same time
 

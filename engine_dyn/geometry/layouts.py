@@ -50,18 +50,6 @@ from engine_dyn.geometry.firing_orders import (
 )
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "arrangement_from_text",
-    "boxer",
-    "in_line",
-    "not_covered",
-    "parallel_twin",
-    "radial",
-    "vee",
-    "vr_engine",
-    "w_engine",
-]
-
 NUMBERINGS = ("banks", "alternate")
 PINS = ("shared", "split")
 CRANKS = ("cross-plane", "flat-plane")

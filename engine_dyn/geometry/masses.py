@@ -30,19 +30,6 @@ from engine_dyn.geometry.slider_crank import (
 )
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "AT_ONCE",
-    "by_highest_order",
-    "crank_mass_at_pin",
-    "engine_inertia",
-    "mean_square_velocity",
-    "reciprocating_mass",
-    "rod_mass_at_crank",
-    "rod_mass_at_piston",
-    "rotating_mass",
-    "velocity_waves",
-]
-
 
 def rod_mass_at_piston(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: Any) -> Any:
     """Part of the rod's mass that reciprocates with the piston pin [kg].

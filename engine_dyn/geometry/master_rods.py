@@ -12,8 +12,6 @@ from engine_dyn.geometry.arrangement import TURN
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, Cylinders
 
-__all__ = ["with_rods"]
-
 
 def with_rods(
     engine: Cylinders,

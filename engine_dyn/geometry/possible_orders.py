@@ -36,17 +36,6 @@ from engine_dyn.geometry.firing_orders import (
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "CRANKS",
-    "PossibleOrder",
-    "count_orders",
-    "known_order_of",
-    "numbered_from_other_end",
-    "possible_orders",
-    "sampled_orders",
-    "turning_other_way",
-]
-
 CRANKS = {
     "own": "the engine's crankshaft as it is",
     "either-hand": "the engine's crankshaft and its mirror image",

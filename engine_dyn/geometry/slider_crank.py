@@ -60,20 +60,6 @@ import numpy.typing as npt
 from engine_dyn.compilation import inlined
 from engine_dyn.given_numbers import given_array
 
-__all__ = [
-    "DeadCentres",
-    "acceleration",
-    "angle_of_travel",
-    "clearance_volume",
-    "crank_radius",
-    "crank_radius_of_ratio",
-    "cylinder_volume",
-    "dead_centres",
-    "position",
-    "rod_angle",
-    "velocity",
-]
-
 
 class _Crank(NamedTuple):
     """Crank and rod at some angles: both are over the crank radius."""

@@ -11,8 +11,6 @@ import numpy as np
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = ["MOST_TEETH", "Wheel", "wheel_from_angles", "wheel_from_text"]
-
 TURN = 2.0 * np.pi
 MOST_TEETH = 7200
 """Two marks a degree, each with two edges, are more than optical encoders of engines have."""

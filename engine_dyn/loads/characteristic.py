@@ -17,8 +17,6 @@ import numpy.typing as npt
 
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["CHARACTERISTICS", "PROPELLER", "Characteristic", "load_for_torque"]
-
 
 @dataclass(frozen=True)
 class Characteristic:

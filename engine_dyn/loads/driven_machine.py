@@ -33,25 +33,6 @@ from engine_dyn.loads.laws import LAWS, Form, slip_torque
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
 
-__all__ = [
-    "NOTHING_DRIVEN",
-    "DrivenMachine",
-    "TorqueOverAngle",
-    "TorqueOverSpeed",
-    "constant_load",
-    "cycles_of",
-    "harmonics_of_load",
-    "load_over_angle",
-    "motor_torque",
-    "repeats_of",
-    "synchronous_speed",
-    "torque_of_harmonics",
-    "torque_over_angle",
-    "torque_over_speed",
-    "whole_ratio",
-]
-
-
 REVOLUTION = 2.0 * math.pi
 MOST_REVOLUTIONS = 64  # Most revolutions in the period of a torque over an angle
 

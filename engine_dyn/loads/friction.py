@@ -44,18 +44,6 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, RPM
 
-__all__ = [
-    "FrictionShape",
-    "StrokeFriction",
-    "VALVE_TRAINS",
-    "friction_mean_effective_pressure",
-    "friction_torque",
-    "mean_parts",
-    "mean_piston_speed",
-    "stacked_parts",
-]
-
-
 PANELS = 180  # Panels of a stroke over which means are taken
 
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 
-__all__ = ["highest_order"]
-
 SAMPLES_OF_TURN = 2048
 
 

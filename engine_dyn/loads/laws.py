@@ -24,25 +24,6 @@ import numpy as np
 from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats
 
-__all__ = [
-    "FLOOR",
-    "INPUTS",
-    "LAWS",
-    "LOAD_LAWS",
-    "MOTOR_KEYS",
-    "Field",
-    "Form",
-    "Law",
-    "LawFacts",
-    "covers",
-    "slope_of",
-    "is_power",
-    "is_proportional",
-    "law_of",
-    "load_terms",
-    "torque_at",
-]
-
 FLOOR = 1e-6
 """Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (48), so that
 an iterate may pass through values that a solution cannot have; a solution below it is a stall."""

@@ -21,16 +21,6 @@ from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, SUSPICI
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 
-__all__ = [
-    "MOST_CORNERS",
-    "Implausible",
-    "ImplausibleWarning",
-    "implausible",
-    "judged",
-    "judged_diagrams",
-    "outside",
-]
-
 AT_ONCE = 1 << 18  # Values of one measure that are computed at a time
 
 MOST_CORNERS = 12  # Parameters that vary, up to which the corners of their box are looked at

@@ -22,18 +22,6 @@ import numpy as np
 from engine_dyn.parameters import COMPRESSION_RATIO, HEYWOOD, PARAMETERS
 from engine_dyn.units import BAR, DEGREE, MPA, RPM
 
-__all__ = [
-    "CHECKS",
-    "DIAGRAM_CHECKS",
-    "MOST_DELTA",
-    "NAMES",
-    "RECORDING_CHECKS",
-    "RESULT_CHECKS",
-    "SUSPICIONS",
-    "Check",
-    "Suspicion",
-]
-
 CROSSHEAD = 2.5
 """Stroke over bore from which on an engine has a crosshead; trunk pistons end at about 1.6."""
 

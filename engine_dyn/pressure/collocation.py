@@ -25,21 +25,6 @@ import numpy as np
 from engine_dyn.compilation import formula
 from engine_dyn.types import Floats
 
-__all__ = [
-    "PLACES",
-    "POINTS",
-    "SHORT",
-    "WEIGHTS",
-    "Solution",
-    "curve_at",
-    "fit",
-    "guess",
-    "improve",
-    "short_exp",
-    "short_turn",
-]
-
-
 POINTS = 12  # Points of an interval
 
 

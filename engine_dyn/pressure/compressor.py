@@ -35,16 +35,6 @@ from engine_dyn.pressure.first_law_formulas import smooth_step
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "FILE_FIELDS",
-    "FILE_UNITS",
-    "CompressorCycle",
-    "CompressorDiagrams",
-    "refusals",
-    "tabulate",
-]
-
-
 LARGEST_STEP = 0.5 * DEGREE
 STEPS_OF_LAG = 6.0
 STEPS_OF_RAMP = 12.0

@@ -19,8 +19,6 @@ from engine_dyn.pressure.family import LARGEST_SHIFT, WARP_AFTER, WARP_BEFORE, W
 from engine_dyn.pressure.point_checks import PEAK_TO
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["Curves", "morphed", "on_threads", "pressures_at", "sampled"]
-
 FEWEST = 8  # Rows that are worth a thread: each takes some 50 us
 
 FLAT = 1e5

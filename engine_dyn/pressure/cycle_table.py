@@ -43,8 +43,6 @@ from engine_dyn.pressure.first_law import tabulate
 from engine_dyn.status import CONVERGED
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["CycleTable", "ModelledDiagram"]
-
 BYTES_KEPT = 100e6  # Size of the rows that are kept beyond those of the last request
 
 PLACES = 2.0**24

@@ -24,11 +24,6 @@ from engine_dyn.pressure.point_checks import checked_points
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = [
-    "Diagram", "diagram_from_points", "largest_of_blends", "largest_of_rows", "never_burns",
-    "table_angles", "values_at", "values_of_each",
-]  # fmt: skip
-
 SMOOTH = 1e-6
 """Part of the pressure's range that cubics through every other knot may miss where all are smooth:
 all of them are then on one smooth curve."""

@@ -27,9 +27,6 @@ from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = ["FILE_FIELDS", "FILE_UNITS", "DieselCycle"]
-
-
 # Wiebe's constant for a duration that ends when 99.9 % have burnt (Heywood: a = 5 and 6.9 occur).
 WIEBE = math.log(1000.0)
 

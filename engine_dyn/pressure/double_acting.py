@@ -30,16 +30,6 @@ from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 
-__all__ = [
-    "FILE_FIELDS",
-    "FILE_UNITS",
-    "OF_EFFECTIVE_PRESSURE",
-    "DoubleActingCycle",
-    "DoubleActingDiagram",
-    "ends_of",
-]
-
-
 FILE_FIELDS: dict[str, FileField] = {
     **compressor.FILE_FIELDS,
     "crank_end_clearance_ratio": FileField("1", 0.0, 0.5),

@@ -22,21 +22,6 @@ from engine_dyn.pressure.point_checks import PEAK_TO, degrees
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "LARGEST_SHIFT",
-    "Family",
-    "RowsOfDiagrams",
-    "TableAxis",
-    "blend",
-    "family_from_diagrams",
-    "flat_family",
-    "morph",
-    "on_common_knots",
-    "largest_between",
-    "peaks_between",
-]
-
-
 # The step between rows, and the reach of the warp on both sides of the peak.
 ROW_STEP = 0.5
 WARP_BEFORE = 40.0 * DEGREE

@@ -32,8 +32,6 @@ from engine_dyn.pressure.family import (
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE, RPM
 
-__all__ = ["FamilyAtSpeeds", "FamilyGrid", "FamilyStack", "Place", "grid_from_diagrams"]
-
 
 class Place(NamedTuple):
     """Where points of load and speed lie in the table; arrays of one shape.

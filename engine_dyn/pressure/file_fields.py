@@ -12,9 +12,6 @@ from typing import NamedTuple, TypeVar
 
 from engine_dyn.units import BAR, DEGREE, RPM
 
-__all__ = ["MEANINGS", "FileField", "documented", "file_units"]
-
-
 SIZES = {
     "1": 1.0,
     "bar": BAR,

@@ -58,9 +58,6 @@ from engine_dyn.pressure.first_law_kernel import integrate, new_memory
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["Diagrams", "FourStrokeCycle", "TwoStrokeCycle", "tabulate"]
-
-
 REFERENCE = 300.0
 
 WIEBE = math.log(1000.0)

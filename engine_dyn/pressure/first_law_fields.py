@@ -13,19 +13,6 @@ from engine_dyn.pressure.file_fields import FileField, file_units
 from engine_dyn.pressure.first_law_formulas import POLYTROPIC, WOSCHNI
 from engine_dyn.types import Floats
 
-__all__ = [
-    "FIELDS_OF_WALL",
-    "FOUR_STROKE_FIELDS",
-    "FOUR_STROKE_UNITS",
-    "TWO_STROKE_FIELDS",
-    "TWO_STROKE_UNITS",
-    "WALLS",
-    "closing_angle",
-    "refusals",
-    "wall_code",
-]
-
-
 WALLS = ("adiabatic", "polytropic", "woschni")
 """Models of the heat that goes to the walls."""
 

@@ -17,12 +17,6 @@ from engine_dyn.geometry.slider_crank import (
 from engine_dyn.pressure.collocation import SHORT, short_exp
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "BURNT", "BURNT_OUT", "EXPONENT_REACH", "HOTTEST", "POLYTROPIC", "WOSCHNI",
-    "WOSCHNI_COMBUSTION", "WOSCHNI_FACTOR", "WOSCHNI_PISTON", "Case", "Gas", "burning", "burnt",
-    "exp", "exponent", "geometry", "manifold", "smooth_step", "state", "transfer_of_woschni",
-]  # fmt: skip
-
 POLYTROPIC, WOSCHNI = 1, 2
 """Codes of walls with heat transfer; 0 is adiabatic."""
 

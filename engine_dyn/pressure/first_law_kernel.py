@@ -50,9 +50,6 @@ from engine_dyn.pressure.first_law_formulas import (
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = ["integrate", "new_memory"]
-
-
 MOST_BREAKS = 32
 """Angles at which intervals have to end, at most."""
 

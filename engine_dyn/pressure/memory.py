@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from engine_dyn.pressure.family import Family
 
-__all__ = ["remembered"]
-
 Arrays = TypeVar("Arrays", bound=tuple[npt.NDArray[Any], ...])
 
 

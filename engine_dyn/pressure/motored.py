@@ -46,17 +46,6 @@ from engine_dyn.pressure.family import Family, largest_between, peaks_between
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "largest_with_factor",
-    "motored",
-    "over_cycles",
-    "peak_of_cylinders",
-    "peak_with_factor",
-    "pressures_of_rows",
-    "row_with_factor",
-]
-
-
 FIT_TO, JOINED = 30.0 * DEGREE, 50.0 * DEGREE
 RATIO = 0.28
 SAMPLES = 121

@@ -16,9 +16,6 @@ from engine_dyn.periodic_spline import wrapped
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["PEAK_FROM", "PEAK_TO", "checked_points", "degrees"]
-
-
 # Measured files are sparse in the gas exchange, so the gap allowed there is wide; where the
 # pressure rises and falls steeply it is narrow.
 MINIMUM_POINTS = 16

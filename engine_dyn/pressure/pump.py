@@ -28,9 +28,6 @@ from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR
 
-__all__ = ["FILE_FIELDS", "FILE_UNITS", "PumpCycle"]
-
-
 FILE_FIELDS: dict[str, FileField] = {
     "crank_ratio": FileField("1", 0.0, 1.0),
     "suction_pressure": FileField("bar", 0.0, 200.0),

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["balance_of", "power", "product", "quotient"]
-
 
 def balance_of(plus: Any, minus: Any) -> Any:
     """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""

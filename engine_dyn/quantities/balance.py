@@ -13,8 +13,6 @@ from engine_dyn.geometry import masses
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
 
-__all__ = ["DIRECTIONS", "FORCE", "MOMENT", "NODES", "PARAMETERS", "running_gear"]
-
 DIRECTIONS = (0.0, 90.0)  # Points of `direction` [degree]
 
 

@@ -21,8 +21,6 @@ from engine_dyn.quantities.features.web_weights import (
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE, MPA
 
-__all__ = ["NODES", "PARAMETERS"]
-
 NOTES = "Rakopoulos notes, bearing loads; derived here"
 
 BEARINGS = {

@@ -15,8 +15,6 @@ import numpy as np
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["is_of_curve", "of_curve"]
-
 ANGLE = "crank_angle"
 
 

@@ -14,8 +14,6 @@ import numpy as np
 
 from engine_dyn.quantities.node import Node
 
-__all__ = ["MEAN", "RMS", "curve_mean", "means_of_curves", "root_mean_square"]
-
 RMS, MEAN = "_rms", "_mean"  # Endings of the names
 
 

@@ -15,8 +15,6 @@ from engine_dyn.quantities.friction import gas_of, train_of
 from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import DEGREE
 
-__all__ = ["FOLLOWED", "MOTION", "NODES", "NOT_FOLLOWED"]
-
 SOURCE = "this project"
 
 _OF_EACH = ("piston", "crank_ratio", "offset_ratio", "cylinder_set", "cylinders_by_count")

@@ -13,8 +13,6 @@ from engine_dyn.quantities.arithmetic import quotient
 from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import DEGREE, MPA
 
-__all__ = ["NODES", "PARAMETERS"]
-
 
 def _limits() -> tuple[tuple[str, float], ...]:
     """Names of admissible deltas: the finer end of a range, and where it has one the coarser."""

@@ -13,8 +13,6 @@ from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import BAR
 
-__all__ = ["NODES", "gas_of", "stroke_friction", "train_of"]
-
 
 def _rubbing(
     peak: Any, *, friction_constant: Any, friction_peak_pressure: Any,

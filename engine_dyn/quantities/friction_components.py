@@ -15,8 +15,6 @@ from engine_dyn.quantities.arithmetic import product
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import BAR
 
-__all__ = ["FRICTION_LAWS", "NODES", "PARAMETERS"]
-
 PATTON = "Patton, Nitschke and Heywood, SAE 890836"
 
 FRICTION_LAWS = ("chen_flynn", "patton_nitschke_heywood")

@@ -15,8 +15,6 @@ from engine_dyn import grid, time_over_angle
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
 
-__all__ = ["INTERVAL", "NODES", "OF_FOUR_STROKES", "PARAMETERS"]
-
 KUNDUR = "Kundur, example 12.2"
 DEVIATION = "this project: angle less the mean speed times the time"
 SWING = "Newton's law, rigid rotor on a spring"

@@ -39,22 +39,6 @@ from engine_dyn.quantities.node import Dimension, Node, check_needs
 from engine_dyn.quantities.variants import check_words
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "ALL_QUANTITIES",
-    "ALONG_SHAFT",
-    "CONSTANTS",
-    "CURVE_MEANS",
-    "DIMENSIONS",
-    "NODES",
-    "NUMBERED",
-    "PARAMETERS",
-    "PATTERNS",
-    "QUANTITIES",
-    "UNLESS_GIVEN",
-    "Variants",
-    "variants_of",
-]
-
 # Archives list parameters in this order; those of new features come last.
 _PARAMETERS: tuple[Node, ...] = (
     *parameters.PARAMETERS,

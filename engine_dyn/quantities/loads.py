@@ -12,8 +12,6 @@ from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
 from engine_dyn.quantities.arithmetic import power, quotient
 from engine_dyn.quantities.node import Node
 
-__all__ = ["NODES", "NO_TORQUE", "OF_ANGLE", "load_coefficient_unit"]
-
 OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")  # Nodes that a load over angle needs
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)

@@ -13,8 +13,6 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["NODES", "PARAMETERS"]
-
 NOTES = "Rakopoulos notes"
 KHURMI = "Khurmi and Gupta chapter 15"
 

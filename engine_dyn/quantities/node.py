@@ -11,9 +11,6 @@ from typing import Any
 
 from engine_dyn.parameters import PARAMETERS
 
-__all__ = ["EXTREMES", "Dimension", "Node", "check_needs", "given", "hidden", "parameter"]
-
-
 EXTREMES = {
     "largest": "the largest value",
     "smallest": "the smallest value",

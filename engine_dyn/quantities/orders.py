@@ -14,8 +14,6 @@ from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import DEGREE
 
-__all__ = ["EVERY", "NODES"]
-
 NOTES = "Rakopoulos notes"
 
 EVERY = "every_"

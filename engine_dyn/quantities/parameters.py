@@ -14,15 +14,6 @@ from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.loads import driven_machine
 from engine_dyn.quantities.node import Node, given
 
-__all__ = [
-    "CHEN_FLYNN_KEYS",
-    "CYCLE_KEYS",
-    "INERTIA_PARTS",
-    "PARAMETERS",
-    "SOLVER_COLUMNS",
-    "STROKE_SHARES",
-]
-
 _VARIANTS: Mapping[str, tuple[dict[str, Any], ...]] = {
     "reciprocating_mass": (
         {"make": lambda piston_mass, rod_mass, rod_centre_of_gravity, rod: (

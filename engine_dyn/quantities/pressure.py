@@ -19,8 +19,6 @@ from engine_dyn.quantities.arithmetic import balance_of, quotient
 from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import BAR, RPM
 
-__all__ = ["NODES"]
-
 BYTES_OF_CYCLE = 40_000
 """Size of a modelled diagram and of its samples for work tables: their blocks hold few hundred."""
 

@@ -8,8 +8,6 @@ from engine_dyn.forces import mechanism, torque
 from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import DEGREE
 
-__all__ = ["NODES"]
-
 API = "API 618"
 
 

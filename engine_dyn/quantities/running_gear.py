@@ -18,8 +18,6 @@ from engine_dyn.quantities.friction import train_of
 from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.units import CUBIC_CENTIMETRE
 
-__all__ = ["NODES"]
-
 
 def _reciprocating_inertia(*, crank_angle: Any, reciprocating_mass: Any, **needs: Any) -> Any:
     return torque.reciprocating_inertia(crank_angle, train_of(needs), reciprocating_mass)

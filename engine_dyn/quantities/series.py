@@ -10,8 +10,6 @@ import numpy as np
 from engine_dyn.geometry import kinematic_series
 from engine_dyn.quantities.node import Node
 
-__all__ = ["NODES"]
-
 MOSAKOWSKI = "Mosakowski"
 NOTES = "Rakopoulos notes"
 

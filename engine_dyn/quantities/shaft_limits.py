@@ -18,8 +18,6 @@ from engine_dyn.torsion.stress import (
 )
 from engine_dyn.units import DEGREE, MPA
 
-__all__ = ["JUDGING", "NAN_WITHOUT", "NODES", "PENDULUMS", "joined"]
-
 PENDULUMS = ("pendulum_mass", "pendulum_distance", "pendulum_length")
 """Kinds of numbers of a pendulum."""
 

@@ -17,8 +17,6 @@ from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE
 from engine_dyn.units import DEGREE, GPA, MPA
 
-__all__ = ["OF_SHAFT", "PARAMETERS", "PATTERNS", "WILSON"]
-
 WILSON = "Ker Wilson, Practical Solution of Torsional Vibration Problems"
 
 _POSITIVE: dict[str, Any] = {"low": 0.0}

@@ -17,8 +17,6 @@ from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylin
 from engine_dyn.quantities.node import Node
 from engine_dyn.units import DEGREE
 
-__all__ = ["OF_CYLINDER", "PARAMETERS", "PATTERNS", "Place", "with_values"]
-
 
 class Place(NamedTuple):
     """Kind of a parameter, such as `pressure_factor`, and the number of its cylinder, from 1."""

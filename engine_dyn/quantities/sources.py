@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-__all__ = ["SOURCES"]
-
 SOURCES: Mapping[str, str] = {
     "API": "American Petroleum Institute, Standard 618, Reciprocating compressors for petroleum, "
     "chemical, and gas industry services, 5th edition, paragraph 6.6.4 on the reversal of the rod "

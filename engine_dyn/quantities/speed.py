@@ -19,16 +19,6 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
 
-__all__ = [
-    "AT_START",
-    "CLOSE_CURVES",
-    "NODES",
-    "OF_CYLINDERS",
-    "OF_TORQUE",
-    "kernel_inputs",
-    "without_cylinders",
-]
-
 CLOSE_CURVES = {f"{name}_close": name for name in CURVE_NAMES}
 """Curves of the solution at close points, by what they are called here."""
 

@@ -15,9 +15,6 @@ from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, kernel_inputs, 
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
 
-__all__ = ["NODES"]
-
-
 _OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
 _EXTREMES = tuple(n for n in _OF_CYLINDERS if n not in (*FRICTION_NAMES, "friction_torque"))
 """Nodes that the extremes of the torque need without friction."""

@@ -24,8 +24,6 @@ from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws, reciprocatin
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.units import DEGREE, RPM
 
-__all__ = ["NODES"]
-
 COMPLEX = 16  # Bytes of a harmonic
 
 OF_MODES = 6000  # Bytes of a shaft of some ten discs with what is referred, and with its matrices

@@ -15,8 +15,6 @@ from types import MappingProxyType
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.quantities.features import FEATURES
 
-__all__ = ["ALTERNATIVES", "WORDS", "check_words"]
-
 ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     {
         "power_mean": "the nominal speed is a power mean of the speed over angle",

@@ -28,18 +28,6 @@ from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = [
-    "GAS_START",
-    "PRIORS",
-    "UNKNOWN_RATIO",
-    "WALL",
-    "CompressionFit",
-    "Lines",
-    "Priors",
-    "fitted_shift",
-    "lines_of",
-]
-
 STEP = 2.5 * DEGREE
 """Samples are averaged over so much, and neighbours then taken as independent."""
 

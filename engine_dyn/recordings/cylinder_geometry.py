@@ -12,8 +12,6 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.slider_crank import clearance_volume
 from engine_dyn.types import Floats
 
-__all__ = ["CylinderGeometry"]
-
 
 @dataclass(frozen=True)
 class CylinderGeometry:

@@ -18,18 +18,6 @@ from engine_dyn.geometry.toothed_wheel import TURN, Wheel
 from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "Detection",
-    "MeanCycle",
-    "WheelNoise",
-    "WorkEstimator",
-    "combustion_torque",
-    "detection",
-    "energy_deviation",
-    "mean_of_earlier",
-    "work_estimator",
-]
-
 NORMAL = NormalDist()
 
 LEAST_PASSAGE = 1e-5

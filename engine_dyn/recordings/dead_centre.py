@@ -33,19 +33,6 @@ from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = [
-    "LOSS_ANGLE",
-    "DeadCentre",
-    "MotoredDeadCentre",
-    "dead_centre_of_fired",
-    "dead_centre_of_motored",
-    "imep_of_tenth",
-    "looks_motored",
-    "peaks_of_motored",
-    "symmetric_shift",
-    "text_of",
-]
-
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 """From which to which angle before dead centre the pressure of a motored cycle is largest."""
 

@@ -17,12 +17,6 @@ from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "ASIDE", "Crossings", "EncoderSignal", "MarkedTeeth", "crossings", "mark_times", "risen",
-    "teeth_from_mark", "teeth_of_signal",
-]  # fmt: skip
-
-
 FEWEST_SAMPLES = 4.0
 """Samples between teeth below which pulses may pass unseen."""
 

@@ -20,18 +20,6 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "GAMMA",
-    "Exponent",
-    "HeatRelease",
-    "MeanPressures",
-    "coefficient_of_variation",
-    "heat_release",
-    "mean_pressures",
-    "peak_pressures",
-    "polytropic_exponent",
-]
-
 GAMMA = 1.35  # Ratio of specific heats where none is given: between unburnt and burnt gas
 
 

@@ -23,8 +23,6 @@ from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["LEVEL_PRIORS", "Level", "recorded_level"]
-
 LEVEL_PRIORS = replace(
     PRIORS, exponent=(1.335, 0.03), exponent_slope=(0.01, 0.012), pegging=(0.0, 10.0 * BAR)
 )

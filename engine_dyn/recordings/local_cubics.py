@@ -13,8 +13,6 @@ import numpy as np
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["delayed", "misfit_of_neighbours", "slopes", "work_weights"]
-
 _GAUSS = np.polynomial.legendre.leggauss(4)
 
 

@@ -18,12 +18,6 @@ from engine_dyn.recordings.teeth import FACTOR, PassedTeeth
 from engine_dyn.recordings.tooth_errors import ToothErrors
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = [
-    "Drift", "Fluctuation", "GapAngle", "SteadySpeeds", "cycles_of_turns", "find_gap_angle",
-    "fluctuation", "likeness", "orders_of_samples", "speed_over_angle", "steady_cycles",
-    "steady_turns",
-]  # fmt: skip
-
 SHIFTS = 0.5 * np.pi / 180.0
 """Step of the angles that are tried for the gap [rad]; a parabola refines the best one."""
 

@@ -18,8 +18,6 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = ["EXPONENT", "Pegged", "peg_by_compression", "peg_to_inlet"]
-
 EXPONENT, EXPONENT_DEVIATION = 1.33, 0.02
 """Polytropic exponent of a compression and its standard deviation where it is not fitted: 1.32 to
 1.35 of spark-ignition engines, 1.34 to 1.38 of diesel engines (judgement after Randolph 1990)."""

@@ -9,8 +9,6 @@ import numpy as np
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.types import Floats
 
-__all__ = ["Finding", "RecordedCycles"]
-
 
 @dataclass(frozen=True)
 class Finding:

@@ -27,9 +27,6 @@ from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
-__all__ = ["examine"]
-
-
 LARGEST = 1e10
 """Pressure [Pa] beyond which a value is none."""
 

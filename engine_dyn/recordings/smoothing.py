@@ -18,16 +18,6 @@ from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-__all__ = [
-    "Smoothed",
-    "even_step",
-    "noise",
-    "shifted",
-    "smooth",
-    "thinned",
-    "without_delay",
-]
-
 NORMAL = 1.4826
 """Standard deviation over the median of the absolute values, of a normal distribution."""
 

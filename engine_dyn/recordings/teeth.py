@@ -9,8 +9,6 @@ import numpy as np
 from engine_dyn.geometry.toothed_wheel import TURN, Wheel, wheel_from_text
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["PassedTeeth", "find_turns"]
-
 FACTOR = 1.7
 """Most ratio of an interval to the one expected. A missing tooth makes at least 2 of it, and a
 pulse too many cuts it to half or less; speed and tooth errors change it far less in a turn."""

@@ -15,17 +15,6 @@ from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.time_over_angle import time_harmonics
 from engine_dyn.types import Booleans, Floats
 
-__all__ = [
-    "ToothErrors",
-    "coasting_speed",
-    "orders_without_wheel",
-    "sound_intervals",
-    "speed_between",
-    "speed_through_wheel",
-    "tooth_errors",
-]
-
-
 AROUND = 5
 """Neighbours on each side of an interval that tell how far it is off."""
 

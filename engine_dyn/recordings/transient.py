@@ -19,10 +19,6 @@ from engine_dyn.given_numbers import given_number
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 
-__all__ = [
-    "SpeedOfTrain", "TorqueTrain", "close_train", "fit_train", "follow_train", "train_of_cycles",
-]  # fmt: skip
-
 MOST_STEPS = 60  # Steps of Newton's or Gauss and Newton's method; three to six are usual
 
 

@@ -34,8 +34,6 @@ from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats
 
-__all__ = ["PeriodicSpeed", "energy_swing", "periodic_speed"]
-
 
 @dataclass(frozen=True, eq=False)
 class PeriodicSpeed:

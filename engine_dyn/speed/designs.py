@@ -28,11 +28,6 @@ from engine_dyn.speed.work.columns import (
 from engine_dyn.status import INVALID_INPUT
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = [
-    "LEVELS", "Chosen", "Designs", "Inputs", "Needs", "codes", "discard", "needs_of", "reduced",
-    "take_unknown",
-]  # fmt: skip
-
 
 def codes(names: tuple[str, ...], value: Any) -> Integers:
     """Places of words among the known names."""

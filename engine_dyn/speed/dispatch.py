@@ -46,8 +46,6 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["compare", "solve"]
-
 SAFETY, LEAST_ERROR = 7.0, 9e-10
 """Factor on the difference to a solution with four times the nodes, and a constant that is added,
 because both solutions see the knots of a tabulated diagram alike, and both have the same columns.

@@ -10,11 +10,6 @@ import math
 
 from engine_dyn.loads.laws import INPUTS, Field
 
-__all__ = [
-    "DEFAULTS", "FIELDS", "FRICTION_NAMES", "NAMES_OF_QUANTITIES", "OF_SPEED_ALONE",
-    "TABLE_QUANTITIES",
-]  # fmt: skip
-
 FRICTION_NAMES = (
     "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
     "ring_pressure",

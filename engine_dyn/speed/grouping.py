@@ -34,8 +34,6 @@ from engine_dyn.speed.work.columns import (
 )
 from engine_dyn.types import Integers
 
-__all__ = ["PIECE", "Call", "Grouping", "Piece"]
-
 SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 13
 """Designs that are grouped at a time, those of one call of a kernel at most, and those that are not
 divided for the threads."""

@@ -24,11 +24,6 @@ from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.speed.mean_gas import mean_gas_of_unequal_throws
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 
-__all__ = [
-    "LOAD_EXPONENT", "CylinderGroup", "Engine", "Load", "Solver", "check_keywords",
-    "check_positive", "family_of",
-]  # fmt: skip
-
 LOAD_EXPONENT = KEYWORDS["load_exponent"].typical  # Exponent of the load torque where none is given
 
 

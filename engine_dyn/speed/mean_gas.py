@@ -24,8 +24,6 @@ from engine_dyn.speed.work.boxes import Box, box_of, boxes_of
 from engine_dyn.speed.work.columns import ATMOSPHERE, mean_weights
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["mean_gas_of_equal_throws", "mean_gas_of_unequal_throws", "mean_gas_torque"]
-
 ROWS_AT_ONCE = 384  # Diagrams whose pressures are tabulated at a time
 
 

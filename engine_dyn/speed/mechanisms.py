@@ -15,8 +15,6 @@ from contextvars import ContextVar
 from itertools import chain, islice
 from typing import TypeVar
 
-__all__ = ["BATCH", "GENERAL", "Progress", "Tally", "counted", "map_on_threads", "tally_in_use"]
-
 BATCH, GENERAL = "batch solver", "general solver"
 
 

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = [
-    "AUTO", "CLOSED", "CLOSURES", "CYCLE_TIME", "DEVICES", "INERTIA_MODELS", "METHODS",
-    "METHOD_NAMES", "NEWTON", "POWER_MEAN", "STEPPING", "THESIS", "Method",
-]  # fmt: skip
-
 
 class Method(NamedTuple):
     """One method."""

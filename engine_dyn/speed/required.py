@@ -18,8 +18,6 @@ from engine_dyn import status
 from engine_dyn.speed import dispatch
 from engine_dyn.types import Floats
 
-__all__ = ["Required", "search", "solve_for_inertia"]
-
 Codes = npt.NDArray[np.int8]
 Places = npt.NDArray[np.intp]
 

@@ -9,11 +9,6 @@ import numpy.typing as npt
 
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = [
-    "CANCELLED", "COMPARED", "CURVES", "CURVE_NAMES", "IDLE", "RESULTS", "ROUNDING", "SCALAR_NAMES",
-    "TORQUE_NAMES", "TORQUE_RESULTS", "Result", "Results",
-]  # fmt: skip
-
 
 class Result(NamedTuple):
     """One result of the speed solution: what a node of `engine_dyn.quantities` has of it."""

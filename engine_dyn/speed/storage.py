@@ -13,8 +13,6 @@ from engine_dyn.speed.results import Results
 from engine_dyn.speed.work.interpolation import BEFORE, STENCIL, lagrange_weights
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Angles", "Task", "angles_of", "store", "store_curves", "store_nothing"]
-
 PLACES = 2.0**26
 """Parts of an interval to which places are rounded."""
 

@@ -32,9 +32,6 @@ from engine_dyn.speed.storage import Task, store, store_nothing
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 
-__all__ = ["MOST_CYCLES", "solve_as_printed", "step_cycles"]
-
-
 MOST_CYCLES = 30000
 """Largest number of cycles."""
 

@@ -32,9 +32,6 @@ from engine_dyn.speed.work.columns import SLOPE, Columns
 from engine_dyn.speed.work.interpolation import largest, max_between, max_near
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["torque_extremes"]
-
-
 CLOSE, ROUNDS = np.pi / 18000.0, 3
 """Distance of the points of a parabola, 0.01 degree, and how many are drawn at most."""
 

@@ -20,8 +20,6 @@ from numba.extending import lower_builtin, models, register_model, type_callable
 
 from engine_dyn.plain_arrays import PlainArray, PlainType, address_of, type_of
 
-__all__ = ["LANES", "Rows", "any_of", "new_plain", "new_rows", "read", "rows_of", "where", "write"]
-
 LANES = 16
 """Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
 

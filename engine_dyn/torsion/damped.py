@@ -21,8 +21,6 @@ from engine_dyn.torsion.modes import checked_orders, elastic_modes, free_vectors
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Complexes, Floats
 
-__all__ = ["DampedModes", "damped_critical_speeds", "damped_modes"]
-
 
 class DampedModes(NamedTuple):
     """Modes that swing, from the lowest natural frequency; NaN past the last."""

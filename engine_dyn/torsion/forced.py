@@ -37,8 +37,6 @@ from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["RESULTS", "forced_response", "largest_order"]
-
 RESULTS = {
     "angle": "harmonics of the angle of each disc [rad], (..., N, orders)",
     "torque": "harmonics of the torque in each shaft [N m], (..., S, orders)",

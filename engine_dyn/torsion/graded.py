@@ -27,8 +27,6 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["critical_squares", "graded_modes", "modes_below"]
-
 LOW, HIGH = 1e-30, 1e60  # Squares of frequencies [rad2/s2] between which all are
 
 

@@ -22,21 +22,6 @@ from engine_dyn.torsion.graded import critical_squares, graded_modes
 from engine_dyn.torsion.system import ShaftSystem, matrices
 from engine_dyn.types import Complexes, Floats, Integers
 
-__all__ = [
-    "Modes",
-    "checked_orders",
-    "critical_speeds",
-    "elastic_modes",
-    "elastic_over_rigid",
-    "free_parts",
-    "free_vectors",
-    "modal_damping",
-    "modal_excitation",
-    "natural_modes",
-    "resonance_angle",
-    "zero_crossings",
-]
-
 WIDE = 1e6  # Largest over least omega^2 that is left to eigenvalues, which then have ten digits
 
 

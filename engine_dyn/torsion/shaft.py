@@ -32,19 +32,6 @@ from engine_dyn.torsion.stress import shaft_stiffness
 from engine_dyn.torsion.system import ShaftSystem, shaft_system
 from engine_dyn.types import Floats
 
-__all__ = [
-    "MOST_DAMPERS",
-    "MOST_GEARS",
-    "MOST_OF_SCENE",
-    "Shaft",
-    "Table",
-    "mean_torques_of_throws",
-    "optimum_tuned",
-    "optimum_viscous",
-    "pendulum",
-    "reciprocating_inertia_of_throws",
-]
-
 MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
 """Most discs, gears and dampers of a shaft whose numbers have keys; shafts of ships have some 30
 discs."""

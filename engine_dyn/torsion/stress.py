@@ -8,14 +8,6 @@ import numpy as np
 
 from engine_dyn.units import MPA
 
-__all__ = [
-    "ALLOY_STEEL",
-    "CARBON_STEEL",
-    "propulsion_shaft_limits",
-    "shaft_stiffness",
-    "shear_stress",
-]
-
 
 def shaft_stiffness(shear_modulus: Any, length: Any, diameter: Any, bore: Any = 0.0) -> Any:
     """Stiffness pi G (d^4 - d_b^4)/(32 l) [N m/rad] of a round shaft; arguments in Pa and m."""

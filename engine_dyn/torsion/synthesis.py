@@ -25,8 +25,6 @@ import numpy as np
 from engine_dyn.compilation import inlined
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["Synthesis", "extremes_of", "half_range", "least_torque", "synthesis"]
-
 BEND, NOTHING = 3e-4, 2e-5
 """Bound on the error of the polynomials, and amplitude of an order that is left out, over the root
 mean square of the curve."""

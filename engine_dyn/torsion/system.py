@@ -19,8 +19,6 @@ import numpy as np
 from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["MOST_DISCS", "ShaftSystem", "matrices", "mean_torques", "shaft_system"]
-
 MOST_DISCS = 64  # Most discs of a system; shafts of ships have some 30
 
 

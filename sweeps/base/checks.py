@@ -24,29 +24,6 @@ from engine_dyn.types import Floats
 from sweeps.base.errors import SceneError, not_known, one_line, shown, shown_for_whole
 from sweeps.base.ratios import BEYOND, LARGEST, number_or_ratio
 
-__all__ = [
-    "Companions",
-    "Strict",
-    "a_path",
-    "allowed",
-    "check_companions",
-    "check_dataset",
-    "check_range",
-    "check_structure",
-    "POWER",
-    "is_power",
-    "is_ratio",
-    "known_key",
-    "names_given",
-    "number",
-    "numbers",
-    "outside",
-    "plain",
-    "shortened",
-    "thread_count",
-    "usable_device",
-]
-
 DEEPEST = 8  # Nesting of tables and lists that is read
 
 LONGEST_TEXT = 20_000

@@ -19,44 +19,6 @@ from sweeps.base.ratios import number_or_ratio
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "ARRANGEMENT",
-    "COMPARED",
-    "COUNTED",
-    "DESIGN",
-    "ELASTICITY",
-    "ENGINE",
-    "EXPLAINED",
-    "FAILED_DRAWS",
-    "FIRING_PATTERN",
-    "FOUND",
-    "FULFILLING",
-    "GENERATION",
-    "HIGH",
-    "INERTIA_MODEL",
-    "LABELS",
-    "LOW",
-    "METHOD",
-    "NOT_CHOSEN",
-    "OF_ORDERS",
-    "OF_PATTERNS",
-    "PARAMETER",
-    "PUBLISHED",
-    "RANK",
-    "REDUCTION",
-    "RESTART",
-    "SEARCHED",
-    "SHARE",
-    "STATE",
-    "STATUS",
-    "TORSION_STATUS",
-    "UNCERTAIN",
-    "WORD_AXES",
-    "WordAxis",
-    "selected_places",
-    "words_of",
-]
-
 DESIGN = "design"
 """Dimension of [designs]: parameters that vary together."""
 

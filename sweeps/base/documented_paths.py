@@ -8,8 +8,6 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from typing import Any
 
-__all__ = ["keep"]
-
 _PATHS = {
     "sweeps.accessor": "sweeps.view.accessor",
     "sweeps.exploring": "sweeps.decide.explore",

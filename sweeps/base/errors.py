@@ -6,23 +6,6 @@ import difflib
 import errno
 from collections.abc import Iterable
 
-__all__ = [
-    "NAMED_BADLY",
-    "SceneError",
-    "as_name",
-    "counted",
-    "did_you_mean",
-    "no_laboratory",
-    "not_known",
-    "one_line",
-    "outside_axis",
-    "plain_number",
-    "printable",
-    "shown",
-    "shown_for_whole",
-    "size_text",
-]
-
 NAMED_BADLY = (
     errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG,
     errno.ELOOP, errno.EINVAL,

@@ -13,8 +13,6 @@ import numpy.typing as npt
 
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = ["front_of", "unbeaten"]
-
 
 def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any], *more: Any) -> Integers:
     """Positions of the designs that no other is below in one number and not above in the others.

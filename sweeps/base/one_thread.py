@@ -16,8 +16,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
-__all__ = ["linear_algebra_on_one_thread"]
-
 _lock = Lock()
 _limits: dict[bool, Any] = {}
 """Limits that hold, by whether SciPy was loaded, which brings a library of its own."""

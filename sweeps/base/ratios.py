@@ -6,8 +6,6 @@ import math
 
 from sweeps.base.errors import plain_number
 
-__all__ = ["BEYOND", "LARGEST", "number_or_ratio", "ratio_text"]
-
 LARGEST = 1e30  # Size of numbers of people, in any unit: products of several of them stay finite
 
 BEYOND = f"must be at most {LARGEST:g} in size"

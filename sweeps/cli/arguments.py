@@ -19,41 +19,6 @@ from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, one_line, plain_number
 from sweeps.base.ratios import number_or_ratio
 
-__all__ = [
-    "LISTED",
-    "PATH",
-    "archive_argument",
-    "axis_slice",
-    "axis_slices",
-    "complete_engine",
-    "complete_engine_or_scene",
-    "complete_keys",
-    "complete_list",
-    "complete_quantities",
-    "complete_scene",
-    "compression_option",
-    "difference",
-    "file_size",
-    "format_option",
-    "memory_size",
-    "names_of",
-    "new_points",
-    "number_of",
-    "output_option",
-    "overwrite_option",
-    "percentages",
-    "quantities_option",
-    "quiet_option",
-    "resume_option",
-    "seed_option",
-    "select_option",
-    "shard_number",
-    "threads_option",
-    "units_option",
-    "untrusted_option",
-]
-
-
 LISTED = ("quantities", "engines", "scenes", "shafts", "keys", "classes", "sources")
 """Lists of `engine-dyn list`."""
 

@@ -14,22 +14,6 @@ import click
 
 from sweeps.base.errors import SceneError, as_name, no_laboratory, one_line, printable
 
-__all__ = [
-    "BAD_INPUT",
-    "DESIGNS_FAILED",
-    "FAILURE",
-    "announce_compiling",
-    "end",
-    "guarded",
-    "open_closed_streams",
-    "replaced",
-    "replacing",
-    "say",
-    "tell",
-    "terminal_width",
-    "warn",
-]
-
 FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
 
 LONGEST_MESSAGE = 2000  # Characters of a message about bad input

@@ -19,19 +19,6 @@ if TYPE_CHECKING:
 
     from sweeps.scene.model import Scene
 
-__all__ = [
-    "check_folder",
-    "check_output",
-    "check_slices",
-    "files_of",
-    "not_written",
-    "opened",
-    "opened_to_print",
-    "same_file",
-    "write_archive",
-    "writing",
-]
-
 
 def files_of(scene: Scene) -> Iterator[Path]:
     """Files that a scene is made of, as far as they are on this disk; the scene itself first."""

@@ -18,8 +18,6 @@ from sweeps.cli.arguments import (
 from sweeps.cli.exits import guarded, say, tell, warn
 from sweeps.cli.files import not_written
 
-__all__ = ["list_", "new", "plan", "schema"]
-
 
 @click.command()
 @click.argument("scene", shell_complete=complete_scene)

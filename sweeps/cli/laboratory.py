@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from sweeps.lab.speed.identification import Varied
     from sweeps.scene.model import Scene
 
-__all__ = ["calibrate", "cylinders", "identify", "import_", "measured", "train"]
-
 
 class _WithKeys(click.Command):
     """A command with an option for each key of `ImportOptions`.

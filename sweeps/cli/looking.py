@@ -38,8 +38,6 @@ from sweeps.cli.files import (
     writing,
 )
 
-__all__ = ["compare", "export", "info", "plot", "report", "show"]
-
 
 @click.command()
 @click.argument("what", shell_complete=complete_engine_or_scene)

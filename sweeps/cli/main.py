@@ -21,8 +21,6 @@ from sweeps.cli.looking import compare, export, info, plot, report, show
 from sweeps.cli.running import extend, merge, rerun, run
 from sweeps.cli.searching import best, firing_orders, firing_patterns, optimise, sensitivities
 
-__all__ = ["main"]
-
 
 @contextmanager
 def _in_one_line(ctx: click.Context) -> Iterator[None]:

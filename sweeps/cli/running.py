@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from sweeps.scene.model import Scene
     from sweeps.scene.plan.plan import Plan
 
-__all__ = ["extend", "merge", "rerun", "run"]
-
 LARGEST_TABLE = 200e6
 """Bytes of the variables of an archive up to which published values are printed."""
 

@@ -40,8 +40,6 @@ from sweeps.cli.exits import (
 from sweeps.cli.files import check_output, check_slices, opened, write_archive
 from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
 
-__all__ = ["best", "firing_orders", "firing_patterns", "optimise", "sensitivities"]
-
 
 @click.command()
 @archive_argument

@@ -22,8 +22,6 @@ from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 from sweeps.scene.word_keys import WordKey
 
-__all__ = ["WORD_KEYS", "read_axes", "read_designs_table", "read_settings"]
-
 MOST_VALUES = 2 * LARGEST_AXIS
 """Values of all axes of one scene together."""
 

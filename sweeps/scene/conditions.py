@@ -22,17 +22,6 @@ from sweeps.base.ratios import number_or_ratio, ratio_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Asked",
-    "Constraint",
-    "Units",
-    "asked_of",
-    "check_name",
-    "conditions_of",
-    "constraint",
-    "units_of",
-]
-
 Units = Callable[[str], str | None]  # Unit of a name, None where it is not known
 
 _CONDITION = re.compile(r"(\w++)\s*+(<=|>=|<|>)(.*+)")

@@ -17,11 +17,6 @@ from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from sweeps.base.errors import SceneError
 
-__all__ = [
-    "CROSSINGS", "KEYS", "NOT_WITH", "REPLACED", "SEVERAL", "Crossing", "exclusive_pair",
-    "refused", "replaced_by",
-]  # fmt: skip
-
 
 class Crossing(NamedTuple):
     """Two features that are refused together."""

@@ -23,14 +23,6 @@ from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 from sweeps.scene.word_keys import WordKey
 
-__all__ = [
-    "cylinders_along_axis",
-    "cylinders_of_count",
-    "own_cylinders",
-    "KEY",
-    "read_arrangement_axis",
-]
-
 
 def own_cylinders(keys: CylinderKeys, values: GivenValues, where: str) -> Cylinders | None:
     """Cylinders of the scene's keys over the engine's; they say for which number of cylinders.

@@ -13,8 +13,6 @@ from engine_dyn.quantities.graph import ALL_QUANTITIES
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError
 
-__all__ = ["elasticities_in", "meanings_of", "ordinary"]
-
 
 def elasticities_in(quantities: Sequence[str]) -> tuple[str, ...]:
     """Quantities whose elasticities are asked for."""

@@ -19,8 +19,6 @@ from sweeps.base.checks import Strict, check_range, check_structure, number, num
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
 
-__all__ = ["Choice", "Distribution", "DistributionTable", "read_distribution"]
-
 FORMS = (
     "low and high (with spacing = 'log' uniform in the logarithm), low, mode and high (triangular),"
     " mean, deviation, low and high (truncated normal), or a list of values"

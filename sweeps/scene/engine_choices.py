@@ -32,14 +32,6 @@ from sweeps.scene.engine.cylinder_keys import (
 from sweeps.scene.engine.engine_files import engine_path, load_engine
 from sweeps.scene.toml_tables import SceneFile
 
-__all__ = [
-    "EngineChoice",
-    "EngineChoices",
-    "check_engine_given",
-    "engine_choices",
-    "those_possible",
-]
-
 MOST = 200
 """Ordinary scenes that one scene may consist of."""
 

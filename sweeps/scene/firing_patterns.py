@@ -22,13 +22,6 @@ from sweeps.scene.engine.cylinder_keys import CylinderKeys
 from sweeps.scene.representations import named_some
 from sweeps.scene.word_keys import WordKey
 
-__all__ = [
-    "KEY",
-    "FiringPattern",
-    "FiringPatterns",
-    "read_firing_patterns",
-]
-
 PATTERN = (
     "a string: a letter for each firing in sequence, 1 (fires), 0 (no combustion) or d (valves "
     f"shut), such as '110'; or a factor on the combustion pressure from 0 to {LARGEST_FIRING:g} "

@@ -38,9 +38,6 @@ from sweeps.scene.engine.indicator_files import (
 )
 from sweeps.scene.toml_tables import Indicator
 
-__all__ = ["check_quantities", "Indicated", "read_indicator_table", "TELLING", "without_pressures"]
-
-
 _OF_ONE_CYLINDER = (
     "pressure", "crank_pin_components", "piston_pin_components", "main_journal_components",
     "torque_after_throw", "cylinder_gas_torque_harmonics", "cylinder_torque_harmonics",

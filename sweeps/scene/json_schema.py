@@ -48,25 +48,6 @@ from sweeps.scene.toml_tables import (
     SceneFile,
 )
 
-__all__ = [
-    "DRAFT",
-    "Schema",
-    "closed",
-    "engine_schema",
-    "key_of_cylinders",
-    "keys_of_torque_tables",
-    "list_of",
-    "list_of_different",
-    "model_schema",
-    "plain_schema",
-    "reference",
-    "scene_schema",
-    "text_schema",
-    "unit_text",
-    "value_schema",
-]
-
-
 Schema = dict[str, Any]
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"

@@ -13,8 +13,6 @@ from typing import Any, TypedDict, TypeVar
 
 from sweeps.base.errors import SceneError, did_you_mean, one_line
 
-__all__ = ["Tables", "TablesButOutput", "changed", "no_scene", "tables_in_signature"]
-
 OPTIONS = (
     "progress", "threads", "device", "resume", "overwrite", "memory", "scheduler", "compression",
     "single", "full_paths", "archive", "computed", "vary", "teeth", "tooth_deviation", "loss",

@@ -12,8 +12,6 @@ from engine_dyn.speed.fields import FRICTION_NAMES
 from sweeps.scene.crossings import replaced_by
 from sweeps.scene.values import GivenValues
 
-__all__ = ["Value", "known_values"]
-
 BY_CHOICE = frozenset(
     key for key in PARAMETERS if len({variant.make is None for variant in NODES[key]}) > 1
 )

@@ -23,8 +23,6 @@ from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.regular_files import referred
 from sweeps.scene.values import GivenValues
 
-__all__ = ["KINDS", "Measured", "MeasuredTable", "read_measured"]
-
 KINDS = ("speed", "teeth", "encoder")
 MOST_FILES = 1000
 

@@ -37,8 +37,6 @@ from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
 from sweeps.scene.variants import driven_machine, variant_words
 
-__all__ = ["OrdinaryScene", "Reference", "Scene"]
-
 
 @dataclass(frozen=True, eq=False)
 class Reference:

@@ -17,8 +17,6 @@ from sweeps.base.dimensions import DESIGN, LABELS
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.numbers_with_units import magnitude
 
-__all__ = ["GIVEN", "plain_objects"]
-
 GIVEN = "indicator_given_in_python.csv"
 """File in the archive that holds a diagram given as an object."""
 

@@ -55,16 +55,6 @@ from sweeps.scene.solver import read_solver
 from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.values import GivenValues
 
-__all__ = [
-    "GivenScene",
-    "built_in_scenes",
-    "given_scene",
-    "is_scene",
-    "read_scene",
-    "scene_of",
-    "with_uncertainty",
-]
-
 MOST_DESIGNS = 10**15
 
 WHAT = "a scene (TOML)"

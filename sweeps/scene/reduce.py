@@ -12,8 +12,6 @@ from sweeps.base.checks import Strict
 if TYPE_CHECKING:
     pass
 
-__all__ = ["MOST_KEPT", "QUANTILES", "BestTable", "FrontTable", "Kept", "Reduce", "ReduceTable"]
-
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Unless a scene asks for others
 
 MOST_KEPT = 100_000  # Designs that one search keeps at most

@@ -10,8 +10,6 @@ from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.model import Scene
 from sweeps.scene.reduce import BestTable, FrontTable, Kept, Reduce, ReduceTable
 
-__all__ = ["read_reduce"]
-
 
 def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | None:
     """Check what a table [reduce] asks for.

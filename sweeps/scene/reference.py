@@ -21,8 +21,6 @@ from sweeps.base.files.regular_files import referred
 from sweeps.scene.model import Reference, Scene
 from sweeps.scene.toml_tables import LARGEST_AXIS
 
-__all__ = ["read_reference"]
-
 SAME = 1e-6
 """Relative difference up to which a value of a reference file is the same as the scene's."""
 

@@ -11,8 +11,6 @@ import numpy as np
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.errors import one_line
 
-__all__ = ["ends", "html_tables", "named_some", "unit_after"]
-
 FEW = 4  # Names that are listed
 
 

@@ -26,22 +26,6 @@ from sweeps.scene.values import GivenValues
 if TYPE_CHECKING:
     import pandas as pd
 
-
-__all__ = [
-    "Drawing",
-    "METHODS",
-    "SEARCH",
-    "Sample",
-    "WORDS",
-    "check_engine_ranges",
-    "drawn",
-    "parameters_of",
-    "read_sample",
-    "read_uncertainty",
-    "sample",
-    "with_sample",
-]
-
 METHODS = {
     "sobol": "a scrambled Sobol' sequence",
     "latin_hypercube": "a Latin hypercube",

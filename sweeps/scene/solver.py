@@ -19,8 +19,6 @@ from sweeps.scene.toml_tables import (
     Solver,
 )
 
-__all__ = ["SolverSettings", "read_solver"]
-
 
 @dataclass(frozen=True)
 class SolverSettings:

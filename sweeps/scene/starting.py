@@ -11,8 +11,6 @@ from engine_dyn.loads.driven_machine import TorqueOverSpeed
 from engine_dyn.parameters import PARAMETERS
 from sweeps.scene.reading import built_in_scenes
 
-__all__ = ["starting_scene"]
-
 MEANINGS = {
     "load_exponent": "load torque a + k omega^exponent",
     "load_offset": "N m, constant part a of the load torque",

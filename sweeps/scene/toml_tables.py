@@ -20,20 +20,6 @@ from sweeps.scene.features import file_with_features
 from sweeps.scene.measured import MeasuredTable
 from sweeps.scene.reduce import ReduceTable
 
-__all__ = [
-    "FAILURES",
-    "LARGEST_AXIS",
-    "LARGEST_ORDER",
-    "LARGEST_TOLERANCE",
-    "SMALLEST_TOLERANCE",
-    "File",
-    "Indicator",
-    "Output",
-    "Range",
-    "SceneFile",
-    "Solver",
-]
-
 FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != status.CONVERGED)
 """Outcomes that [output] fail_on may name."""
 

@@ -20,8 +20,6 @@ from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import DESIGN
 
-__all__ = ["BY_COMPONENT", "friction_law", "Given", "GivenValues", "over_stroke"]
-
 
 class Given(NamedTuple):
     """Where a scene gives a parameter, and what."""

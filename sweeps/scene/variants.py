@@ -21,9 +21,6 @@ from sweeps.scene.features.torque_tables import TorqueTables
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.values import GivenValues, friction_law, over_stroke
 
-__all__ = ["driven_machine", "motor_of_slip", "OF_EXTREMES", "variant_words"]
-
-
 OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_smallest"}
 """Keys in place of the nominal speed, and their words."""
 

@@ -8,8 +8,6 @@ from typing import Any
 
 from sweeps.scene.engine.cylinder_keys import CylinderKeys
 
-__all__ = ["WordKey"]
-
 
 @dataclass(frozen=True)
 class WordKey:

@@ -10,8 +10,6 @@ from engine_dyn.forces.balance.shaking_forces import running_gear
 from engine_dyn.geometry.arrangement import SAME_ANGLE, TURN
 from engine_dyn.geometry.cylinders import Cylinders
 
-__all__ = ["hangs_on_bank_offset"]
-
 
 @lru_cache(maxsize=256)
 def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:

@@ -13,8 +13,6 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Booleans, Floats
 
-__all__ = ["Lines", "default_bank_offset", "is_boxer", "lines_of"]
-
 
 class Lines(NamedTuple):
     """The cylinders as lines of force, from 1 to Z."""

@@ -11,9 +11,6 @@ from engine_dyn.forces.cylinder_harmonics import velocity_harmonics
 from engine_dyn.geometry import kinematic_series
 from engine_dyn.types import Complexes
 
-__all__ = ["Ellipse", "acceleration_harmonics", "direction_of", "ellipse_of"]
-
-
 MOST = 512  # Highest order
 
 

@@ -18,17 +18,6 @@ from engine_dyn.forces.balance.lines import Lines
 from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top
 from engine_dyn.types import Complexes, Floats
 
-__all__ = [
-    "MOTION",
-    "forces_at",
-    "largest_of",
-    "least_mean_square",
-    "least_peak",
-    "lines_array",
-    "mean_squares_of",
-    "turns",
-]
-
 MOTION = 14  # Rows of a design's numbers
 
 RATIO, OFFSET, RECIPROCATING, SPACING, BANK_OFFSET, LEAST = range(6)

@@ -37,15 +37,6 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Complexes, Floats, Integers
 
-__all__ = [
-    "RunningGear",
-    "balance_shaft_mass",
-    "counterweight_mass",
-    "running_gear",
-    "unbalanced_mass",
-]
-
-
 CHUNK = 2048  # Designs whose samples exist at a time
 
 _ARRAYS = (

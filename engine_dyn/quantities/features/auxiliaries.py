@@ -17,8 +17,6 @@ from engine_dyn.loads.driven_machine import WHOLE, TorqueOverAngle
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.types import Floats
 
-__all__ = ["FEATURE", "Auxiliaries", "Auxiliary", "of", "over_crank"]
-
 APART = 1e-9  # Angle [rad] within which knots are one
 
 MOST_KNOTS = 200_000

@@ -12,8 +12,6 @@ from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, parameter
 from engine_dyn.units import RPM
 
-__all__ = ["FEATURE", "PARAMETERS", "of"]
-
 
 def _load_of_characteristic(
     *, characteristic_torque: Any, characteristic_share: Any, variant_of: Callable[[str], Node],

@@ -9,8 +9,6 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from engine_dyn.engine import Engine
 from engine_dyn.quantities.node import Dimension, Node
 
-__all__ = ["Addition", "Feature", "with_additions"]
-
 Part = TypeVar("Part")
 
 

@@ -30,8 +30,6 @@ from engine_dyn.quantities.features.feature import Addition, Feature
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 
-__all__ = ["FEATURE", "IdlerGears", "of"]
-
 
 @dataclass(frozen=True, eq=False)
 class IdlerGears:

@@ -42,8 +42,6 @@ from engine_dyn.quantities.features.web_weights import middle_of
 from engine_dyn.quantities.node import Dimension, Node, hidden
 from engine_dyn.types import Floats
 
-__all__ = ["FEATURE", "Mounts", "of"]
-
 
 @dataclass(frozen=True, eq=False)
 class Mounts:

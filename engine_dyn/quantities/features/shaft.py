@@ -7,8 +7,6 @@ from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Dimension
 from engine_dyn.torsion.shaft import Shaft
 
-__all__ = ["FEATURE", "of"]
-
 FEATURE: Feature[Shaft] = Feature(
     "shaft", "discs and shafts that twist", "torsional vibration of the shaft",
     (*torsion.NODES, *shaft_limits.NODES), constant="shaft_system",

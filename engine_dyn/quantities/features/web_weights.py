@@ -41,11 +41,6 @@ from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.types import Floats
 
-__all__ = [
-    "BENDING", "FEATURE", "OF_WEBS", "Crankshaft", "Pins", "WebWeights", "bending_over_angle",
-    "couple", "crankshaft", "largest_bending", "middle_of", "of", "on_journals", "unbalance",
-]  # fmt: skip
-
 CANCELLED = 1e-13  # Part of the sum of sizes below which a vector sum is rounding
 
 

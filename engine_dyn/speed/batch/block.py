@@ -19,11 +19,6 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Floats, Integers
 
-__all__ = [
-    "HALO", "LEFT", "MANY", "MOST_TERMS", "SETTLED", "SOLVING", "ColumnRows", "Curves", "Lanes",
-    "Scratch", "WorkTable", "column_rows", "make_scratch", "repeat_ends", "row_numbers",
-]  # fmt: skip
-
 HALO = 4  # Coarse nodes that are repeated before and behind the period
 
 MANY = 65536.0  # More than there are coarse nodes

@@ -29,8 +29,6 @@ from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 from engine_dyn.speed.work.interpolation import cubic_in_middle, max_between
 
-__all__ = ["fill_extremes", "find_candidates"]
-
 JAGGED = 3.0
 """Margin of what jagged work hides: it is known in the middle of a box, and where the inertia
 varies, it may be as low as `LIGHTEST`."""

@@ -16,10 +16,6 @@ from engine_dyn.speed.work.columns import BETWEEN, MIDDLE, SLOPE, SQUARE, VALUE
 from engine_dyn.speed.work.interpolation import BEFORE, STENCIL
 from engine_dyn.types import Floats
 
-__all__ = [
-    "KINDS", "Seen", "add_up_node", "fill_curves", "load_at_nodes", "seen_by", "work_at_nodes",
-]  # fmt: skip
-
 KINDS = 4
 """What `Columns.fine` has of each part."""
 

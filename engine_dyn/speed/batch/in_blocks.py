@@ -23,8 +23,6 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 
-__all__ = ["finish_block", "solve_in_blocks"]
-
 LOWEST = -0.9
 """Least u of a design; what is slower is left to the general solver."""
 

@@ -36,8 +36,6 @@ from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 from engine_dyn.speed.work.boxes import chebyshev_matrix
 from engine_dyn.types import Floats
 
-__all__ = ["solve_curves"]
-
 SIZES = (4, 6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
 """Numbers of terms that are tried, the first at once where a law is proportional to q."""
 

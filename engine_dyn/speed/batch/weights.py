@@ -14,8 +14,6 @@ from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import where
 from engine_dyn.types import Floats
 
-__all__ = ["Weights", "recurrence", "slope_of_design", "weights_of"]
-
 TINY = 1e-11  # Least beta [1/rad]: where there is no load, it stands for the limit of a weak one
 
 LARGEST_STEP = 0.05

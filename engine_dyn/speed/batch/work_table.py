@@ -11,8 +11,6 @@ from engine_dyn.speed.designs import Designs
 from engine_dyn.speed.vectors import LANES, Rows, read, where, write
 from engine_dyn.speed.work.columns import SQUARE
 
-__all__ = ["fill_work", "fill_work_table"]
-
 LIGHTEST = 0.4
 """Least inertia over its mean at any node; a design with less is left to the general solver."""
 

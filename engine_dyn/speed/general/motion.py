@@ -18,11 +18,6 @@ from engine_dyn.speed.work.columns import MIDDLE, SLOPE, SQUARE, VALUE, Columns
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 
-__all__ = [
-    "Design", "Motion", "add_row", "begin_design", "fill_motion", "make_motion", "opposes",
-    "part_of",
-]  # fmt: skip
-
 
 class Design(NamedTuple):
     """Reduced numbers of one design, docs/method.md (51).

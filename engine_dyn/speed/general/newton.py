@@ -17,8 +17,6 @@ from engine_dyn.loads.laws import FLOOR, is_power, load_terms
 from engine_dyn.speed.general.motion import Design, Motion
 from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
 
-__all__ = ["closure_terms", "fill_force", "newton"]
-
 MOST_STEPS = 60
 """Largest number of Newton's steps."""
 

@@ -22,9 +22,6 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import largest
 from engine_dyn.types import Booleans, Integers
 
-__all__ = ["solve_one_by_one"]
-
-
 ROUNDED = 1.0 + 1e-9
 """Factor by which rounding may place the mean speed outside the extremes."""
 

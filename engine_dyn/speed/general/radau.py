@@ -14,8 +14,6 @@ from engine_dyn.loads.laws import Law, load_terms
 from engine_dyn.speed.general.motion import Motion
 from engine_dyn.types import Floats
 
-__all__ = ["Interval", "Passed", "interval_of", "pass_interval", "slope_of"]
-
 ROOT = math.sqrt(6.0)
 
 # Radau IIA with three stages, docs/solver.md (85); Hairer and Wanner, Solving Ordinary

@@ -11,8 +11,6 @@ from engine_dyn.speed.general.newton import closure_terms, fill_force
 from engine_dyn.speed.work.interpolation import cubic_in_middle, largest, max_between
 from engine_dyn.types import Floats
 
-__all__ = ["STRONG_LOAD", "speeds_of"]
-
 STRONG_LOAD = 1e-3
 """Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
 negligible. Above it, that error is estimated, docs/solver.md (103)."""

@@ -16,8 +16,6 @@ from engine_dyn.speed.methods import CYCLE_TIME
 from engine_dyn.speed.work.interpolation import largest
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 
-__all__ = ["stable_cycle"]
-
 REPEATS, STANDS, RUNS_AWAY, LOST = CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONVERGED
 """What comes of cycles: they repeat, or reach standstill, or get ever faster, or cannot be told."""
 

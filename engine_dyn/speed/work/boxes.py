@@ -14,8 +14,6 @@ import numpy as np
 
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["DEGREE", "Box", "box_of", "boxes_of", "chebyshev_matrix"]
-
 DEGREE = 8
 """Chebyshev points of ratio and offset; products of polynomials are kept up to below this total
 degree. Velocities then are exact to 1e-11, and to 1e-8 with the largest offsets. Where cylinders

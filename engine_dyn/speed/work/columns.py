@@ -30,11 +30,6 @@ from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.speed.work.tabulation import POINTS, WEIGHTS, add_products, arrange, cumulate
 from engine_dyn.types import Booleans, Floats, Integers
 
-__all__ = [
-    "ATMOSPHERE", "FEWEST_NODES", "FIRST_GAS", "FRICTION_PARTS", "SQUARE", "UNIT", "WIDE",
-    "Columns", "Nodes", "Parts", "RubbedDiagram", "columns_of", "mean_weights", "nodes_of",
-]  # fmt: skip
-
 UNIT, SQUARE, FIRST_GAS = 0, 1, 2
 """Places of the parts that all columns have, and of the first diagram: the work of a pressure of 1,
 and the squared velocity."""

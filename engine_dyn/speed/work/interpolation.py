@@ -12,11 +12,6 @@ from engine_dyn.compilation import inlined
 from engine_dyn.speed.vectors import where
 from engine_dyn.types import Floats
 
-__all__ = [
-    "BEFORE", "MEAN_BY_PAIRS", "STENCIL", "cubic_in_middle", "lagrange_weights", "largest",
-    "max_between", "max_near", "weights_between",
-]  # fmt: skip
-
 MEAN_BY_PAIRS = (802.0 / 1440.0, -93.0 / 1440.0, 11.0 / 1440.0)
 """Weights of the pairs of nodes around an interval, from within, in the mean over it."""
 

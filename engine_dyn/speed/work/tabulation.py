@@ -10,8 +10,6 @@ from engine_dyn.compilation import kernel
 from engine_dyn.speed.work.interpolation import BEFORE, MEAN_BY_PAIRS, STENCIL
 from engine_dyn.types import Floats
 
-__all__ = ["POINTS", "WEIGHTS", "add_products", "arrange", "cumulate"]
-
 _GAUSS = 0.5 + np.array([-1.0, 0.0, 1.0]) * math.sqrt(0.15)
 POINTS = np.concatenate([0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS])
 WEIGHTS = np.tile([5.0, 8.0, 5.0], 2) / 36.0

@@ -26,17 +26,6 @@ from sweeps.base.files.libraries import library, library_reading
 from sweeps.base.files.sheets import sheets
 from sweeps.base.netcdf.netcdf_files import check_chunks, opened_table
 
-__all__ = [
-    "read_mat",
-    "read_mdf",
-    "read_netcdf",
-    "read_parquet",
-    "read_tdms",
-    "read_uff",
-    "read_wav",
-    "read_xlsx",
-]
-
 HEAD = 200  # Rows that are looked at for names and units
 
 NAMED = 20  # Sheets that are named in a message

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from sweeps.base.columns.units import SECONDS, in_latin, is_angle_unit, is_pressure_level
 from sweeps.base.errors import one_line
 
-__all__ = ["is_number", "names_and_units", "number_of", "split_unit", "start_of_numbers"]
-
 _UNIT_WORDS = {
     "", "-", "1", "deg", "°", "degree", "degrees", "°ca", "degca", "deg ca", "ca", "cad", "deg_ca",
     "degcrk", "°crk", "grad", "rad", "bar", "mbar", "bara", "barg", "bar abs", "kpa", "mpa", "hpa",

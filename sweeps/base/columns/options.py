@@ -11,8 +11,6 @@ from pydantic import Field
 
 from sweeps.base.checks import Companions, Strict
 
-__all__ = ["COMPANIONS", "Format", "ImportOptions", "PressureOptions", "ReadingChoices"]
-
 Format = Literal[
     "text", "fixed_width", "xlsx", "mat", "tdms", "mf4", "netcdf", "parquet", "wav", "uff"
 ]

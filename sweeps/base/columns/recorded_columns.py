@@ -17,20 +17,6 @@ from sweeps.base.columns.units import is_angle_unit, pressure_unit, unit_of_name
 from sweeps.base.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.base.ratios import BEYOND, LARGEST
 
-__all__ = [
-    "MOST_COLUMNS",
-    "MOST_VALUES",
-    "Column",
-    "Contents",
-    "Recording",
-    "Signals",
-    "check_size",
-    "named_column",
-    "recording_of",
-    "signals_of",
-    "wanted_pressures",
-]
-
 MOST_VALUES = 10**8  # Values of a recording, all columns together
 
 MISSING = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30)

@@ -22,8 +22,6 @@ from sweeps.base.columns.recorded_columns import Column, Contents, check_size
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.libraries import library
 
-__all__ = ["LINES", "encoding_of", "is_text", "read_fixed_width", "read_text"]
-
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
 

@@ -15,21 +15,6 @@ from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.files.numbers_with_units import unit_registry
 
-__all__ = [
-    "ANGLES",
-    "SECONDS",
-    "PressureUnit",
-    "angle_factor",
-    "counts_before",
-    "in_latin",
-    "is_angle_unit",
-    "is_pressure_level",
-    "is_time_name",
-    "pressure_unit",
-    "stated_unit",
-    "unit_of_name",
-]
-
 _ALLOWED = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
 
 ANGLES = {

@@ -16,8 +16,6 @@ import psutil
 
 from sweeps.base.errors import SceneError, size_text
 
-__all__ = ["Limits", "answer_apart", "answering", "started", "watched"]
-
 REFUSED = b"refused "  # Beginning of an answer that says why there is none
 
 

@@ -17,8 +17,6 @@ from sweeps.base.errors import SceneError, counted, one_line, plain_number, show
 from sweeps.base.files.regular_files import read_text
 from sweeps.base.ratios import number_or_ratio
 
-__all__ = ["CsvTable", "csv_of_text", "find_header", "parse_rows", "read_csv", "with_line"]
-
 # As editors count lines; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
 

@@ -15,8 +15,6 @@ from typing import Any
 
 from sweeps.base.errors import SceneError, one_line
 
-__all__ = ["library", "library_reading"]
-
 
 def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
     """Import a module of an optional package; `extra` is the extra of ours that installs it.

@@ -13,8 +13,6 @@ from typing import Any
 
 from sweeps.base.errors import SceneError, one_line, shown
 
-__all__ = ["magnitude", "number_with_unit", "unit_registry"]
-
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
 )

@@ -20,24 +20,6 @@ import psutil
 from sweeps.base.errors import SceneError, counted, one_line, shown, size_text
 from sweeps.catalogue import PACKAGE
 
-__all__ = [
-    "MOST_RECORDING",
-    "MOST_ROWS",
-    "MOST_TEXT",
-    "add_files_read",
-    "check_rows",
-    "file_bytes",
-    "kept",
-    "kept_files",
-    "kept_name",
-    "opened_file",
-    "read_text",
-    "reading",
-    "referred",
-    "regular_bytes",
-    "text_of_bytes",
-]
-
 MOST_TEXT = 1 << 27  # Bytes of a scene, an engine file or a table of which an archive keeps a copy
 
 MOST_ROWS = 10**8  # Rows of a table of designs

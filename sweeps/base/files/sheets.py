@@ -16,8 +16,6 @@ from sweeps.base.errors import SceneError, not_known, size_text
 from sweeps.base.files.child_process import Limits, answer_apart, answering
 from sweeps.base.files.libraries import library, library_reading
 
-__all__ = ["sheets"]
-
 MOST_INFLATED = 1 << 30  # Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts
 
 MOST_CELLS = 2 * 10**7

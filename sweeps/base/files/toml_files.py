@@ -11,8 +11,6 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.regular_files import read_text
 
-__all__ = ["MOST_BYTES", "parse_toml", "toml_of_text"]
-
 MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
 """Bytes and keys of a scene or engine file: more take minutes. Longer lists stand in tables."""
 

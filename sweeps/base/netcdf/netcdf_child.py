@@ -30,8 +30,6 @@ import psutil
 from sweeps.base.errors import one_line
 from sweeps.base.files.child_process import Limits, started, watched
 
-__all__ = ["MEMORY", "OPENED", "OPENING", "SECONDS", "read_apart", "start"]
-
 SECONDS = 10.0  # Time that reading may take, beside that for the bytes of the file
 
 RATE = 10e6  # Bytes a second that are read at least; compressed values are slower than others

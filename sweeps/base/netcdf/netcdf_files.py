@@ -28,24 +28,6 @@ from sweeps.base.files.regular_files import opened_file, reading
 from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.base.netcdf.netcdf_child import read_apart
 
-__all__ = [
-    "DAMAGE",
-    "TEXT_REFERENCE",
-    "check_archive",
-    "check_chunks",
-    "check_file",
-    "check_format",
-    "check_structure",
-    "close",
-    "damaged_values",
-    "netcdf_library",
-    "open_netcdf",
-    "opened_archive",
-    "opened_table",
-    "slabs",
-    "untrusted",
-]
-
 LARGEST_CHUNK = 1 << 28
 """Bytes of one chunk of a netCDF file, which reading any of its values loads whole. `run` writes
 chunks of one megabyte."""

@@ -29,8 +29,6 @@ from sweeps.base.errors import one_line, size_text
 from sweeps.base.netcdf.netcdf_child import OPENED
 from sweeps.base.netcdf.netcdf_files import DAMAGE, LARGEST_RATIO, slabs
 
-__all__ = ["external_member", "follows_indexes", "main", "read_all"]
-
 
 class _Refused(Exception):
     """A file that the library would take, but not this project."""

@@ -12,8 +12,6 @@ from sweeps.base.dimensions import REDUCTION
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["axes_of", "count_of_designs", "dims_of_designs", "members_of", "of_designs"]
-
 
 def members_of(archive: xr.Dataset, key: str) -> dict[str, Any]:
     """Members of an attribute in JSON; none where it is something else."""

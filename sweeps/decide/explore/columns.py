@@ -18,18 +18,6 @@ from sweeps.decide.explore.attributes import of_designs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "check_one_table",
-    "chosen_curves",
-    "chosen_quantities",
-    "columns_of",
-    "dims_of",
-    "has_single_numbers",
-    "in_words",
-    "ranks_of",
-    "words_for_numbers",
-]
-
 
 def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str]:
     """Quantities of a table.

@@ -23,8 +23,6 @@ from sweeps.running.reduce.ranges import ranges
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["beside", "compare", "Comparison", "Difference"]
-
 NAMES = ("the first", "the second")  # Names of two archives whose files are not known
 
 

@@ -15,8 +15,6 @@ from sweeps.decide.explore.attributes import members_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["LONGEST", "check_rows", "not_computed", "unit_of", "workbook"]
-
 MOST_ROWS = 1_048_576  # Largest number of rows of a sheet of Excel
 
 HEADS = 2  # Rows above the numbers: names and units

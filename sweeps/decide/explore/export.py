@@ -38,8 +38,6 @@ from sweeps.running.reduce.ranges import ranges
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FORMATS", "Exported", "check_format", "export"]
-
 ROWS = 1 << 18  # Rows that are written at a time, about
 
 

@@ -37,16 +37,6 @@ from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "CRITERIA",
-    "MOST",
-    "check_left_out",
-    "compared_criteria",
-    "firing_orders",
-    "given_scene",
-    "worst_of_orders",
-]
-
 MOST = 1000  # Firing orders that are computed at most
 
 CRITERIA: Mapping[str, str] = {

@@ -22,8 +22,6 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["MOST", "firing_patterns"]
-
 MOST = 2000  # Patterns that are computed at most
 
 LONGEST = 24  # Firings after which a pattern repeats, at most

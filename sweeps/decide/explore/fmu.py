@@ -21,8 +21,6 @@ from sweeps.decide.explore.universal_files import CRANK_ANGLE, conditions
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["functional_mockup_unit"]
-
 SLAVE = Path(__file__).with_name("fmu_slave.py")
 """The script inside, which imports nothing of this project."""
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from sweeps.running.join.places import Joined
 
-__all__ = ["nearest", "open"]
-
 
 def open(  # the name that a person looks for
     path: str | Path | Sequence[str | Path], *, untrusted: bool = False

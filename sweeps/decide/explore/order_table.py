@@ -12,8 +12,6 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["COLUMNS", "CONVENTION", "FREQUENCY", "order_table"]
-
 CONVENTION = "order_convention"  # Attribute with the lines that say what amplitude and phase mean
 
 FREQUENCY = "order_frequency"

@@ -43,8 +43,6 @@ from sweeps.running.reduce.ranges import ranges
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["fixed_of", "NOMINAL", "nominal_places", "Rows", "rows"]
-
 CRANK_ANGLE = "crank_angle"
 
 MOSTLY = 2.0 / 3.0

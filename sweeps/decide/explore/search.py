@@ -22,9 +22,6 @@ from sweeps.scene.conditions import Constraint, conditions_of, units_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["best", "kept_for", "OF_KEPT", "pareto"]
-
-
 OF_KEPT = "; these are the designs that [reduce] kept, and not all"
 """End of the message where none of them fulfils more conditions."""
 

@@ -52,8 +52,6 @@ from sweeps.scene.sample import SEARCH, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["sensitivities"]
-
 MOST_ROWS = 100_000  # Designs from which indices are estimated where there is no design made for it
 
 LEAST_ROWS = 128  # Fewer designs do not tell indices

@@ -14,8 +14,6 @@ from sweeps.base.errors import SceneError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["OVER_LIMITS", "BarredSpeeds", "Worst", "barred_speeds", "worst_of_shaft"]
-
 PLACES = ("disc", "shaft")  # Dimensions that tell the parts of a shaft apart
 
 OVER_LIMITS = (

@@ -23,9 +23,6 @@ from sweeps.decide.explore.opening import nearest
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["QUANTITIES", "Excitation", "excitation"]
-
-
 QUANTITIES = ("throw_torque_order", "throw_torque_phase", "order_frequency")
 """Quantities that an archive needs for an excitation."""
 

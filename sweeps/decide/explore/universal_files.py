@@ -19,8 +19,6 @@ from sweeps.decide.explore.order_table import order_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["CRANK_ANGLE", "conditions", "universal_file"]
-
 CRANK_ANGLE, ORDER = "crank_angle", "order"
 
 _KIND = {CRANK_ANGLE: 0, ORDER: 20}

@@ -24,9 +24,6 @@ from sweeps.scene.plan.plan import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Designs", "Judgement"]
-
-
 MOST_MEMORY = 0.7  # Share of the free memory that the designs may take when they are put together
 
 Columns = Mapping[str, Any]

@@ -18,8 +18,6 @@ from engine_dyn.types import Floats
 from sweeps.base.files.libraries import library
 from sweeps.decide.optimise.evaluation import Judgement
 
-__all__ = ["first_positions", "search_generations"]
-
 WHERE = "optimise"
 
 

@@ -22,8 +22,6 @@ from sweeps.running.compute.in_memory import compute
 from sweeps.scene.distributions import Choice
 from sweeps.scene.plan.plan import Plan
 
-__all__ = ["LeastInertia", "least_inertia_of"]
-
 KEY, LIMITED, WANTED, FOUND = "inertia", "delta", "wanted_delta", "inertia_required"
 
 

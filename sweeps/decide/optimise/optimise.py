@@ -33,8 +33,6 @@ from sweeps.scene.sample import LARGEST
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ATTRIBUTE_OF_SEARCH", "optimise"]
-
 ATTRIBUTE_OF_SEARCH = "optimisation"
 """Attribute of the archive of a search: its task and its settings, as JSON."""
 

@@ -17,8 +17,6 @@ from sweeps.base.ratios import number_or_ratio
 from sweeps.scene.distributions import Choice, Distribution, WholeNumbers, read_distribution
 from sweeps.scene.sample import WORDS, parameters_of
 
-__all__ = ["Space", "read_space"]
-
 FORMS = (
     "'inertia = 0.2 to 5' (with the word log after it uniform in the logarithm), 'cylinders = 4, "
     "6, 8', 'arrangement = in-line 6 | V6 60 split-pin', or keys of the scene's [sample], such as "

@@ -20,8 +20,6 @@ from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import GivenScene, scene_of
 from sweeps.scene.sample import SEARCH
 
-__all__ = ["Task", "plan_of_designs", "read_task"]
-
 
 @dataclass(frozen=True, eq=False)
 class Task:

@@ -23,19 +23,6 @@ from sweeps.base.columns.recorded_columns import Recording, named_column, wanted
 from sweeps.base.columns.units import SECONDS, is_time_name, stated_unit
 from sweeps.base.errors import SceneError, counted, one_line
 
-__all__ = [
-    "COUNTED_BACKWARD",
-    "LONGEST",
-    "SAME",
-    "CrankAngles",
-    "crank_angles",
-    "cut_into_cycles",
-    "is_half_a_cycle_late",
-    "unwrapped",
-    "with_encoder_angles",
-    "work_sign",
-]
-
 SAME = 1e-6  # Degrees within which angles are the same
 
 MOST_ANGLE = 1e9  # [degree]; beyond it, parts of a degree are lost

@@ -25,8 +25,6 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, CUBIC_CENTIMETRE, DEGREE
 from sweeps.base.one_thread import linear_algebra_on_one_thread
 
-__all__ = ["NOT_SIZED", "evaluated"]
-
 NOT_SIZED = "bore and stroke unknown: relative volume, no heat release"
 
 ANGLE, CYCLE = "crank_angle", "recorded_cycle"

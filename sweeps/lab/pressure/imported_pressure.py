@@ -27,20 +27,6 @@ from sweeps.base.errors import SceneError, counted, one_line, printable
 from sweeps.scene.engine.indicator_files import HEADER, NOT_PEGGED
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE
 
-__all__ = [
-    "CYCLE_COLUMN",
-    "MOST_CYCLES",
-    "EngineMeasures",
-    "ImportedPressure",
-    "known_ratio",
-    "level_of",
-    "measures_of",
-    "offer_of",
-    "too_little_torque",
-    "unlikely_peak",
-    "values_on",
-]
-
 CYCLE_COLUMN = "cycle_{}_bar"  # Column of one of several recorded cycles
 
 MOST_CYCLES = 1000  # Each becomes a diagram with tables of its own, of some tenth of a megabyte

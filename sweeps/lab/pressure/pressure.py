@@ -64,8 +64,6 @@ from sweeps.lab.pressure.imported_pressure import (
 from sweeps.lab.pressure.work_loops import with_loop_angles
 from sweeps.scene.engine.silenced_warnings import STATED_UNIT
 
-__all__ = ["imported"]
-
 USUAL_CRANK_RATIO = 0.28  # Crank ratio where no engine says it; works depend on it by some percent
 
 MOST_PRESSURE = 1e10  # [Pa]; no sensor has it

@@ -32,8 +32,6 @@ from sweeps.scene.engine.engine_files import (
     read_values,
 )
 
-__all__ = ["read_engine_measures", "read_pressure"]
-
 
 def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     """Read recorded cylinder pressure from a laboratory's file.

@@ -22,8 +22,6 @@ from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import LONGEST
 from sweeps.lab.pressure.imported_pressure import EngineMeasures
 
-__all__ = ["with_loop_angles"]
-
 OUTSIDE = 1e-3
 """Share of the stroke by which points may lie beyond a dead centre; they are taken to be there."""
 

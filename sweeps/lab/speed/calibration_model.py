@@ -16,17 +16,6 @@ from sweeps.scene.engine.data_sheets import Sheet
 from sweeps.scene.engine.diagram_speeds import SPEEDS
 from sweeps.scene.engine.modelled_diagrams import KINDS as DIAGRAM_KINDS
 
-__all__ = [
-    "LEAST_LOAD",
-    "LOADS",
-    "PUBLISHED",
-    "Calibration",
-    "Point",
-    "Published",
-    "engine_file",
-    "published",
-]
-
 PUBLISHED: Mapping[str, tuple[str, str]] = {
     "power": ("power", "kW"),
     "speed": ("speed", "rpm"),

@@ -24,17 +24,6 @@ from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import leaves_of, mean_of
 from sweeps.scene.plan.plan import make_plan
 
-__all__ = [
-    "LEFT_OUT",
-    "NOT_OF_SCENES",
-    "OF_RECORDING",
-    "OF_WHEEL",
-    "OneEngine",
-    "SpeedsOfRecordings",
-    "engine_of",
-    "value_of",
-]
-
 OF_DIAGRAM = {
     "dead_centre_shift": (0.0, 1.0, "degree", "delay angle of all diagrams"),
     "pegging": (0.0, 0.1, "bar", "pressure added to all diagrams"),

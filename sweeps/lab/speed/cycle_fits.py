@@ -21,22 +21,6 @@ from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabul
 from engine_dyn.units import BAR, RPM
 from sweeps.base.errors import SceneError
 
-__all__ = [
-    "GAS_CONSTANT",
-    "Friction",
-    "NotReached",
-    "brake_mean_pressure",
-    "compressor_of_pressures",
-    "friction_of",
-    "heated",
-    "indicated_mean_pressure",
-    "peak_by_start",
-    "peak_of_two_stroke",
-    "solved",
-    "trapped_mass",
-    "with_charge",
-]
-
 GAS_CONSTANT = 287.0  # Gas constant of air [J/(kg K)]
 
 

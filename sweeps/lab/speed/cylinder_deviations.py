@@ -45,8 +45,6 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FALSE_ALARMS", "TOOTH_DEVIATION", "cylinder_deviations"]
-
 FALSE_ALARMS = 1e-4
 """Probability of a false alarm in a cycle of the engine, unless another one is asked for."""
 

@@ -29,8 +29,6 @@ from sweeps.scene.model import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FittedRecordings", "Prediction", "Seen", "SpeedFit", "fit_dataset"]
-
 
 @dataclass(frozen=True, eq=False)
 class SpeedFit:

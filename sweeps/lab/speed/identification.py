@@ -36,8 +36,6 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Varied", "identify"]
-
 
 @dataclass(frozen=True)
 class Varied:

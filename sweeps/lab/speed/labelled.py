@@ -13,8 +13,6 @@ from engine_dyn.units import DEGREE
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["labelled_dataset", "of_intervals", "of_recordings"]
-
 
 def labelled_dataset(
     data: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any],

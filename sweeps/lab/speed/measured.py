@@ -53,8 +53,6 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDERS", "computed_speeds", "design_of", "measured"]
-
 ORDERS = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
 
 ROUNDS = 2

@@ -11,19 +11,6 @@ from engine_dyn.recordings.measured_speed import GapAngle, find_gap_angle
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE, RPM
 
-__all__ = [
-    "CLEARLY",
-    "FEW_HALF_ORDERS",
-    "INERTIA_STEP",
-    "LEAST_LIKENESS",
-    "even_firing_doubt",
-    "far_speed_remark",
-    "gap_doubts",
-    "likeness_doubts",
-    "of_heavier_engine",
-    "repeats_every_turn",
-]
-
 LEAST_LIKENESS = float(np.sqrt(0.5))
 """Correlation below which less than half of what the measured speed does is in the computed one."""
 

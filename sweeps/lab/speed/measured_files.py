@@ -26,8 +26,6 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import SAME, unwrapped
 from sweeps.scene.measured import Measured, MeasuredTable
 
-__all__ = ["SpeedRecord", "records_of"]
-
 ANGLE = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
 SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
          "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,

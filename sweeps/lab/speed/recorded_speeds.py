@@ -25,8 +25,6 @@ from sweeps.base.errors import SceneError
 from sweeps.lab.speed.measured_files import SpeedRecord, records_of
 from sweeps.scene.measured import Measured
 
-__all__ = ["CyclesInARow", "RecordedSpeeds", "cycles_in_a_row", "first_tooth", "recorded_speeds"]
-
 LEFT_OUT = 0.05
 """Share of intervals in no whole cycle from which on it is said."""
 

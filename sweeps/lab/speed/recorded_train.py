@@ -35,8 +35,6 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["follow_cycles"]
-
 NOT_FOLLOWED: Mapping[str, str] = {
     **LEFT_OUT,
     "stroke_friction": "not supported with friction over the stroke; its shares must be 0, and "

@@ -14,19 +14,6 @@ import numpy as np
 
 from engine_dyn.types import Booleans, Floats
 
-__all__ = [
-    "LARGEST_CONDITION",
-    "LEAST_LIKELIHOOD",
-    "FittedSpeeds",
-    "Inseparable",
-    "Loss",
-    "MeasuredCycles",
-    "Parameter",
-    "Unbound",
-    "beside_bounds",
-    "fit_speeds",
-]
-
 Loss = Literal["linear", "soft_l1", "huber"]
 
 LARGEST_CONDITION = 300.0

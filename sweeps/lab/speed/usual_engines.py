@@ -15,8 +15,6 @@ from engine_dyn.parameters import PARAMETERS
 from engine_dyn.units import RPM
 from sweeps.scene.engine.data_sheets import PERIOD
 
-__all__ = ["KINDS", "VALUES", "EngineKind", "Fuel", "Usual", "UsualValue"]
-
 STEADY = ADMISSIBLE["pump"][0]
 """Coefficient of speed fluctuation that a flywheel is made for, at least."""
 

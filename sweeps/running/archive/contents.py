@@ -32,16 +32,6 @@ from sweeps.scene.plan.shards import part, shard
 from sweeps.scene.reading import scene_of
 from sweeps.scene.sample import parameters_of
 
-__all__ = [
-    "Contents",
-    "check_confidential",
-    "damage_refused",
-    "part_of",
-    "plan_of",
-    "read_contents",
-    "with_confidential",
-]
-
 MOST = 1 << 30  # Positions along an axis of which an archive may claim to be a part
 
 _NEEDED = ("scene", "scene_name", "input_files", "identity")

@@ -41,18 +41,6 @@ from sweeps.scene.plan.variations import KIND, KINDS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Labels",
-    "Variable",
-    "as_stored",
-    "dataset_of",
-    "dataset_with_warnings",
-    "describe",
-    "flags",
-    "label",
-    "to_file_units",
-]
-
 
 @dataclass(frozen=True, eq=False)
 class Variable:

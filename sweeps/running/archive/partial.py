@@ -31,8 +31,6 @@ import numpy.typing as npt
 from sweeps.base.errors import NAMED_BADLY, SceneError, one_line
 from sweeps.base.files.regular_files import regular_bytes
 
-__all__ = ["Damaged", "made_folder", "Partial", "sync_folder"]
-
 
 def made_folder(path: Path) -> None:
     """Make a folder that may exist, and those above it, so that their names last."""

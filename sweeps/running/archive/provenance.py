@@ -34,23 +34,6 @@ if TYPE_CHECKING:
     from sweeps.scene.model import Scene
     from sweeps.scene.plan.plan import Plan
 
-__all__ = [
-    "check_identity",
-    "confidential_hashes",
-    "differences",
-    "files_from_text",
-    "files_text",
-    "identity",
-    "json_text",
-    "kind_differences",
-    "machine_kind",
-    "provenance",
-    "samples_hash",
-    "sha256",
-    "version",
-    "versions",
-]
-
 PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
 
 LONG = 1 << 14  # Bytes from which on the text of a file is compressed

@@ -13,8 +13,6 @@ from typing import Any
 
 from sweeps.scene.plan.plan import Part, Plan
 
-__all__ = ["about_several", "engine_of"]
-
 
 def engine_of(part: Part) -> str:
     """Name of one of several engines, with its arrangement where that differs too."""

@@ -23,8 +23,6 @@ from sweeps.base.netcdf.netcdf_files import damaged_values, opened_archive
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["StoredDataset", "StoredVariable", "stored_dataset"]
-
 Places = int | range | npt.NDArray[np.int64]
 """Places taken along a dimension: one, which takes the dimension away, or several."""
 

@@ -17,8 +17,6 @@ from xarray.core.indexing import LazilyIndexedArray
 
 from sweeps.base.netcdf.netcdf_files import damaged_values, netcdf_library
 
-__all__ = ["dataset_from"]
-
 
 def dataset_from(path: str | Path) -> xr.Dataset:
     """Open a netCDF file with xarray, which needs the lock of the library.

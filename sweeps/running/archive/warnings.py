@@ -19,8 +19,6 @@ from engine_dyn.plausibility.usual_ranges import RESULT_CHECKS, Check
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, one_line
 
-__all__ = ["ATTRIBUTE", "Watch", "lines_of", "of_results"]
-
 ATTRIBUTE = "warnings"
 
 

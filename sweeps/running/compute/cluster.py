@@ -37,8 +37,6 @@ from sweeps.running.compute.limits import AT_ONCE, SMALLEST_BLOCK
 from sweeps.scene.plan.blocks import passing_bytes
 from sweeps.scene.plan.plan import Plan
 
-__all__ = ["DaskWorkers", "Lost", "check_address", "connected"]
-
 LOCAL = "local:"
 
 MOST = 1024  # Processes of one machine at most

@@ -33,8 +33,6 @@ from sweeps.scene.plan.plan import Plan, Stage, make_plan
 from sweeps.scene.plan.shards import by_cycles
 from sweeps.scene.reading import read_scene
 
-__all__ = ["check_given", "Computation", "plan"]
-
 MOST_CHECKED = 1 << 20
 """Values of a quantity that are computed to see whether the physics refuses any."""
 

@@ -34,8 +34,6 @@ from sweeps.scene.plan.variations import (
     step_unit,
 )
 
-__all__ = ["Derivative", "derivative", "elasticities_of"]
-
 NOISE = 1e-9  # Relative errors of results that do not vary smoothly from one design to the next
 
 

@@ -12,8 +12,6 @@ from sweeps.running.archive.partial import Partial
 from sweeps.running.compute.cluster import Lost
 from sweeps.running.compute.options import Stopped
 
-__all__ = ["remove_folder", "stopped_by_failures"]
-
 
 def remove_folder(folder: Partial, output: Path) -> None:
     """Remove the folder of an archive that is finished.

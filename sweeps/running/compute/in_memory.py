@@ -23,8 +23,6 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["compute", "run"]
-
 
 @tables_in_signature
 def run(

@@ -68,8 +68,6 @@ from sweeps.scene.plan.blocks import (
 )
 from sweeps.scene.plan.plan import Plan
 
-__all__ = ["run"]
-
 T = TypeVar("T")
 
 _Written = tuple[int, Block, Results | None]

@@ -11,15 +11,6 @@ from sweeps.base.errors import SceneError, counted, size_text
 from sweeps.scene.plan.blocks import check_memory
 from sweeps.scene.plan.plan import Plan
 
-__all__ = [
-    "AT_ONCE",
-    "SMALLEST_BLOCK",
-    "archive_bytes",
-    "block_bytes",
-    "check_disk",
-    "check_room",
-]
-
 LARGEST_BLOCK = 64e6  # Bytes of the arrays of one block, about: larger ones are not quicker
 
 SMALLEST_BLOCK = 4e6

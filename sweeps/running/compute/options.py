@@ -12,8 +12,6 @@ from engine_dyn.status import MEANINGS
 from engine_dyn.types import Integers
 from sweeps.base.errors import counted
 
-__all__ = ["Finished", "Options", "Stopped"]
-
 _COUNTED = 1_000_000  # Outcomes that are counted at a time
 
 

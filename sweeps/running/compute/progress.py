@@ -8,8 +8,6 @@ import threading
 import warnings
 from typing import Any
 
-__all__ = ["progress_bar"]
-
 FIRST, BEAT = 2.0, 1.0
 """Seconds until a bar is shown, and from one look to the next where nothing was added."""
 

@@ -24,8 +24,6 @@ from sweeps.scene.plan.shards import Portions
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Units", "reduced"]
-
 MOST_UNITS = 256
 """Units of a run; what is lost when one is killed is the unit that it was computing."""
 

@@ -21,8 +21,6 @@ from engine_dyn.types import Integers
 from sweeps.scene.plan.blocks import Block, Results, aligned, belongs, shape_in
 from sweeps.scene.plan.plan import Part, Plan
 
-__all__ = ["side_by_side"]
-
 
 def side_by_side(
     plan: Plan, block: Block, compute: Sequence[Callable[[Block], Results]],

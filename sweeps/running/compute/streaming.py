@@ -17,8 +17,6 @@ from sweeps.scene.model import Scene
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 
-__all__ = ["stream"]
-
 
 @tables_in_signature
 def stream(

@@ -13,8 +13,6 @@ from sweeps.scene.plan.blocks import Block, Results
 from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.variations import QUANTILES, Variation
 
-__all__ = ["bands_of", "shares"]
-
 
 def bands_of(
     plan: Plan, variation: Variation, block: Block, results: Results, others: Sequence[Results]

@@ -38,8 +38,6 @@ from sweeps.scene.plan.blocks import blocks
 from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.shards import shard
 
-__all__ = ["about", "block", "hand_over", "look"]
-
 Answer = tuple[str, Any]
 """A word and its details: ("done", bytes), ("refused", text), ("os", [number, text])."""
 

@@ -23,8 +23,6 @@ from sweeps.running.compute.failures import stopped_by_failures
 from sweeps.running.compute.options import Options
 from sweeps.running.join.places import Joined
 
-__all__ = ["write_joined"]
-
 
 def write_joined(
     joined: Joined, output: Path, partial: Partial, options: Options, *, tolerance: float

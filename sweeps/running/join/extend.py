@@ -34,8 +34,6 @@ from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.shards import part
 from sweeps.scene.sample import SEARCH, WORDS, drawn, read_sample
 
-__all__ = ["extend", "extend_sample", "rerun"]
-
 
 def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
     """Add points to an axis of an archive; only these are computed.

@@ -22,8 +22,6 @@ from sweeps.running.join.places import check_same, find_places
 from sweeps.running.reduce.reduction import Reduction, state_in
 from sweeps.scene.plan.plan import Plan
 
-__all__ = ["check_shards", "merge", "write_merged"]
-
 
 def check_shards(archives: Sequence[Contents]) -> Plan:
     """Plan of the whole scene whose shards these are, each once.

@@ -20,8 +20,6 @@ from sweeps.running.archive.labels import Labels, describe
 from sweeps.running.archive.provenance import differences, json_text
 from sweeps.scene.plan.plan import Plan
 
-__all__ = ["Joined", "check_same", "find_places", "places_in", "union_of"]
-
 
 @dataclass(frozen=True)
 class Joined:

@@ -27,13 +27,6 @@ from sweeps.scene.conditions import Constraint, asked_of, units_of
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "TEXT",
-    "EveryPoint",
-    "Judged",
-    "outcomes_given",
-]
-
 AT_ONCE = 1 << 22  # Designs that are compared at a time; each takes some twenty bytes
 
 TEXT = "search"

@@ -25,17 +25,6 @@ from engine_dyn.types import Floats, Integers
 from sweeps.base.files.libraries import library
 from sweeps.scene.sample import Sample
 
-__all__ = [
-    "CONFIDENCE",
-    "FIRST",
-    "FIRST_CONFIDENCE",
-    "MOST_FAILED",
-    "NAMES",
-    "TOTAL",
-    "TOTAL_CONFIDENCE",
-    "Indices",
-]
-
 FIRST, FIRST_CONFIDENCE, TOTAL, TOTAL_CONFIDENCE = (
     "first", "first_confidence", "total", "total_confidence",
 )  # fmt: skip

@@ -12,8 +12,6 @@ from sweeps.running.archive.netcdf import slabs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["chunks_of", "ranges"]
-
 RANGE = 8e6  # Bytes of each variable that are read at a time, about
 
 

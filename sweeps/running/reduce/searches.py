@@ -19,9 +19,6 @@ from sweeps.scene.reduce import Kept
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FRONT", "Front", "Search"]
-
-
 FRONT = "front"  # Dimension along which the designs of a Pareto front lie
 
 AT_ONCE = 1 << 16  # Designs that are compared at a time, at least

@@ -25,8 +25,6 @@ from engine_dyn.accumulation import (
 )
 from engine_dyn.types import Floats, Integers
 
-__all__ = ["Statistics"]
-
 MOST_BINS = 64  # Bins of a histogram for people
 
 WIDE = 16.0

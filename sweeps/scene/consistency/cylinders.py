@@ -16,8 +16,6 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_bank_offset", "check_misfire", "check_throws", "extreme_cylinders"]
-
 
 def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
     """Cylinders of the scene, with the parameters of single ones at both ends of what they take.

@@ -26,8 +26,6 @@ from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.values import BY_COMPONENT, friction_law
 
-__all__ = ["FEATURES", "check_crossings", "check_tables"]
-
 Feature = Callable[[Scene], str | bool]
 
 

@@ -19,8 +19,6 @@ from sweeps.scene.crossings import refused
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_driven", "check_friction_fractions", "check_friction_law"]
-
 
 def check_driven(scene: Scene, name: str) -> None:
     """Check that loads repeat with the cycle and tables over speed cover all nominal speeds."""

@@ -36,8 +36,6 @@ from sweeps.scene.features import NEEDED
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 
-__all__ = ["check_needs", "check_output", "check_start"]
-
 START_ANGLE = "start_angle"
 
 SMALLEST_STEP = 0.01  # Smallest [output] angle_step [degree]

@@ -18,15 +18,6 @@ from sweeps.base.errors import SceneError
 from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 
-__all__ = [
-    "MOST_DIAGRAMS",
-    "burning_less",
-    "check_diagram_count",
-    "check_motored",
-    "check_ranges",
-    "ranges_of",
-]
-
 MOST_DIAGRAMS = 1024
 """Speeds times loads of one scene, where given diagrams change with the speed: each is tabulated,
 which takes about a tenth of a megabyte. Modelled cycles of the scene are made block by block."""

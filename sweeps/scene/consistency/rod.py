@@ -16,8 +16,6 @@ from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_offset", "check_ring", "check_rod", "check_throw_radii"]
-
 
 def check_rod(values: GivenValues, name: str) -> None:
     """Check that the rod is longer than half the stroke in every combination of the scene."""

@@ -10,8 +10,6 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.features.shaft import SHAFT_KEYS
 from sweeps.scene.model import Scene
 
-__all__ = ["check_shaft"]
-
 
 def check_shaft(scene: Scene, name: str) -> None:
     """Check the shaft of a scene, and the keys that belong to shafts.

@@ -21,8 +21,6 @@ from sweeps.scene.crossings import exclusive_pair
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
-__all__ = ["check_places", "check_scene"]
-
 
 def check_scene(scene: Scene, name: str) -> None:
     """Check what depends on the engine, or on several parameters.

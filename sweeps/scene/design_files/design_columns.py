@@ -20,8 +20,6 @@ from sweeps.base.checks import allowed, check_range, is_ratio, known_key, number
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
 
-__all__ = ["ROWS", "DesignColumns", "check_kind", "check_units", "known_columns", "take_numbers"]
-
 ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
 
 _SPELLINGS = {

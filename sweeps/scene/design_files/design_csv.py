@@ -17,8 +17,6 @@ from sweeps.base.files.csv_tables import CsvTable, find_header, parse_rows
 from sweeps.base.files.regular_files import opened_file, reading
 from sweeps.scene.design_files.design_columns import DesignColumns, known_columns
 
-__all__ = ["read_design_csv"]
-
 PIECE = 1 << 20
 """Approximate number of bytes of a CSV file that are parsed at a time; line by line this takes
 fifty times as much memory."""

@@ -30,14 +30,6 @@ from sweeps.scene.design_files.design_columns import (
 )
 from sweeps.scene.design_files.design_csv import read_design_csv
 
-__all__ = [
-    "SUFFIXES",
-    "read_design_netcdf",
-    "read_design_parquet",
-    "read_design_xlsx",
-    "read_designs",
-]
-
 MOST = 1 << 28
 """Bytes of a file."""
 

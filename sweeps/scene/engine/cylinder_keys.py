@@ -24,19 +24,6 @@ from engine_dyn.units import DEGREE
 from sweeps.base.checks import Strict, check_structure, mentioned, numbers
 from sweeps.base.errors import SceneError, shown
 
-__all__ = [
-    "CYLINDER_KEYS",
-    "ArrangementTable",
-    "CylinderKeys",
-    "RodTable",
-    "arrangement_of",
-    "name_of",
-    "read_arrangement",
-    "read_cylinder_keys",
-    "cylinders_of_keys",
-]
-
-
 CYLINDER_KEYS: Mapping[str, str] = {
     "arrangement": "the engine's arrangement: a string such as 'V8 cross-plane' or 'in-line 4', "
     "or a table of throws, banks and cylinders",

@@ -22,8 +22,6 @@ from sweeps.scene.engine.modelled_diagrams import KINDS
 from sweeps.scene.engine.silenced_warnings import read_silenced
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
-__all__ = ["KNOWN_OF_CYCLE", "PERIOD", "Sheet", "described", "files_named", "read_data_sheet"]
-
 _NOT_KNOWN = ("heat", "premixed_start", "wall_factor", "compression_exponent", "expansion_exponent")
 
 KNOWN_OF_CYCLE = tuple(

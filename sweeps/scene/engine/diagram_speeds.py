@@ -13,8 +13,6 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.checks import check_range, number
 from sweeps.base.errors import SceneError, shown
 
-__all__ = ["MEANING", "SPEEDS", "read_speeds"]
-
 SPEEDS = "speeds"
 
 MEANING = "lowest and highest speed [rpm] for which the diagram holds; outside, plan and run warn"

@@ -69,22 +69,6 @@ from sweeps.scene.features.shaft import INERTIA_KEYS, SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import read_torque_diagram, torque_warnings
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
-__all__ = [
-    "GEOMETRIC",
-    "PERIODS",
-    "RATIO",
-    "catalogue",
-    "compression_ratio_in",
-    "compression_ratio_of",
-    "count_cylinders",
-    "engine_file_of",
-    "engine_path",
-    "load_engine",
-    "read_cylinders",
-    "read_values",
-    "the_same",
-]
-
 RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 """Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
 """

@@ -17,8 +17,6 @@ from sweeps.scene.features import file_with_features
 from sweeps.scene.features.shaft import Source
 from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 
-__all__ = ["DIAGRAMS", "DataSheet", "EngineFile", "PressureScale"]
-
 DIAGRAMS = "tables [[diagram]], one for each load"
 """Text of messages where an engine file has no diagrams."""
 

@@ -16,20 +16,6 @@ from sweeps.base.files.csv_tables import CsvTable, csv_of_text, read_csv, with_l
 from sweeps.base.files.regular_files import file_bytes
 from sweeps.base.ratios import BEYOND, LARGEST
 
-__all__ = [
-    "HEAD",
-    "HEADER",
-    "NAMES",
-    "NOT_PEGGED",
-    "WARNING",
-    "WHAT",
-    "cycles_of_text",
-    "indicator_of_text",
-    "notes_in",
-    "notes_of",
-    "read_indicator",
-]
-
 HEAD = 1 << 16  # Bytes that are looked at for notes and for the names of columns
 
 HEADER = "# Cylinder pressure over crank angle: "

@@ -32,17 +32,6 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.checks import mentioned, number
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 
-__all__ = [
-    "KINDS",
-    "OF_ENGINE",
-    "Kind",
-    "check_double_acting",
-    "modelled_cycle",
-    "modelled_diagram",
-    "no_more",
-    "taken",
-]
-
 DOUBLE_ACTING = "double_acting_compressor"
 """Kind of a [[diagram]] of cylinders with gas on both sides of the piston."""
 

@@ -7,19 +7,6 @@ from collections.abc import Sequence
 from engine_dyn.plausibility.usual_ranges import NAMES, RECORDING_CHECKS
 from sweeps.base.errors import SceneError, not_known, shown
 
-__all__ = [
-    "ALL",
-    "BRAKE_TORQUE",
-    "DIAGRAM_SPEEDS",
-    "KNOWN",
-    "RECIPROCATING_SHARE",
-    "RIGID_SHAFT",
-    "SHAFT_SECTION",
-    "SILENCED",
-    "STATED_UNIT",
-    "read_silenced",
-]
-
 ALL = "all"  # Word that silences every check
 
 STATED_UNIT = "stated_unit"

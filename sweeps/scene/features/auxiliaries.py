@@ -27,8 +27,6 @@ from sweeps.scene.features.torque_diagrams import (
 )
 from sweeps.scene.values import GivenValues
 
-__all__ = ["GIVEN"]
-
 
 class AuxiliaryTable(TorqueDiagram):
     """Torque of one auxiliary at its own shaft over its own angle, as of a torque diagram."""

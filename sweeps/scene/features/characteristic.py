@@ -16,8 +16,6 @@ from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
-__all__ = ["GIVEN", "Characteristic"]
-
 
 class Characteristic(Strict):
     """Torque over speed that the load follows."""

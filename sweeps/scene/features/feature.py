@@ -12,8 +12,6 @@ from engine_dyn.quantities.features.feature import Feature
 from sweeps.base.checks import Strict
 from sweeps.scene.values import GivenValues
 
-__all__ = ["GivenFeature", "with_part"]
-
 
 @dataclass(frozen=True)
 class GivenFeature:

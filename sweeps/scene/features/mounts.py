@@ -15,8 +15,6 @@ from sweeps.base.errors import SceneError
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
-__all__ = ["GIVEN"]
-
 
 class MountTable(Strict):
     """One mount of the engine block."""

@@ -27,11 +27,6 @@ from sweeps.catalogue import SHAFTS
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
-__all__ = [
-    "GIVEN", "INERTIA_KEYS", "SHAFT_KEYS", "GivenShaft", "ShaftFile", "ShaftTable", "Source",
-    "built_in_shafts", "read_shaft",
-]  # fmt: skip
-
 SHAFT = (
     "a table [shaft] with discs and shafts, the name of a built-in shaft, or the path of a file "
     "with such a table"

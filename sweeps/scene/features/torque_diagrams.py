@@ -28,10 +28,6 @@ from sweeps.base.checks import Strict, check_structure, mentioned
 from sweeps.base.errors import SceneError
 from sweeps.base.files.regular_files import referred
 
-__all__ = [
-    "Harmonic", "TorqueDiagram", "harmonics_of", "read_torque_diagram", "torque_warnings",
-]  # fmt: skip
-
 LOBE = 36  # Intervals between two crossings into which an area is divided
 
 BALANCE, BALANCE_ROUNDED = 1e-3, 0.01

@@ -21,8 +21,6 @@ from sweeps.base.columns.units import angle_factor, is_angle_unit, unit_of_name
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.numbers_with_units import number_with_unit
 
-__all__ = ["torque_of_file"]
-
 ORDER = "order"  # The column that tells a table of orders
 
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",

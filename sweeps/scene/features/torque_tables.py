@@ -28,8 +28,6 @@ from sweeps.base.files.csv_tables import CsvTable, read_csv, with_line
 from sweeps.base.files.regular_files import referred
 from sweeps.scene.features.torque_diagrams import Harmonic, harmonics_of
 
-__all__ = ["TORQUE_TABLE_KEYS", "LoadInClosedForm", "TorqueTables", "read_torque_tables"]
-
 TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_speed_rpm"
 OWN_COLUMN = "load_angle_deg"
 

@@ -16,8 +16,6 @@ from sweeps.base.checks import Strict
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
-__all__ = ["GIVEN"]
-
 FRACTION, MASS = "counterweight_fraction", "counterweight_mass"
 """Parameters that say how heavy counterweights are without saying where they are."""
 

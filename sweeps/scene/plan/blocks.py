@@ -24,24 +24,6 @@ from sweeps.base.errors import SceneError, size_text
 if TYPE_CHECKING:  # archives are opened without the planner
     from sweeps.scene.plan.plan import Plan, Stage
 
-__all__ = [
-    "LIMIT",
-    "Block",
-    "Results",
-    "aligned",
-    "belongs",
-    "block_count",
-    "blocks",
-    "check_memory",
-    "divided",
-    "index_of",
-    "lengths_in_memory",
-    "lengths_within",
-    "passing_bytes",
-    "shape_in",
-    "undivided",
-]
-
 Block = dict[str, slice]  # Range of positions along each axis that is divided
 
 Results = dict[str, npt.NDArray[Any]]  # Arrays of some results of a block, by their names

@@ -25,8 +25,6 @@ from sweeps.scene.plan.plan import Plan, Stage
 from sweeps.scene.plan.rates import SECONDS, SERIAL, START, WRITING
 from sweeps.scene.plan.shaft_modes import modes_kept
 
-__all__ = ["diagram_count", "mechanism", "seconds", "seconds_of_computing", "text", "work_of"]
-
 DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 

@@ -33,16 +33,6 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
-__all__ = [
-    "CYCLES",
-    "LOOKED_AT",
-    "cycles_known",
-    "leaves_of",
-    "leaves_of_points",
-    "mean_of",
-    "points_of",
-]
-
 CYCLES = "cycles_of_pattern"
 """Name of the leaf that has the cycles after which the pattern of each design repeats."""
 

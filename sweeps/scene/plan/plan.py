@@ -36,8 +36,6 @@ from sweeps.scene.plan.variations import (
 from sweeps.scene.representations import html_tables, named_some
 from sweeps.scene.values import friction_law
 
-__all__ = ["make_plan", "Part", "Plan", "points_of_several", "Stage"]
-
 """What the angle of a load over angle follows from."""
 
 MOST_CELLS = 1000

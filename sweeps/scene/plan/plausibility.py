@@ -45,8 +45,6 @@ from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import mean_of
 from sweeps.scene.plan.plan import Plan
 
-__all__ = ["implausible_results", "plausibility_warnings", "shaft_warnings", "silenced"]
-
 MOST_AXES = 30
 """Numbers that vary, up to which their ends are looked at together: NumPy's arrays have 64 axes at
 most, older ones 32."""

@@ -6,8 +6,6 @@ that, not this.
 
 from __future__ import annotations
 
-__all__ = ["SECONDS", "SERIAL", "START", "WRITING"]
-
 START = 1.0  # Seconds to load what a command needs
 
 WRITING = 3e-9  # Seconds to write a byte of an archive

@@ -16,8 +16,6 @@ from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import mean_of
 
-__all__ = ["ModesKept", "modes_kept"]
-
 AT_LEAST = 6
 """Modes that are computed where nothing is asked for, even above the range of orders."""
 

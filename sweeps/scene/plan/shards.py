@@ -29,8 +29,6 @@ from sweeps.scene.sample import Drawing
 OVER_CYCLES = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
 """Dimensions whose points follow from the cycles after which firing patterns repeat."""
 
-__all__ = ["by_cycles", "part", "Portions", "shard"]
-
 
 def shard(plan: Plan, number: int, count: int) -> Plan:
     """Shard `number`, from 1 on, of `count` shards of about equal size, parts of the longest axis.

@@ -39,27 +39,6 @@ from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.sample import drawn
 
-__all__ = [
-    "AGREE",
-    "DIFFER",
-    "ENDINGS",
-    "KIND",
-    "KINDS",
-    "ONE_SIDE",
-    "QUANTILES",
-    "RATIO",
-    "STEPS",
-    "UNKNOWN",
-    "Variation",
-    "changed_parameters",
-    "changed_values",
-    "ordinary",
-    "plan_elasticities",
-    "plan_uncertainty",
-    "step_unit",
-    "with_values",
-]
-
 
 @dataclass(frozen=True, eq=False)
 class Variation:
