@@ -118,12 +118,14 @@ class Shaft:
     def of_tables(self, mean_torque: Any) -> Floats:
         """Stiffness of couplings by their tables, shape (..., S); NaN of all other shafts.
 
-        Beyond the torques of a table it is unknown: 0. `mean_torque` has the shape (..., S).
+        Beyond the torques of a table, and where the torque is NaN, it is unknown: 0. `mean_torque`
+        has the shape (..., S).
         """
         size = np.abs(np.asarray(mean_torque, dtype=float))
         stiffness = np.full(size.shape, np.nan)
         for place, table in self.tables.items():
-            stiffness[..., place] = np.interp(size[..., place], *table, left=0.0, right=0.0)
+            known = np.interp(size[..., place], *table, left=0.0, right=0.0)
+            stiffness[..., place] = np.nan_to_num(known)
         return stiffness
 
     def stiffnesses(self, values: Mapping[str, Any], of_tables: Any = np.nan) -> list[Any]:

@@ -284,11 +284,11 @@ def mean_torques(system: ShaftSystem, torque: Any, load: int) -> Floats:
         Its springs to the frame and its damping are taken to carry no mean torque.
     torque : array_like
         On each disc along the last axis [N m], positive in the sense of rotation of the crank; that
-        on the load is ignored.
+        on the load is ignored. NaN where it is not known: then the shafts' torques are not either.
     load : int
         Disc that takes up what the others give.
     """
-    given = given_array("torque", torque, finite=True)
+    given = given_array("torque", torque)
     discs = system.node_of_disc.size
     if not given.ndim or given.shape[-1] != discs:
         raise ValueError(f"torque: must be {discs} values, one for each disc")

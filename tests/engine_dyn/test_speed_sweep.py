@@ -185,11 +185,12 @@ def test_near_stall_the_outcomes_are_in_order(design: Design, inputs: dict[str, 
             assert first > 20
             assert (np.diff(found["delta"][:first]) > 0.0).all()
             last = int(np.flatnonzero(status != STALLED)[-1])
-            # Between them at most a narrow band of designs that nearly touch zero, at whose end one
-            # may be neither solved nor shown to stall.
+            # Between them at most a narrow band of designs that nearly touch zero, at whose end a
+            # few are neither solved nor shown to stall: the steps of followed cycles are bounded.
             between = status[first : last + 1].tolist()
-            assert set(between[:-1]) <= {CONVERGED, STALLED, TOLERANCE_NOT_MET}
-            assert set(between[-1:]) <= {CONVERGED, TOLERANCE_NOT_MET, NOT_CONVERGED}
+            unknown = between.count(NOT_CONVERGED)
+            assert unknown <= 3
+            assert set(between[: len(between) - unknown]) <= {CONVERGED, STALLED, TOLERANCE_NOT_MET}
             assert last - first <= 40
             assert (status[last + 1 :] == STALLED).all()
 

@@ -336,6 +336,27 @@ def test_a_coupling_is_unknown_beyond_its_table() -> None:
         assert np.isfinite(inside[name]).all() and np.isnan(outside[name]).all(), name
 
 
+def test_a_coupling_without_a_mean_torque_stops_no_other_design() -> None:
+    """A power that the diagrams do not reach has no torque, by which the table would be read."""
+    throws = [{"name": f"throw {i}", "throw": i, "inertia": 0.01, "damping": 1.0}
+              for i in range(1, 5)]  # fmt: skip
+    table = {"torque": [0.0, 5e3], "stiffness": [1e4, 3e4]}
+    shaft = {
+        "reciprocating": "included", "load": "load",
+        "discs": [*throws, {"name": "flywheel", "inertia": 0.2}, {"name": "load", "inertia": 0.5}],
+        "shafts": [*({"stiffness": 1e6} for _ in throws), {"stiffness_over_torque": table}],
+    }  # fmt: skip
+    archive = run(
+        ["shaft_torque_half_range", "natural_frequency"], shaft, engine="si_four_87x101",
+        characteristic={"kind": "spark ignition"}, axes={"rated_power": [60e3, 900e3]},
+        set={"speed": 3000.0, "rated_speed": 5000.0},
+    )  # fmt: skip
+    assert archive.torsion_status.values.tolist() == [0, 4]
+    for name in ("shaft_torque_half_range", "natural_frequency"):
+        known = np.isfinite(archive[name].transpose("rated_power", ...).values)
+        assert known[0].all() and not known[1].any(), name
+
+
 def test_values_that_no_shaft_has_are_warned_of() -> None:
     def said(shaft: Any, **tables: Any) -> str:
         scene = {"engine": ENGINE, "shaft": shaft, "set": {"speed": 1500},

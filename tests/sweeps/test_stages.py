@@ -84,7 +84,8 @@ VARIED: tuple[dict[str, Any], ...] = (
         {"between": ["wheel", "load"], "stiffness": 1e5}]}},
     {"counterweights": [{"mass": 1.0, "radius": 0.05, "angle": 180.0, "position": 0.0}],
      "mounts": [{"lateral": x, "position": abs(x)} for x in (-0.2, 0.0, 0.2)],
-     "auxiliaries": [{"mean": 1.0, "harmonics": []}]},
+     "auxiliaries": [{"mean": 1.0, "harmonics": []}],
+     "idler_gears": [{"inertia": 0.01, "ratio": -2.0}]},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""

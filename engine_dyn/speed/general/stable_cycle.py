@@ -31,7 +31,7 @@ PROBABLY = -1.0
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
 
-MOST_STEPS = 1500
+MOST_STEPS = 600
 """Largest number of Radau's steps for each node of a design; most need less than 100."""
 
 SLOW = 1e-2
