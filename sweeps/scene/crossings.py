@@ -96,6 +96,11 @@ CROSSINGS = (
         "a load that varies", "[indicator]",
         f"{NOT_WITH} [indicator], whose diagram holds for every design",
     ),
+    Crossing(
+        "[characteristic]", "double-acting cylinders",
+        "not allowed: the double-acting cylinders of engine {engine} are a machine that is driven, "
+        "which has no load to find",
+    ),
     Crossing("load", "[characteristic]", f"{NOT_WITH} [characteristic], which determines it"),
     Crossing("[indicator]", "an engine that gives its torque", _NOT_OF_TORQUE),
     Crossing(

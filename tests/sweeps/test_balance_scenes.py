@@ -186,6 +186,7 @@ def test_the_load_follows_with_all_that_the_torque_depends_on() -> None:
         axes={"auxiliary_torque": [0, 5], "speed": [2000, 4000]},
         set={"rated_power": 60e3, "rated_speed": 5000, "pressure_factor": [1, 1, 0.9, 1]},
         characteristic={"coefficients": [1.0, 1.0]},
+        auxiliaries=[{"mean": 3.0, "harmonics": [{"order": 2, "cosine": 1.0}]}],
     )  # fmt: skip
     assert_allclose(
         found["torque_mean"].values,

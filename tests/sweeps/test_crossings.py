@@ -64,6 +64,8 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
     ("bore or crankcase_pressure", DOUBLED): {"engine": "double.toml", "set": {"bore": 0.2}},
     ("a load that varies", "[indicator]"): {
         "axes": {"load": [40, 50]}, "indicator": {"file": "pressure.csv"}},
+    ("[characteristic]", DOUBLED): {
+        "engine": "double.toml", "characteristic": {"kind": "diesel"}},
     ("load", "[characteristic]"): {"set": {"load": 50}, "characteristic": {"kind": "diesel"}},
     ("[indicator]", OF_TORQUE): {"engine": "torque.toml", "indicator": {"file": "pressure.csv"}},
     ("variable inertia", OF_TORQUE): {

@@ -49,7 +49,7 @@ _OF_TORQUE = (
     "characteristic_torque", "characteristic_share", "variant_of", "speed", "family", "cycle",
     "crank_ratio", "offset_ratio", "pressure_share", "diagram_scale", "bore",
     "double_radius", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
-    "stroke_share", "all_cycles_known", "auxiliary_torque",
+    "stroke_share", "all_cycles_known", "auxiliary_torque", "auxiliary_mean",
 )  # fmt: skip
 
 _OF_FRICTION = {
