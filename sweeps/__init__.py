@@ -29,7 +29,7 @@ def __getattr__(name: str) -> Any:
         return import_module("sweeps.view.figures")
     if name not in __all__:
         hint = ""
-        if not name.startswith("_"):  # which notebooks ask for by the dozen
+        if not name.startswith("_"):  # notebooks ask for these by the dozen
             from sweeps.base.errors import did_you_mean
 
             hint = did_you_mean(name, __all__)

@@ -1,4 +1,4 @@
-"""What an NVIDIA card solves; all but this file is imported where one is asked for.
+"""Solving on an NVIDIA card; all but this file is imported where one is asked for.
 
 card       the way to the card and back
 kernel     what the card runs: the functions of the batch solver

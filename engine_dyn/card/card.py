@@ -252,7 +252,7 @@ class Card:
 
 
 def _shared(columns: Columns) -> tuple[Any, ...]:
-    """What buffers `OF_COLUMNS` hold."""
+    """Contents of the buffers `OF_COLUMNS`."""
     between = weights_between(columns.fine.shape[1] // columns.coarse.shape[1])
     return columns.fine, columns.coarse, columns.jagged, between, _ends_of(columns)
 

@@ -37,7 +37,7 @@ def what_is_missing() -> str:
         return ""
     if find_spec("numba_cuda") is None:
         return "needs numba-cuda, which is not installed: pip install 'engine-dyn[gpu]'"
-    with suppress(Exception):  # of the driver, which has several kinds
+    with suppress(Exception):  # the driver raises several kinds
         if cuda.is_available() and len(cuda.gpus):
             return ""
     return "no NVIDIA card with a working driver was found (see nvidia-smi)"

@@ -1,4 +1,4 @@
-"""What a GPU runs: the functions of the batch solver, with one lane, a thread a design.
+"""Program of a GPU: the functions of the batch solver, with one lane, a thread a design.
 
 There is no second physics: the functions of `engine_dyn.speed.batch` are compiled for the card as
 they stand. Here is what takes the place of vectors and of work tables that are kept.
@@ -75,7 +75,7 @@ INSTEAD: dict[str, Any] = {
         "expm1": math.expm1,
     },
 }  # fmt: skip
-"""What the functions of the batch solver find behind some names, on a card."""
+"""Replacements of some names that functions of the batch solver use, on a card."""
 
 
 # --- on the card: a design ------------------------------------------------------------------------

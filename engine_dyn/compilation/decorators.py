@@ -34,7 +34,7 @@ class _Compiled:
 
     @functools.cached_property
     def part(self) -> Any:
-        """What kernels see in its place."""
+        """The arrays that kernels see in its place."""
         import numba
 
         return numba.njit(**PART)(self.py_func)

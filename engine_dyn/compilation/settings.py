@@ -1,4 +1,4 @@
-"""What Numba is set to, and when it compiles; it is imported when a kernel is first called."""
+"""Settings of Numba, and when it compiles; this is imported when a kernel is first called."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def on_threads(
 def place_of(phi: float, count: int, period: float) -> tuple[int, float]:
     """Knot at or before an angle, and the fraction of the way to the next."""
     place = (phi / period + 0.5) * count
-    # What rounding leaves beside a knot is on it, as in a table of the same angles.
+    # An angle that only rounding keeps off a knot is on it, as in a table of the same angles.
     nearest = math.floor(place + 0.5)
     if abs(place - nearest) < 1e-9:
         place = nearest

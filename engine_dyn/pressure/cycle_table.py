@@ -108,7 +108,7 @@ class _Kept:
 
 
 class _State:
-    """What a table keeps from one request to the next."""
+    """Cycles and curves that a table keeps from one request to the next."""
 
     def __init__(self) -> None:
         self.diagrams, self.rows = _Kept(), _Kept()

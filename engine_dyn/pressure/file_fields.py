@@ -72,7 +72,7 @@ MEANINGS: Mapping[str, str] = {
     "valve_lag": "angle over which the pressure difference to the manifold falls to 1/e with the "
     "valve open",
 }
-"""What the fields of modelled cycles are, in words."""
+"""Meanings of the fields of modelled cycles, in words."""
 
 
 class FileField(NamedTuple):

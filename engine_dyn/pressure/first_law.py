@@ -66,7 +66,7 @@ WIEBE = math.log(1000.0)
 
 @dataclass(frozen=True, kw_only=True)
 class _ClosedCycle:
-    """What four-stroke and two-stroke cycles share."""
+    """Parameters that four-stroke and two-stroke cycles share."""
 
     compression_ratio: float
     crank_ratio: float

@@ -78,7 +78,7 @@ Blown = tuple[float, float, float]
 
 
 class Points(NamedTuple):
-    """What depends on angle alone, at the points of an interval; arrays.
+    """Values that depend on the angle alone, at the points of an interval; arrays.
 
     `growth` is V'/V, `logarithm` that of the volume over the trapped one, `heat` its rate over
     angle [Pa], `power` the polytropic exponent; of an open cylinder `heat` is how open it is, and
@@ -107,7 +107,7 @@ def take_geometry(phi: float, h: float, case: Case, points: Points) -> None:
 
 @inlined
 def take_closed_points(phi: float, h: float, gas: Gas, case: Case, points: Points) -> None:
-    """What depends on angle alone, at the points of an interval of the closed part."""
+    """Values that depend on the angle alone, in an interval of the closed part."""
     take_geometry(phi, h, case, points)
     for i in range(POINTS):
         angle = phi + h * PLACES[i]
@@ -354,7 +354,7 @@ def closed_part(
 
 @inlined
 def take_open_points(phi: float, h: float, period: float, case: Case, points: Points) -> None:
-    """What depends on angle alone, at the points of an interval of the open part."""
+    """Values that depend on the angle alone, in an interval of the open part."""
     take_geometry(phi, h, case, points)
     for i in range(POINTS):
         angle = phi + h * PLACES[i]

@@ -1,4 +1,4 @@
-"""Which dead centre makes compression and expansion those of a gas: a fit with uncertain inputs.
+"""The dead centre for which compression and expansion are those of a gas: a fit of its inputs.
 
 The recorded pressure is compared with docs/method.md (130): before combustion a change of state
 whose exponent falls a little as the gas gets hot, and which loses heat to the walls; behind
@@ -45,7 +45,7 @@ GAS_START, WALL = 380.0, 430.0
 
 @dataclass(frozen=True)
 class Priors:
-    """What is known of the unknowns of the fit before: mean and standard deviation of each."""
+    """Knowledge of the unknowns before the fit: mean and standard deviation of each."""
 
     # Ratio of specific heats of the charge at some 600 K [1].
     exponent: tuple[float, float] = (1.355, 0.015)
@@ -82,7 +82,7 @@ class Lines(NamedTuple):
     compression: Booleans  # Compression: which belong to the compression; shape (n,)
 
     def until(self, end: float) -> Lines:
-        """Those of the compression up to an angle, and the expansion."""
+        """Points of the compression up to an angle, and of the expansion."""
         keep = ~self.compression | (self.angle <= end)
         return Lines(
             self.angle[keep],

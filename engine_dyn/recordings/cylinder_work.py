@@ -68,7 +68,7 @@ class MeanCycle:
 
 @dataclass(frozen=True)
 class WheelNoise:
-    """What is wrong with the places of teeth, as fractions of the wheel's smallest interval.
+    """Errors of the places of teeth, as fractions of the wheel's smallest interval.
 
     Raises
     ------
@@ -360,7 +360,7 @@ def _middle_of_work(cycle: MeanCycle) -> float:
 def _templates(
     cycle: MeanCycle, edges: Floats, cylinder: int, persistent: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """What a unit of imep does to the energy deviations of a window, docs/method.md (142).
+    """Effect of a unit of imep on the energy deviations of a window, docs/method.md (142).
 
     Returns
     -------

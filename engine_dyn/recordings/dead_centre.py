@@ -50,7 +50,7 @@ SYMMETRY_WINDOW = 2.5 * DEGREE
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """What fired cycles tell of their dead centre."""
+    """The dead centre of fired cycles, as far as they tell it."""
 
     # By which the recorded pressure comes late [rad]; negative: early. Moving the pressure by
     # -shift puts it right.
@@ -63,7 +63,7 @@ class DeadCentre:
 
 @dataclass(frozen=True)
 class MotoredDeadCentre:
-    """What motored cycles tell of their dead centre."""
+    """The dead centre of motored cycles, as far as they tell it."""
 
     peak: float  # Angle of the largest pressure [rad]
     # By which the recorded pressure comes late [rad]: from its symmetry, or from the peak and the

@@ -357,7 +357,7 @@ def teeth_from_mark(
     alike = wheel.teeth if wheel.even else wheel.symmetry
     at, period = _places(teeth, marks, turns)
     step = round(_mean(at, TURN) * alike / TURN) % alike
-    if step:  # of the teeth that could be the first one, the nearest to the mark
+    if step:  # the nearest to the mark of the teeth that could be the first one
         teeth = find_turns(time, wheel, teeth.first + step * (wheel.teeth // alike))
         at, period = _places(teeth, marks, turns)
     place = _mean(at, period)

@@ -103,7 +103,7 @@ def delayed(cycles: RecordedCycles, angle: float) -> Floats:
 
 
 def misfit_of_neighbours(cycles: RecordedCycles) -> Floats:
-    """What each sample differs from the cubic through two neighbours on either side.
+    """Difference of each sample from the cubic through two neighbours on either side.
 
     Divided by the root of the sum of the squared weights: of independent noise it has the standard
     deviation of the noise. Shape (cycles, samples).

@@ -97,7 +97,7 @@ def examine(
 
 
 def _useless(cycles: RecordedCycles) -> Finding | None:
-    """What leaves nothing to judge: no numbers, no samples, no change."""
+    """Signals with nothing to judge: no numbers, no samples, no change."""
     bad = ~(np.abs(cycles.pressure) < LARGEST)
     if bad.any():
         cycle, sample = (int(i) for i in np.argwhere(bad)[0])
@@ -211,7 +211,7 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
     half = RecordedCycles(mean.angle[::2], mean.pressure[:, ::2], mean.period)
     gross = abs(float(mean_pressures(mean, geometry).gross[0]))
-    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))  # of no engine
+    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))  # no engine has less
     work = float(mean_pressures(half, geometry).net[0] - mean_pressures(mean, geometry).net[0])
     peak = float(peak_pressures(half)[0][0] / peak_pressures(mean)[0][0] - 1.0)
     # Noise alone moves imep and peak when samples are left out; three deviations of it are free.

@@ -221,7 +221,7 @@ def _starts(gaps: Floats, wheel: Wheel) -> Integers:
 
 
 def _counted_on(time: Floats, starts: Integers, wheel: Wheel, first: int | None) -> Integers:
-    """Of the groups of a wheel that repeats, those that are a whole number of turns apart."""
+    """Groups of a wheel that repeats, a whole number of turns apart."""
     if starts.size == 0:
         return starts
     length = (time[starts + wheel.teeth] - time[starts]) / wheel.symmetry

@@ -104,7 +104,7 @@ FINER = 4
 
 
 class Card(Protocol):
-    """What `engine_dyn.card` does of a sweep; it solves designs that it can."""
+    """The part of a sweep that `engine_dyn.card` does: the designs that it can solve."""
 
     piece: int
 

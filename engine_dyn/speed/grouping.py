@@ -116,7 +116,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Grouping:
-    """What groups are made of: arguments of `engine_dyn.speed.dispatch.solve`.
+    """Material of groups: arguments of `engine_dyn.speed.dispatch.solve`.
 
     `keys` are names of inputs, whole numbers, that are the same within a group, cylinders first:
     these may be others that have the same columns, unless `curves` over the angle are wanted.

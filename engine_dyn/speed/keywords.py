@@ -210,7 +210,7 @@ class Engine(_Group):
 
 @dataclass(frozen=True)
 class Load(_Group):
-    """What the engine drives, or what drives it; keywords of `periodic_speed`."""
+    """Machine that the engine drives, or that drives it; keywords of `periodic_speed`."""
 
     driven: DrivenMachine
     load_exponent: float = LOAD_EXPONENT
@@ -263,7 +263,7 @@ class Load(_Group):
             return gear * float(driven.over_speed(gear * speed))
         law, numbers = LAWS[driven.form.kind], self.inputs(gear)
         assert law.torque is not None
-        with np.errstate(over="ignore"):  # of huge exponents: k tends to zero
+        with np.errstate(over="ignore"):  # huge exponents: k tends to zero
             torque, _ = law.torque(np.float64(speed), *(numbers[name] for name in law.numbers))
         return float(torque) * (self.breakdown_torque if driven.motor else 1.0)
 

@@ -19,7 +19,7 @@ BATCH, GENERAL = "batch solver", "general solver"
 
 
 class Tally:
-    """What was solved by which solver; designs that are solved again count again.
+    """Counts of designs by solver; designs that are solved again count again.
 
     `notes` has of each piece of work its solver, the number of designs, and how many of these the
     batch solver left to the general one. Threads may add to it.

@@ -48,7 +48,7 @@ STEPPING = tuple(method.name for method in METHODS if method.steps)
 INERTIA_MODELS = ("constant", "variable")  # Models of the inertia, in the order of their codes
 
 DEVICES = ("cpu", "cuda")
-"""What solves designs: the processor, or a GPU as far as `engine_dyn.card` can."""
+"""Devices that solve designs: the processor, or a GPU as far as `engine_dyn.card` can."""
 
 CLOSURES = (
     "power_mean",

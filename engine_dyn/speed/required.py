@@ -42,7 +42,7 @@ _WHOLE = (
 
 
 class Required(NamedTuple):
-    """What `solve_for_inertia` finds, in the shape that its arguments broadcast to."""
+    """Results of `solve_for_inertia`, in the shape that its arguments broadcast to."""
 
     inertia: Floats  # Moment of inertia [kg m2]; NaN where `status` is 1 to 4
     # Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is above that of the lightest

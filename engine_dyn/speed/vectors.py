@@ -27,7 +27,7 @@ LINE = 8  # Numbers of a line of the cache: rows that straddle two make kernels 
 
 
 class VectorType(types.Type):
-    """What kernels see of a vector of numbers, or of truths."""
+    """View that kernels have of a vector of numbers, or of truths."""
 
     def __init__(self, name: str, element: Any) -> None:
         super().__init__(name=name)

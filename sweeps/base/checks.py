@@ -398,7 +398,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
     if set(map(type, raw)) <= {float, int}:  # a list may be long: no code of Python for each value
         try:
             values = np.array(raw, dtype=np.float64)
-        except OverflowError:  # which is told of a single value below
+        except OverflowError:  # told of a single value below
             values = np.array([np.nan])
         if (np.abs(values) <= LARGEST).all():
             return values

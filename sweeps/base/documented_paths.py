@@ -28,7 +28,7 @@ class _SameModule(Loader):
         return self.module
 
     def exec_module(self, module: Any) -> None:
-        module.__spec__ = self.spec  # which the import has replaced by that of the second name
+        module.__spec__ = self.spec  # the import has put that of the second name in its place
 
 
 class _Paths(MetaPathFinder):

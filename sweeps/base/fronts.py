@@ -66,7 +66,7 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
     along = np.argsort(second, kind="stable")
     size = NEAR
     while size < count:
-        along = along[~beaten[along]]  # what beats these beats whatever they beat
+        along = along[~beaten[along]]  # a point that beats these beats all that they beat
         pairs = along // (2 * size)
         along_pairs = np.argsort(pairs.astype(np.min_scalar_type(count // size)), kind="stable")
         here = along[along_pairs]

@@ -1,4 +1,4 @@
-"""Which features of a scene do not go together: the one table, and the refusals that it makes.
+"""Features of a scene that do not go together: the one table, and the refusals that it makes.
 
 Features work together unless two of them stand in a row here. Then the pair is refused in one line,
 or the scene's feature replaces the other one, which counts nowhere. The page of limits is made from
@@ -270,7 +270,7 @@ REPLACED = (
     ("reciprocating_mass", "the piston_mass of the engine"),
     ("arrangement or firing_angles", "arrangement, firing order and crank radii of the engine"),
 )
-"""What a scene gives, and what that replaces: it counts nowhere then."""
+"""Parts that a scene gives, each with what it replaces: that counts nowhere then."""
 
 KEYS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("crank_ratio", ("rod_length",), "both determine the rod length; give one of them"),

@@ -159,7 +159,7 @@ def read_indicator_table(
         recording = read_recording(path, where, table)
         pressure = _laboratory(where)(recording, path.name, table, engine.period, engine)
         text = pressure.text(cycles=cycles)
-        add_files_read({kept_name(path): text.encode()})  # of a recording, what a scene needs
+        add_files_read({kept_name(path): text.encode()})  # the part that a scene needs
         diagram, notes = indicator_of_text(text, where, engine.period), notes_in(text)
         each = cycles_of_text(text, where, engine.period) if cycles else ()
     return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret, speeds)
@@ -188,7 +188,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     try:
         head = file_bytes(path)[:HEAD]
     except (OSError, ValueError):
-        return True  # which says what is wrong
+        return True  # the reader says what is wrong
     if kept(path) and head.startswith(HEADER.encode()):
         return True
     from sweeps.base.columns.recording import SUFFIXES

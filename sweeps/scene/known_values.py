@@ -78,7 +78,7 @@ def _left_in_force(
     derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
     replaced = set(replaced_by(values.given.keys()))
     if "reciprocating_mass" in values.given:
-        replaced.add("piston_mass")  # which nothing else may need
+        replaced.add("piston_mass")  # nothing else may need it
     return {key: value for key, value in own.items() if key not in derived and key not in replaced}
 
 

@@ -165,7 +165,7 @@ def read_measured(
             raise SceneError(
                 f"{where} {key} and mark_column: both tell where the wheel is; give one"
             )
-    for key in ("time_column", "unit"):  # of a signal, both are about its times
+    for key in ("time_column", "unit"):  # both are about the times of a signal
         if given.sample_rate is not None and getattr(given, key) is not None:
             raise SceneError(f"{where} sample_rate and {key}: only one of them")
     return Measured(
@@ -220,7 +220,7 @@ def _first(
 
 
 def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -> str | Floats:
-    """Which errors of teeth are taken out; from the other recordings where there are some."""
+    """Errors of teeth that are taken out; from the other recordings where there are some."""
     errors = given.tooth_errors
     if errors is None:
         return "others" if wheel is not None and files > 1 else "none"

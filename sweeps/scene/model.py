@@ -274,7 +274,7 @@ class Scene(GivenValues):
 
     @property
     def ordinary_scenes(self) -> tuple[Scene, ...]:
-        """Those of `beside`; an ordinary scene itself."""
+        """The scenes of `beside`; an ordinary scene itself."""
         return tuple(one.scene for one in self.beside) or (self,)
 
     @property

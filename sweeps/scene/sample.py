@@ -75,7 +75,7 @@ class Sample:
     @property
     def portion(self) -> int:
         """Points that are drawn at a time where the sample is reduced as it is computed."""
-        if self.method == "latin_hypercube":  # which is one arrangement of all its points
+        if self.method == "latin_hypercube":  # one arrangement of all its points
             return self.number
         return min(self.number, 1 << (PORTION // self.group).bit_length() - 1)
 

@@ -1,4 +1,4 @@
-"""Which variants of quantities hold for a scene: the words that select nodes of the graph.
+"""Variants of quantities that hold for a scene: the words that select nodes of the graph.
 
 What each word means stands in `engine_dyn.quantities.variants`.
 """

@@ -1,4 +1,4 @@
-"""What the kernels of the batch solver take: the memory of a block of designs.
+"""Inputs of the kernels of the batch solver: the memory of a block of designs.
 
 A block is LANES designs side by side, see `vectors`. An array of a block is (node, lane). Blocks
 are always full: the last is filled up with copies of its last design, so a design has the same bits

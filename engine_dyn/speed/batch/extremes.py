@@ -42,7 +42,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     it is over the coarse nodes is taken away again.
     """
     repeat_ends(curves.u)
-    repeat_ends(curves.load)  # which is interpolated around them
+    repeat_ends(curves.load)  # the load is interpolated around them
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     tops, bottoms, total, nodes = 0.0 * high, 0.0 * high, 0.0 * high, len(curves.missed)
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)
@@ -119,7 +119,7 @@ def chosen(truth: Any, one: Seen, other: Seen) -> Seen:
 
 @inlined
 def middle_of(variable: bool, left: Seen, right: Seen) -> Any:
-    """What the cubic through u at both ends of a fine interval misses in its middle.
+    """Error, in the middle of a fine interval, of the cubic through u at both of its ends.
 
     The load is smooth: what it misses of the work is known. With variable inertia the cubic is that
     of energy over inertia, docs/solver.md (100).

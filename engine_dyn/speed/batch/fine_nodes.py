@@ -24,7 +24,7 @@ LOAD, SMOOTH, REST, STEEP = range(2 * KINDS, 2 * KINDS + 4)
 
 
 class Seen(NamedTuple):
-    """What is seen at a fine node of each lane.
+    """Values at a fine node of each lane.
 
     u, what a cubic through the work misses in the middle of the fine interval behind, tau, and what
     a cubic misses of it. Slopes of u and tau are times the width of a fine interval.

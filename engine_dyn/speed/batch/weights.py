@@ -46,7 +46,7 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
 
 
 def recurrence(kappa: Any, slope: Any, sign: Any, width: float, nodes: int) -> tuple[Any, ...]:
-    """What `Weights` has, in its order, of arrays or of the numbers of one design.
+    """Members of `Weights`, in its order, of arrays or of the numbers of one design.
 
     `sign` has that of the mean torque that the law needs. No load drives, no driver brakes, and
     both oppose deviations or do not depend on the speed.

@@ -129,7 +129,7 @@ def begin_design(
     kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
     for j in range(len(motion.w)):
-        # Of the torque at nominal speed; with variable inertia, that of the masses is in tau.
+        # The torque at nominal speed; with variable inertia, that of the masses is in tau.
         torque = motion.dw[j] - motion.dtau[j]
         high, low, least = max(high, torque), min(low, torque), min(least, motion.tau[j])
     code = CONVERGED

@@ -25,7 +25,7 @@ MOST_STEPS = 60
 def closure_terms(
     q: float, force: float, first: float, flat: bool, closure: int
 ) -> tuple[float, float]:
-    """What the closure wants to have the mean 0, and its derivative; `force` and `first` are of F.
+    """Function whose mean the closure makes 0, and its derivative; `force` and `first` are of F.
 
     Cycle time: q^(-1/2) - 1, docs/method.md (66). Power mean of order alpha: q^(alpha/2) - 1,
     docs/method.md (64), with log q as its limit alpha -> 0, docs/method.md (65).

@@ -47,7 +47,7 @@ class Interval(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """What becomes of the energy over an interval.
+    """Energy at the end of an interval.
 
     `end` and `middle` are its values there, `slope` its slope at the end times the width, `factor`
     that of a small deviation over the interval, and `missed` bounds the error of one passage; it is

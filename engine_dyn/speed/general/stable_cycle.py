@@ -17,7 +17,7 @@ from engine_dyn.speed.work.interpolation import largest
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 
 REPEATS, STANDS, RUNS_AWAY, LOST = CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONVERGED
-"""What comes of cycles: they repeat, or reach standstill, or get ever faster, or cannot be told."""
+"""Fates of cycles: they repeat, or reach standstill, or get ever faster, or cannot be told."""
 
 HIGHEST = 1e8
 """Energy over the nominal one above which a design runs away within a cycle."""

@@ -39,7 +39,7 @@ FRICTION_PARTS = 4
 
 
 class RubbedDiagram(NamedTuple):
-    """What friction over the stroke depends on: the diagram between two rows, and pressures [Pa].
+    """Inputs of the friction over the stroke: the diagram between two rows, and pressures [Pa].
 
     `row` is a place in the table of the family, `scale` the factor on the pressure.
     """
@@ -51,7 +51,7 @@ class RubbedDiagram(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """What columns are wanted of: rows of the family, friction over the stroke, torques over angle.
+    """Subjects of columns: rows of the family, friction over the stroke, torques over angle.
 
     `rows` ascend, friction has `FRICTION_PARTS` parts for each of `rubbed`, and `torques` over an
     angle are that of the load or of the engine, see `DrivenMachine.torques`, with a gear ratio and
@@ -189,7 +189,7 @@ class Columns(NamedTuple):
 
 @dataclass(frozen=True)
 class Source:
-    """What the columns of some designs have in common besides the parts that are wanted.
+    """Common values of the columns of some designs besides the parts that are wanted.
 
     `torques` over an angle are those of `DrivenMachine.torques`.
     """
@@ -265,7 +265,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
 
 
 def _missed(box: Box, columns: Floats) -> Floats:
-    """What the polynomials of a box miss: the ratio of the last degrees, continued by one degree.
+    """Error of the polynomials of a box: the ratio of the last degrees, continued by one degree.
 
     Where cylinders nearly balance each other, this is not little beside the curve itself. With an
     offset it is not counted: docs/limits.md.
@@ -276,7 +276,7 @@ def _missed(box: Box, columns: Floats) -> Floats:
 
 
 def _roughness(curve: Floats) -> Floats:
-    """What every other node misses of the work between, over its range: docs/solver.md (62)."""
+    """Error of the work by every other node, over its range: docs/solver.md (62)."""
     even, odd = curve[:, ::2], curve[:, 1::2]
     guess = sum(
         weight * (np.roll(even, back, axis=1) + np.roll(even, -1 - back, axis=1))
@@ -386,7 +386,7 @@ def _add_gas(source: Source, rows: Integers, curves: Floats) -> None:
 
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
-    """What `_add_gas` adds of one cylinder, (curve, part, term, node)."""
+    """The addition of `_add_gas` for one cylinder, (curve, part, term, node)."""
     inside, at_node = _angles(member, source.nodes, source.cylinders.period)
     speed = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
     half = inside.size // 2

@@ -17,7 +17,7 @@ from sweeps.base.errors import SceneError, counted, one_line, plain_number, show
 from sweeps.base.files.regular_files import read_text
 from sweeps.base.ratios import number_or_ratio
 
-# As editors count lines; str.splitlines would also break at form feeds and the like.
+# Lines are counted as editors do; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 

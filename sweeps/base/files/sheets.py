@@ -19,7 +19,7 @@ from sweeps.base.files.libraries import library, library_reading
 MOST_INFLATED = 1 << 30  # Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts
 
 MOST_CELLS = 2 * 10**7
-MOST_ROWS = 1 << 20  # of a sheet
+MOST_ROWS = 1 << 20  # rows of a sheet
 
 MOST_TEXT = 1 << 27  # Characters of all cells; cells may share one text
 
@@ -120,7 +120,7 @@ def _rows(sheet: Any, label: str) -> list[list[Any]]:
     """Rows of a sheet without the empty cells at their ends; a sheet may claim any size."""
     rows: list[list[Any]] = []
     cells = letters = 0
-    sheet.reset_dimensions()  # what it claims; rows would be filled up to it
+    sheet.reset_dimensions()  # its claim; rows would be filled up to it
     for row in sheet.iter_rows(values_only=True):
         values = [_plain(value) for value in row]
         while values and (values[-1] is None or values[-1] == ""):

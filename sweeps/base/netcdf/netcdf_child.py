@@ -80,7 +80,7 @@ class _Child:
         process.kill()
         status = process.wait()
         process.stdout.close()
-        with suppress(OSError):  # of what it has not taken
+        with suppress(OSError):  # bytes that it has not taken
             process.stdin.close()
         return status
 

@@ -218,7 +218,7 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
         return False
     made = library.H5Dget_create_plist(dataset)
     try:
-        library.H5Dget_storage_size(dataset)  # which is the sum over all chunks
+        library.H5Dget_storage_size(dataset)  # the sum over all chunks
         return library.H5Pget_layout(made) == _VIRTUAL or library.H5Pget_external_count(made) > 0
     finally:
         library.H5Pclose(made)

@@ -192,7 +192,7 @@ def _completed(
     if "reciprocating_mass" in values:
         left |= {"piston_mass", "rod_mass", "rod_centre_of_gravity", "crank_mass"}
     if {"auxiliary_inertia", "flywheel_inertia", "load_inertia"} & set(values):
-        left.add("inertia")  # which is then the sum of its parts
+        left.add("inertia")  # the sum of its parts
     if {"load_linear", "load_square"} & set(values) or "load_table" in sheet.rest:
         left |= {"load_exponent"}
     assumed: dict[str, str] = {}

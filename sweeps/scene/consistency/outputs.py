@@ -96,7 +96,7 @@ def _check_quantities(output: Output, name: str) -> None:
 
 
 MECHANISM = frozenset({"crank_ratio", "offset_ratio", "cylinders_by_count"})
-"""What nodes take that follow the mechanism of the cylinders."""
+"""Needs of nodes that follow the mechanism of the cylinders."""
 
 OF_PRESSURE = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
 """Nodes that an engine does not have whose torque is given."""
@@ -216,7 +216,7 @@ def _throws(engine: Cylinders) -> object:
 
 
 def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
-    """Which quantities need which parameters that nobody gives, and where these belong."""
+    """Quantities and the parameters that they lack, and where these belong."""
     file = str(scene.source.get("engine"))
     own = f", or in [values] of {Path(file).name}" if file.endswith(".toml") else ""
     by_place: dict[str, list[str]] = {}

@@ -136,7 +136,7 @@ class CylinderKeys:
 
     @property
     def given(self) -> dict[str, Any]:
-        """Those that are given, by name."""
+        """The keys that are given, by name."""
         return {key: getattr(self, key) for key in CYLINDER_KEYS if getattr(self, key) is not None}
 
 

@@ -49,7 +49,7 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
 NEEDED: Mapping[str, GivenFeature] = MappingProxyType(
     {one.feature.constant or "": one for one in GIVEN_FEATURES.values() if one.missing}
 )
-"""Those without which some quantities cannot be computed, by the node that holds the part."""
+"""Features that some quantities cannot do without, by the node that holds the part."""
 
 
 def file_with_features(own: type[Strict], *, scenes: bool) -> Any:

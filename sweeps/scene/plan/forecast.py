@@ -325,7 +325,7 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
     load = plan.scene.driven.over_angle
-    repeats = [0]  # what every number divides
+    repeats = [0]  # every number divides 0
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
         repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()

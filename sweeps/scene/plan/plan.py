@@ -36,7 +36,7 @@ from sweeps.scene.plan.variations import (
 from sweeps.scene.representations import html_tables, named_some
 from sweeps.scene.values import friction_law
 
-"""What the angle of a load over angle follows from."""
+"""Nodes that the angle of a load over angle follows from."""
 
 MOST_CELLS = 1000
 """Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
@@ -176,7 +176,7 @@ class Plan:
 
     @property
     def modes(self) -> str:
-        """Which modes of a shaft the archive has, as people read it; empty where it has none."""
+        """Modes of a shaft that the archive has, as people read it; empty where it has none."""
         if self.parts or not any("mode" in self.dims(name) for name in self.outputs):
             return ""
         return str(modes_kept(self.scene, self.leaves))

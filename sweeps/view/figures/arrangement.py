@@ -28,7 +28,7 @@ BLOCK, TOP = 1.9, 2.7
 def arrangements_of(
     view: View, usable: Callable[[Mapping[str, Any]], bool]
 ) -> dict[str, Mapping[str, Any]]:
-    """Those arrangements that an archive describes and that can be drawn, by the ending of a file.
+    """Arrangements that an archive describes and that can be drawn, by the ending of a file.
 
     Where there are several, the ending names the engine or, for one engine, the arrangement.
     """

@@ -266,7 +266,7 @@ def _stacked(
 
 
 def load_curve_names(view: View) -> list[str]:
-    """Those of pressure, torques and speed that are curves, if there are two of them."""
+    """Curves among pressure, torques and speed, if there are two of them."""
     wanted = ("pressure", "gas_torque", "torque", "load_torque", "omega")
     names = [name for name in wanted if over_angle(view, name)]
     return names if len(names) > 1 else []

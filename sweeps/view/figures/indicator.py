@@ -165,7 +165,7 @@ def _cycles(view: View) -> Floats:
 
 
 def _near(view: View) -> Booleans:
-    """Which crank angles are around firing dead centre."""
+    """Whether crank angles are around firing dead centre."""
     angle = view.numbers("crank_angle")
     return (angle >= NEAR[0]) & (angle <= NEAR[1])
 

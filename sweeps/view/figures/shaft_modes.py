@@ -237,7 +237,7 @@ def crossings(speeds: Floats, levels: Floats, slopes: Floats) -> list[tuple[int,
 
 
 def free_places(places: Floats, by: Floats, gap: float) -> list[int]:
-    """Which of some places on a line get a label: the largest first, each `gap` from all others."""
+    """Places on a line that get a label: the largest first, each `gap` from all others."""
     kept: list[int] = []
     for one in np.argsort(-by, kind="stable"):
         if all(abs(places[one] - places[other]) >= gap for other in kept):

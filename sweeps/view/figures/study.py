@@ -94,7 +94,7 @@ class Study:
         return views or [(self.view.only(names, ()), None)]
 
     def views_of(self, name: str) -> Iterator[tuple[View, str | None]]:
-        """Those of one variable by axis, and its families away from the nominal design."""
+        """Families of one variable by axis, and its families away from the nominal design."""
         yield from self.views_by_axis([name])
         # A grid of designs has very many families away from the nominal design.
         if "design" in self.view.array(name).dims and len(self.elsewhere) <= 4:

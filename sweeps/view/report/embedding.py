@@ -238,7 +238,7 @@ def _places_of_curves(
     archive: xr.Dataset, curves: list[str], places: Mapping[str, Places], room: float,
     page: Embedded,
 ) -> dict[str, Places]:  # fmt: skip
-    """Which values curves have, out of those that single numbers have."""
+    """Values that curves have, out of those that single numbers have."""
     if not curves:
         return {}
     counts = {dim: len(picked) for dim, picked in places.items()}

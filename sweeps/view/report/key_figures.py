@@ -1,4 +1,4 @@
-"""Which figures a report shows above its explorer."""
+"""Figures that a report shows above its explorer."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ def _lowest_and_highest(
 
 
 def _where(archive: xr.Dataset, data: xr.DataArray, place: Place, choices: Choices) -> str:
-    """Which design it is: its name, or the values of the axes."""
+    """Name of a design, or the values of its axes."""
     inside = dict(zip((str(d) for d in data.dims), place, strict=True))
     here = {
         n: v.isel({d: inside[str(d)] for d in v.dims})

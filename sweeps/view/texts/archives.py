@@ -262,7 +262,7 @@ def _size_line(dataset: xr.Dataset, name: str) -> str:
 
 
 def _engine_line(dataset: xr.Dataset) -> str:
-    """Which engine, or which several, an archive is about."""
+    """The engine, or the several engines, of an archive."""
     name, title = (str(dataset.attrs.get(key, "")) for key in ("engine", "engine_title"))
     if not name or title.startswith("engines "):
         return one_line(title, LONGEST_LINE)
@@ -294,7 +294,7 @@ def _version(dataset: xr.Dataset) -> str:
 
 
 def _part_text(dataset: xr.Dataset) -> str:
-    """Which shard of a sweep an archive is; empty where it is none."""
+    """The shard of a sweep that an archive is; empty where it is none."""
     try:
         part = json.loads(dataset.attrs["part"])
         number, count = (int(text) for text in part["shard"].split("/"))

@@ -135,7 +135,7 @@ def rows_text(
 
 
 def _computed(rows: Rows) -> npt.NDArray[np.bool_]:
-    """Which rows have results: by their status, and by numbers that are there for all engines."""
+    """Whether rows have results: by their status, and by numbers that are there for all engines."""
     failed = [word for code, word in enumerate(MEANINGS) if not has_numbers(code)]
     statuses = rows.table.get("status", np.full(rows.number, ""))
     good = np.array([status not in failed for status in statuses])
