@@ -229,9 +229,8 @@ def _respond(
         ((shaft.load,), every_load_harmonics, -load_swing / ratios[shaft.load]),
         ((shaft.auxiliaries,), every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
     ]
-    acting = [
-        part for part in acting if np.ndim(part[1])
-    ]  # a part that does not act is the number 0
+    # A part that does not act is the number 0.
+    acting = [part for part in acting if np.ndim(part[1])]
     acting = [(on, a if on is shaft.throws else np.expand_dims(a, -2), f) for on, a, f in acting]
     discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
     orders = np.ravel(every_order)

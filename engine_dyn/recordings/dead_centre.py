@@ -30,7 +30,6 @@ from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
 from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.smoothing import shifted
-from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
@@ -238,10 +237,3 @@ def text_of(found: DeadCentre | MotoredDeadCentre, imep: float) -> str:
         f"compression and expansion look as if the pressure came {size} ({sure}); without a "
         f"motored cycle this is a suspicion; {tenth}"
     )
-
-
-def peaks_of_motored(cycles: RecordedCycles) -> Floats:
-    """Angle of the largest pressure of each motored cycle [rad], shape (cycles,)."""
-    return np.array([
-        _peak(RecordedCycles(cycles.angle, row[None], cycles.period)) for row in cycles.pressure
-    ])  # fmt: skip
