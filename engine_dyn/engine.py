@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
+from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
@@ -42,10 +42,6 @@ class Engine:
     own_cylinders: Cylinders | None = None
     # Torque over the crank angle that is given in place of diagrams, with its mean.
     torque: TorqueOverAngle | None = None
-    # The load that the engine drives, where that is more than a + k omega^alpha.
-    load_table: TorqueOverAngle | TorqueOverSpeed | None = None
-    # The driver of the engine; a motor's numbers are among the values instead.
-    driver_table: TorqueOverSpeed | None = None
     # Structured parts by the names of their features, which `engine_dyn.quantities.features` lists;
     # `of` of a feature returns its part.
     parts: Mapping[str, Any] = field(default_factory=dict)

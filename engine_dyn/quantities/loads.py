@@ -1,4 +1,7 @@
-"""Nodes of load and driver: k, the driver's factor, torques at nominal and at solved speed."""
+"""Nodes of load and driver: k, the driver's factor, torques at nominal and at solved speed.
+
+Those of tables alone stand in `engine_dyn.quantities.features.torque_tables`.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,6 @@ from engine_dyn.loads import driven_machine
 from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
 from engine_dyn.quantities.arithmetic import power, quotient
 from engine_dyn.quantities.node import Node
-
-OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")  # Nodes that a load over angle needs
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
 """Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""
@@ -102,35 +103,6 @@ def _load_torque(law: LawFacts) -> Node:
 
 NODES: tuple[Node, ...] = (
     Node(
-        "load_gear", "i", "1", "speed of a load over its own angle or speed over the crank's",
-        public=False,
-        make=lambda gear_ratio: gear_ratio,
-    ),
-    Node(
-        "load_constant", "", "N m", "load torque independent of speed", public=False,
-        when="steady_load", make=lambda load_offset: load_offset,
-    ),
-    Node(
-        "load_constant", "", "N m", "load torque independent of speed, mean over the cycle",
-        public=False, when="angle_load",
-        make=lambda load_offset, driven, load_gear, load_table_factor:
-        driven_machine.constant_load(
-            load_offset, driven.over_angle, load_gear, load_table_factor
-        ),
-    ),
-    Node(
-        "load_over_angle", "", "N m", "load torque independent of speed", kind="curve",
-        public=False, when="steady_load", make=lambda load_offset: load_offset,
-    ),
-    Node(
-        "load_over_angle", "", "N m", "load torque independent of speed", kind="curve",
-        public=False, when="angle_load",
-        make=lambda load_offset, driven, crank_angle, load_gear, load_phase, load_table_factor:
-        load_offset + driven_machine.load_over_angle(
-            crank_angle, driven.over_angle, load_gear, load_phase, load_table_factor
-        ),
-    ),
-    Node(
         "load_surplus", "", "N m",
         "mean torque to be balanced by the speed-dependent load or the driver",
         public=False, when="power_mean",
@@ -156,16 +128,6 @@ NODES: tuple[Node, ...] = (
         "driving motor: breakdown torque, referred to the crankshaft",
         public=False, make=lambda motor_breakdown_torque, motor_gear_ratio: motor_gear_ratio
         * motor_breakdown_torque,
-    ),
-    Node(
-        "shape_at_nominal", "", "N m", "torque of the driver's table at nominal speed",
-        public=False, when="table with_driver", make=lambda driven, speed: driven.over_speed(speed),
-    ),
-    Node(
-        "shape_at_nominal", "", "N m",
-        "torque of the load's table at nominal speed, referred to the crankshaft",
-        public=False, when="table no_driver",
-        make=lambda driven, speed, load_gear: load_gear * driven.over_speed(load_gear * speed),
     ),
     Node(
         "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",

@@ -14,7 +14,7 @@ from engine_dyn.card import card_of
 from engine_dyn.geometry.cylinders import MOST_CYCLES, even_cylinders
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import flat_family
-from engine_dyn.quantities.loads import OF_ANGLE
+from engine_dyn.quantities.features.torque_tables import OF_ANGLE
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
 from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES

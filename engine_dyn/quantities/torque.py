@@ -8,8 +8,8 @@ import numpy as np
 
 from engine_dyn.forces import shaft_torque, torque
 from engine_dyn.quantities.arithmetic import balance_of, quotient
+from engine_dyn.quantities.features.torque_tables import OF_ANGLE
 from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
-from engine_dyn.quantities.loads import OF_ANGLE
 from engine_dyn.quantities.node import Node, hidden
 from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, kernel_inputs, without_cylinders
 from engine_dyn.speed.fields import FRICTION_NAMES

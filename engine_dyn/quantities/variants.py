@@ -75,14 +75,6 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     },
     {law.name: law.meaning for law in LAWS},
     {
-        "no_driver": "the engine drives the load",
-        "with_driver": "a driver turns the engine",
-    },
-    {
-        "steady_load": "the load torque does not depend on the angle",
-        "angle_load": "a part of the load torque depends on the angle",
-    },
-    {
         "motor_of_speed": "the motor's synchronous speed is given",
         "motor_of_slip": "it follows from the nominal speed and the motor's slip there",
     },

@@ -18,7 +18,7 @@ from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.regular_files import referred
 from sweeps.scene import cylinders, firing_patterns
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, CylinderKeys
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 from sweeps.scene.word_keys import WordKey
 
@@ -42,7 +42,7 @@ WORD_KEYS: Mapping[str, WordKey] = {
 
 
 def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
-    """Read the parameters of [set], but for keys of cylinders and of torque tables.
+    """Read the parameters of [set], but for keys of cylinders and of features.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
     """
     values: dict[str, float] = {}
     for key, item in raw.items():
-        if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS or key in WORD_KEYS:
+        if key in CYLINDER_KEYS or key in KEYS_OF_SET or key in WORD_KEYS:
             continue
         node = _parameter(key, "set", name)
         where = f"{name}: [set] {key}"
@@ -97,7 +97,7 @@ def read_axes(
 
 def _parameter(key: str, table: str, name: str) -> Node:
     """Return the parameter that a key of [set] or [axes] names."""
-    if key in CYLINDER_KEYS or key in TORQUE_TABLE_KEYS:
+    if key in CYLINDER_KEYS or key in KEYS_OF_SET:
         also = f"; [{table}] may have {_instead(key)}" if table != "set" else ""
         raise SceneError(f"{name}: [{table}] {key}: must be in [set] or the engine file{also}")
     if key in SOLVER_COLUMNS:

@@ -35,10 +35,9 @@ from sweeps.scene.engine.engine_files import TORQUE
 from sweeps.scene.engine.engine_tables import EngineFile
 from sweeps.scene.engine.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.scene.engine.silenced_warnings import KNOWN
-from sweeps.scene.features import GIVEN_FEATURES
+from sweeps.scene.features import GIVEN_FEATURES, KEYS_OF_SET
 from sweeps.scene.features.shaft import SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import TorqueDiagram
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, LoadInClosedForm
 from sweeps.scene.sample import LARGEST, METHODS, WORDS
 from sweeps.scene.toml_tables import (
     FAILURES,
@@ -61,13 +60,17 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
     schema: Schema = plain_schema(model.model_json_schema())
     tables = schema.pop("$defs")
     keys = schema["properties"]
-    features = {name: one for name, one in GIVEN_FEATURES.items() if name in keys and one.table}
+    features = {
+        name: one for name, one in GIVEN_FEATURES.items() if one.table and (one.key or name in keys)
+    }
     written = [one.table for one in features.values() if one.table is not None]
-    parts: list[type[Strict]] = [ArrangementTable, RodTable, LoadInClosedForm, *written]
+    parts: list[type[Strict]] = [ArrangementTable, RodTable, *written]
     for part in parts:
         own: Schema = plain_schema(part.model_json_schema())
         tables |= {**own.pop("$defs", {}), part.__name__: own}
     for name, table in zip(features, written, strict=True):
+        if features[name].key:
+            continue  # see `keys_of_features`
         if features[name].most is None:
             text: Schema = {"type": "string", "minLength": 1}
             keys[name] |= {"anyOf": [text, reference(table.__name__)]}
@@ -76,12 +79,15 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
     return schema, tables
 
 
-def keys_of_torque_tables() -> Schema:
-    """Schemas of the keys that name tables of torque; a load's may stand in closed form."""
-    schemas: Schema = {name: text_schema(about) for name, about in TORQUE_TABLE_KEYS.items()}
-    closed_form = reference(LoadInClosedForm.__name__)
-    about = schemas["load_table"].pop("description")
-    schemas["load_table"] = {"description": about, "anyOf": [schemas["load_table"], closed_form]}
+def keys_of_features() -> Schema:
+    """Schemas of the keys that are features: the path of a file, or the table of some of them."""
+    schemas: Schema = {}
+    for name, one in KEYS_OF_SET.items():
+        schemas[name] = text = text_schema(one.says)
+        if one.table is not None:
+            about = text.pop("description")
+            ways = [text, reference(one.table.__name__)]
+            schemas[name] = {"description": about, "anyOf": ways}
     return schemas
 
 
@@ -187,7 +193,7 @@ def scene_schema() -> Schema:
                 for name, word in WORD_KEYS.items()
                 if name not in CYLINDER_KEYS and word.read is not None
             },
-            **keys_of_torque_tables(),
+            **keys_of_features(),
         }
     )
     properties["axes"] |= closed(
@@ -344,7 +350,7 @@ def engine_schema() -> Schema:
     properties["values"] |= closed({name: reference(name) for name in parameters})
     for name in CYLINDER_KEYS:
         properties[name] = key_of_cylinders(name)
-    properties |= keys_of_torque_tables()
+    properties |= keys_of_features()
     properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
     head: Schema = {
         "load": reference("load"),

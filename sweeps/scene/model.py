@@ -27,7 +27,7 @@ from engine_dyn.types import Floats, Integers
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, one_line
 from sweeps.scene.engine.engine_files import RATIO
-from sweeps.scene.features.torque_tables import TorqueTables
+from sweeps.scene.features.torque_tables import driven_machine
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.known_values import Value, known_values
 from sweeps.scene.measured import Measured
@@ -35,7 +35,7 @@ from sweeps.scene.reduce import Reduce
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.sample import Sample
 from sweeps.scene.values import GivenValues
-from sweeps.scene.variants import driven_machine, variant_words
+from sweeps.scene.variants import variant_words
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +86,6 @@ class Scene(GivenValues):
         Cylinders along the axis `arrangement`; empty without it.
     firing_patterns : FiringPatterns, optional
         Which firings happen, in sequence and over several cycles.
-    torque_tables : TorqueTables
-        Tables of load and driver that [set] names; they replace the engine's.
     indicator : Diagram, optional
         The measured diagram that replaces the engine's own; of several cycles their mean.
     compression_ratio : float, optional
@@ -160,7 +158,6 @@ class Scene(GivenValues):
     own_cylinders: Cylinders | None
     arrangements: tuple[Cylinders, ...]
     firing_patterns: FiringPatterns | None
-    torque_tables: TorqueTables
     indicator: Diagram | None
     compression_ratio: float | None
     recorded_cycles: tuple[Diagram, ...]
@@ -214,7 +211,7 @@ class Scene(GivenValues):
         """Words that select the variants of quantities: see `sweeps.scene.variants`."""
         return variant_words(
             self, closure=self.closure, measured=self.indicator is not None,
-            described=self.described, patterns=self.firing_patterns, driven=self.driven,
+            described=self.described, patterns=self.firing_patterns, law=self.driven.law,
         )  # fmt: skip
 
     @cached_property
@@ -237,7 +234,7 @@ class Scene(GivenValues):
     @cached_property
     def driven(self) -> DrivenMachine:
         """Loads and driver of the crankshaft."""
-        return driven_machine(self, self.torque_tables)
+        return driven_machine(self)
 
     def node(self, name: str) -> Node:
         """Variant of a node that the scene has, with all that it needs, also of the shaft."""

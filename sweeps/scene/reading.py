@@ -42,7 +42,6 @@ from sweeps.scene.engine_choices import (
     those_possible,
 )
 from sweeps.scene.features import with_features, without_dropped
-from sweeps.scene.features.torque_tables import read_torque_tables
 from sweeps.scene.firing_patterns import read_firing_patterns
 from sweeps.scene.indicator import Indicated, check_quantities, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
@@ -353,7 +352,6 @@ def _assembled(
     engine = with_features(engine, given, base, f"{name}: ")
     settings = read_settings(given.set, name)
     cylinder_keys = read_cylinder_keys(given.set, f"{name}: [set] ")
-    torque_tables = read_torque_tables(given.set, base, f"{name}: [set] ")
     axes, words = read_axes(given.axes, cylinder_keys, name)
     solver = read_solver(given.solver, name)
     values = GivenValues(
@@ -392,7 +390,6 @@ def _assembled(
             values.counts,
             name,
         ),
-        torque_tables=torque_tables,
         methods=solver.methods,
         inertia_models=solver.inertia_models,
         tolerance=given.solver.tolerance,

@@ -9,6 +9,7 @@ import re
 from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import TorqueOverSpeed
 from engine_dyn.parameters import PARAMETERS
+from engine_dyn.quantities.features import torque_tables
 from sweeps.scene.reading import built_in_scenes
 
 MEANINGS = {
@@ -52,7 +53,9 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     without_effect = ["friction_"] if "friction_law" in values else []
     if engine.torque is not None:  # as it comes from the shaft
         without_effect = ["friction_", "crankcase_pressure"]
-    if isinstance(engine.load_table, TorqueOverSpeed):  # has the place of k omega^exponent
+    if isinstance(
+        torque_tables.LOAD.of(engine), TorqueOverSpeed
+    ):  # has the place of k omega^exponent
         without_effect.append("load_exponent")
     lacking = [
         f"{f'{key} = {one.typical:g}':<35}# {MEANINGS.get(key, one.unit)}"

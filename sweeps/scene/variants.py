@@ -8,16 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from engine_dyn.geometry.cylinders import SEALED, Cylinders
-from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverAngle, TorqueOverSpeed
-from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family_grid import FamilyGrid
-from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.scene.engine.engine_files import GEOMETRIC
 from sweeps.scene.features import feature_words
-from sweeps.scene.features.torque_tables import TorqueTables
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.values import GivenValues, friction_law, over_stroke
 
@@ -27,7 +23,7 @@ OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_
 
 def variant_words(
     values: GivenValues, *, closure: str, measured: bool, described: Sequence[Cylinders],
-    patterns: FiringPatterns | None, driven: DrivenMachine,
+    patterns: FiringPatterns | None, law: str,
 ) -> tuple[str, ...]:  # fmt: skip
     """Words that select variants: one of each group of `engine_dyn.quantities.variants`.
 
@@ -43,8 +39,8 @@ def variant_words(
         Cylinders that scene or engine say more of than their number.
     patterns : FiringPatterns, optional
         Which firings happen.
-    driven : DrivenMachine
-        What loads and drives the crankshaft.
+    law : str
+        Law of what loads or drives the crankshaft.
     """
     over_speed = not measured and isinstance(values.engine.family, FamilyGrid)
     if values.gives("recorded_cycle"):
@@ -62,9 +58,7 @@ def variant_words(
         "own_cycles" if values.cycle_keys else "given_cycles",
         "volume_given" if values.gives(GEOMETRIC) else "volume_of_diagrams",
         "scale_over_speed" if scaled else "one_scale",
-        driven.law,
-        "with_driver" if driven.has_driver else "no_driver",
-        "steady_load" if driven.over_angle is None else "angle_load",
+        law,
         "motor_of_slip" if motor_of_slip(values) else "motor_of_speed",
         _speed_word(values),
         *_inertia_words(values),
@@ -133,35 +127,6 @@ def _balance_words(values: GivenValues) -> tuple[str, ...]:
         "shaft" if values.nonzero("balance_shaft_mass") else "no_shaft",
         "pair" if values.nonzero("second_shaft_mass") else "no_pair",
     )
-
-
-def driven_machine(values: GivenValues, tables: TorqueTables) -> DrivenMachine:
-    """Load tables, driver tables and motor of a scene, or else of its engine."""
-    engine = values.engine
-    load = tables.load or engine.load_table
-    motor = tables.driver is None and (
-        values.gives(*MOTOR_KEYS)
-        or (engine.driver_table is None and values.engine_gives(*MOTOR_KEYS))
-    )
-    given = auxiliaries.of(engine)
-    return DrivenMachine(
-        over_angle=load if isinstance(load, TorqueOverAngle) else None,
-        load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
-        driver_over_speed=None if motor else tables.driver or engine.driver_table,
-        motor=motor,
-        load_law=_load_law(values),
-        engine_torque=engine.torque,
-        auxiliaries=None if given is None else given.torque,
-    )
-
-
-def _load_law(values: GivenValues) -> str:
-    """Name of the load's law over speed: the scene's keys choose it, or else the engine's."""
-    for gives in (values.gives, values.engine_gives):
-        for law in LOAD_LAWS.values():
-            if gives(*law.keys):
-                return law.name
-    return next(iter(LOAD_LAWS))
 
 
 def motor_of_slip(values: GivenValues) -> bool:

@@ -22,7 +22,7 @@ from oracle import solution
 from sweeps.running.compute import in_memory, into_archive, limits
 from sweeps.running.compute.options import Options
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
+from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.json_schema import scene_schema
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.shards import shard
@@ -74,7 +74,7 @@ def test_strategies_use_the_whole_language() -> None:
 
     draw()
     schema = scene_schema()
-    wanted = {*schema["properties"], *CYLINDER_KEYS, *TORQUE_TABLE_KEYS, "case", "firing_pattern"}
+    wanted = {*schema["properties"], *CYLINDER_KEYS, *KEYS_OF_SET, "case", "firing_pattern"}
     wanted |= {key for key in PARAMETERS if key not in NUMBERED}
     wanted |= {re.sub(r"_\d+$", "_*", key) for key in NUMBERED}
     for table in ("Solver", "Output", "Range", "Characteristic"):

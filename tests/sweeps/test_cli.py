@@ -23,8 +23,8 @@ from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
+from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.features.shaft import built_in_shafts
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.lists import symbol_text
 from sweeps.view.texts.published import text as reference_text
@@ -251,7 +251,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
                 *PATTERNS,
                 *CYLINDER_KEYS,
                 "firing_pattern",
-                *TORQUE_TABLE_KEYS,
+                *KEYS_OF_SET,
             ],
         ),
         ("engines", list(catalogue())),

@@ -14,6 +14,7 @@ from engine_dyn.quantities.features import (
     idler_gears,
     mounts,
     shaft,
+    torque_tables,
     web_weights,
 )
 from engine_dyn.quantities.features.feature import Feature
@@ -22,6 +23,6 @@ __all__ = ["FEATURES"]
 
 FEATURES: tuple[Feature[Any], ...] = (
     shaft.FEATURE, web_weights.FEATURE, mounts.FEATURE, auxiliaries.FEATURE,
-    characteristic.FEATURE, idler_gears.FEATURE,
+    characteristic.FEATURE, torque_tables.LOAD, torque_tables.DRIVER, idler_gears.FEATURE,
 )  # fmt: skip
 """All of them, in the order of their dimensions in archives."""

@@ -99,7 +99,7 @@ FEATURES: Mapping[str, Feature] = {
     "a two-stroke engine": lambda scene: scene.engine.period != FOUR_STROKE,
     "a driver": lambda scene: scene.driven.has_driver,
     "a motor": _keys(*MOTOR_KEYS),
-    "driver_table": lambda scene: scene.torque_tables.driver is not None,
+    "driver_table": lambda scene: (scene.source.get("set") or {}).get("driver_table") is not None,
     "a load_table over speed": lambda scene: (
         scene.driven.load_over_speed is not None and "load_table over speed_rpm"
     ),

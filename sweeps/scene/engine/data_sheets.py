@@ -20,7 +20,8 @@ from sweeps.scene.engine.engine_files import PERIODS, engine_file_of, read_cylin
 from sweeps.scene.engine.engine_tables import DataSheet
 from sweeps.scene.engine.modelled_diagrams import KINDS
 from sweeps.scene.engine.silenced_warnings import read_silenced
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
+from sweeps.scene.features import KEYS_OF_SET
+from sweeps.scene.features.torque_tables import read_driver, read_load
 
 _NOT_KNOWN = ("heat", "premixed_start", "wall_factor", "compression_exponent", "expansion_exponent")
 
@@ -112,8 +113,9 @@ def read_data_sheet(path: str | Path) -> Sheet:
                 f"{_meant(key, values[key])}"
             )
     read_cylinders(given, values["cylinders"], PERIOD, name)
-    tables = given.model_dump(include=set(TORQUE_TABLE_KEYS))
-    read_torque_tables(tables, path.parent, f"{name}: ")
+    for key, read in (("load_table", read_load), ("driver_table", read_driver)):
+        if raw.get(key) is not None:
+            read(raw[key], path.parent, f"{name}: {key}")
     read_silenced(given.silenced_warnings, name)
     sheet = given.data_sheet or DataSheet()
     rest = {k: item for k, item in raw.items() if k not in ("values", "diagram", "data_sheet")}
@@ -141,7 +143,8 @@ def described(sheet: Sheet) -> bool:
 
 def files_named(sheet: Sheet) -> list[str]:
     """Files that the sheet refers to, whose paths start from its folder."""
-    return [str(sheet.rest[key]) for key in TORQUE_TABLE_KEYS if key in sheet.rest]
+    named = (sheet.rest.get(key) for key in KEYS_OF_SET)
+    return [file for file in named if isinstance(file, str)]
 
 
 def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:

@@ -1,13 +1,13 @@
 """Engine files and the catalogue of engines.
 
 An engine file is TOML: `cycle`, optional `name`, `title`, `firing_order`, or `arrangement` and what
-else `sweeps.scene.engine.cylinder_keys` knows of single cylinders; `load_table` and `driver_table`,
-see `sweeps.scene.features.torque_tables`; `[values]` with the keys of a scene; a `[[diagram]]` for
-each load, or each load at each `speed`, modelled (see `sweeps.scene.engine.modelled_diagrams`) or
-read from a CSV file (`kind = "points"`), or one with the engine's torque
-(`sweeps.scene.features.torque_diagrams`); the tables of `sweeps.scene.features`; optional
-`[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn calibrate`; `[assumed]` with a reason
-for every value that the sources do not give; `[[source]]` with the citations.
+else `sweeps.scene.engine.cylinder_keys` knows of single cylinders; `[values]` with the keys of a
+scene; a `[[diagram]]` for each load, or each load at each `speed`, modelled (see
+`sweeps.scene.engine.modelled_diagrams`) or read from a CSV file (`kind = "points"`), or one with
+the engine's torque (`sweeps.scene.features.torque_diagrams`); the tables and keys of
+`sweeps.scene.features`; optional `[pressure_scale]` over speed; `[data_sheet]` for `engine-dyn
+calibrate`; `[assumed]` with a reason for every value that the sources do not give; `[[source]]`
+with the citations.
 """
 
 from __future__ import annotations
@@ -67,7 +67,6 @@ from sweeps.scene.engine.silenced_warnings import read_silenced
 from sweeps.scene.features import GIVEN_FEATURES, with_features
 from sweeps.scene.features.shaft import INERTIA_KEYS, SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import read_torque_diagram, torque_warnings
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS, read_torque_tables
 
 RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 """Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
@@ -188,9 +187,6 @@ def _read_engine(path: Path, name: str) -> Engine:
                 f"{name}: [values] {key}: not allowed together with shaft, whose discs have all "
                 "inertia"
             )
-    torque_tables = read_torque_tables(
-        given.model_dump(include=set(TORQUE_TABLE_KEYS)), path.parent, f"{name}: "
-    )
     engine = Engine(
         name=given.name or path.stem,
         title=one_line(given.title or given.name or path.stem),
@@ -205,8 +201,6 @@ def _read_engine(path: Path, name: str) -> Engine:
         firing_order=order,
         own_cylinders=own,
         torque=torque,
-        load_table=torque_tables.load,
-        driver_table=torque_tables.driver,
         assumed=dict(given.assumed),
         uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),

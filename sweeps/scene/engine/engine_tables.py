@@ -15,7 +15,6 @@ from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.features import file_with_features
 from sweeps.scene.features.shaft import Source
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 
 DIAGRAMS = "tables [[diagram]], one for each load"
 """Text of messages where an engine file has no diagrams."""
@@ -82,8 +81,6 @@ class EngineFile(Strict):
     mass_factor: Any = Field(default=None, description=CYLINDER_KEYS["mass_factor"])
     radius_factor: Any = Field(default=None, description=CYLINDER_KEYS["radius_factor"])
     articulated_rods: Any = Field(default=None, description=CYLINDER_KEYS["articulated_rods"])
-    load_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["load_table"])
-    driver_table: Any = Field(default=None, description=TORQUE_TABLE_KEYS["driver_table"])
     silenced_warnings: list[str] = Field(default=[], description=SILENCED)
     values: dict[str, Any] = Field(description="a table of parameters")
     data_sheet: DataSheet | None = Field(

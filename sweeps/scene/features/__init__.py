@@ -21,13 +21,14 @@ from sweeps.scene.features import (
     idler_gears,
     mounts,
     shaft,
+    torque_tables,
     web_weights,
 )
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
 __all__ = [
-    "GIVEN_FEATURES", "NEEDED", "file_with_features",
+    "GIVEN_FEATURES", "KEYS_OF_SET", "NEEDED", "file_with_features",
     "feature_words", "with_features", "without_dropped",
 ]  # fmt: skip
 
@@ -35,6 +36,8 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
     {
         feature.name: feature
         for feature in (
+            torque_tables.LOAD_TABLE,
+            torque_tables.DRIVER_TABLE,
             shaft.GIVEN,
             web_weights.GIVEN,
             mounts.GIVEN,
@@ -45,6 +48,11 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
     }
 )
 """All of them by name, in the order in which they are read."""
+
+KEYS_OF_SET: Mapping[str, GivenFeature] = MappingProxyType(
+    {name: one for name, one in GIVEN_FEATURES.items() if one.key}
+)
+"""Those that are keys of [set] in scenes, not tables."""
 
 NEEDED: Mapping[str, GivenFeature] = MappingProxyType(
     {one.feature.constant or "": one for one in GIVEN_FEATURES.values() if one.missing}
@@ -71,7 +79,7 @@ def file_with_features(own: type[Strict], *, scenes: bool) -> Any:
             ),
         )
         for one in GIVEN_FEATURES.values()
-        if scenes or not one.scenes_only
+        if not (one.key if scenes else one.scenes_only)
     }  # fmt: skip
     return create_model(own.__name__, __base__=own, __doc__=own.__doc__, **keys)
 
@@ -96,9 +104,11 @@ def with_features(engine: Engine, given: Strict, folder: Path, where: str) -> En
         For tables that make no part.
     """
     for name, feature in GIVEN_FEATURES.items():
-        tables = getattr(given, name, None)
+        settings = getattr(given, "set", None) if feature.key else None  # engine files have none
+        tables = getattr(given, name, None) if settings is None else settings.get(name)
         if tables is not None:
-            engine = feature.read(engine, tables, folder, where)
+            place = where if settings is None else f"{where}[set] "
+            engine = feature.read(engine, tables, folder, place)
     return engine
 
 

@@ -26,6 +26,9 @@ class GivenFeature:
     # Keys of one table for schemas, where `kind` does not say them; a single one may then also be
     # named by a text.
     table: type[Strict] | None = None
+    # Whether it is a key and no table: one of [set] in scenes, and one beside the tables of engine
+    # files.
+    key: bool = False
     scenes_only: bool = False  # Engine files do not have it
     # Missing: what is said where quantities need the part and the engine has none; empty where they
     # do without it.
@@ -49,6 +52,8 @@ class GivenFeature:
     @property
     def written(self) -> str:
         """The table as messages name it: [name], or [[name]] where there may be several."""
+        if self.key:
+            return self.name
         return f"[{self.name}]" if self.most is None else f"[[{self.name}]]"
 
 

@@ -1,80 +1,41 @@
-"""CSV files with the torque of a load or a driver, and the keys that name them.
+"""Keys `load_table` and `driver_table` of engine files and of [set]: CSV files with a torque.
 
-`load_table` gives a torque over an angle or a speed, either of the crank or of the load itself,
-over an angle also in closed form; `driver_table` gives one over the crank speed. Both are keys of
-engine files and of [set].
+`load_table` gives that of the load over an angle or a speed, either of the crank or of the load
+itself, over an angle also in closed form; `driver_table` gives that of a driver over the crank
+speed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
+from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import (
+    DrivenMachine,
     TorqueOverAngle,
     TorqueOverSpeed,
     torque_over_angle,
     torque_over_speed,
 )
+from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
+from engine_dyn.quantities.features import auxiliaries
+from engine_dyn.quantities.features.torque_tables import DRIVER, LOAD
 from engine_dyn.units import DEGREE, RPM
 from sweeps.base.checks import Strict, check_structure, mentioned
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.csv_tables import CsvTable, read_csv, with_line
 from sweeps.base.files.regular_files import referred
+from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.features.torque_diagrams import Harmonic, harmonics_of
+from sweeps.scene.values import GivenValues
 
 TORQUE_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN = "torque_Nm", "speed_rpm", "load_speed_rpm"
 OWN_COLUMN = "load_angle_deg"
-
-TORQUE_TABLE_KEYS: Mapping[str, str] = {
-    "load_table": "a string: the path of a CSV file with the load's torque_Nm over "
-    "crank_angle_deg, load_angle_deg, speed_rpm (of the crank) or load_speed_rpm; or a table with "
-    "mean and harmonics",
-    "driver_table": "a string: the path of a CSV file with the driver's torque_Nm over speed_rpm",
-}
-"""Keys that name tables of torque, with what is allowed."""
-
-
-@dataclass(frozen=True, eq=False)
-class TorqueTables:
-    """Torque of load and driver of one engine file or scene; None where not given."""
-
-    load: TorqueOverAngle | TorqueOverSpeed | None = None
-    driver: TorqueOverSpeed | None = None
-
-
-def read_torque_tables(raw: Mapping[str, Any], base: Path, where: str) -> TorqueTables:
-    """Read the files that the keys name, relative to `base`; None for keys that are missing.
-
-    Raises
-    ------
-    SceneError
-        In one line, with the line of the file where one is wrong.
-    """
-    tables: dict[str, Any] = {}
-    for key, allowed in TORQUE_TABLE_KEYS.items():
-        item = raw.get(key)
-        if item is None:
-            continue
-        if isinstance(item, Mapping) and key == "load_table":
-            tables["load"] = _in_closed_form(item, f"{where}{key}")
-            continue
-        if not isinstance(item, str) or not item:
-            raise SceneError(f"{where}{key} = {shown(item)}: must be {allowed}")
-        path = referred(base, item, f"{where}{key}")
-        table = read_csv(path, f"{where}{key} {item}", "a table of torque (CSV)")
-        try:
-            tables[key.removesuffix("_table")] = _curve(table, driver=key == "driver_table")
-        except SceneError:  # an error of the table itself names file and line already
-            raise
-        except ValueError as error:
-            raise SceneError(with_line(mentioned(error), table)) from None
-    return TorqueTables(**tables)
 
 
 class LoadInClosedForm(Strict):
@@ -87,15 +48,6 @@ class LoadInClosedForm(Strict):
     angle: Literal["crank", "load"] = Field(
         default="crank", description="'crank' or 'load': whose angle it is"
     )
-
-
-def _in_closed_form(item: Mapping[str, Any], where: str) -> TorqueOverAngle:
-    """Load torque over an angle, in closed form."""
-    given = check_structure(LoadInClosedForm, dict(item), where)
-    try:
-        return harmonics_of(given.harmonics, given.mean, own_angle=given.angle == "load")
-    except ValueError as error:
-        raise SceneError(f"{where}: {mentioned(error)}") from None
 
 
 def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
@@ -114,3 +66,102 @@ def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
     if column in (SPEED_COLUMN, OWN_SPEED_COLUMN):
         return torque_over_speed(places * RPM, torque, driver, own_speed=column != SPEED_COLUMN)
     return torque_over_angle(places * DEGREE, torque, own_angle=column == OWN_COLUMN)
+
+
+def _of_file(item: Any, folder: Path, where: str, *, driver: bool) -> Any:
+    """Torque of a CSV file that a key names."""
+    if not isinstance(item, str) or not item:
+        allowed = DRIVER_TABLE.says if driver else LOAD_TABLE.says
+        raise SceneError(f"{where} = {shown(item)}: must be {allowed}")
+    path = referred(folder, item, where)
+    table = read_csv(path, f"{where} {item}", "a table of torque (CSV)")
+    try:
+        return _curve(table, driver)
+    except SceneError:  # an error of the table itself names file and line already
+        raise
+    except ValueError as error:
+        raise SceneError(with_line(mentioned(error), table)) from None
+
+
+def read_load(item: Any, folder: Path, where: str) -> TorqueOverAngle | TorqueOverSpeed:
+    """Read a load's torque from the file that the key names, relative to `folder`, or from a table.
+
+    Raises
+    ------
+    SceneError
+        In one line, with the line of the file where one is wrong.
+    """
+    if not isinstance(item, Mapping):
+        torque: TorqueOverAngle | TorqueOverSpeed = _of_file(item, folder, where, driver=False)
+        return torque
+    given = check_structure(LoadInClosedForm, dict(item), where)
+    try:
+        return harmonics_of(given.harmonics, given.mean, own_angle=given.angle == "load")
+    except ValueError as error:
+        raise SceneError(f"{where}: {mentioned(error)}") from None
+
+
+def read_driver(item: Any, folder: Path, where: str) -> TorqueOverSpeed:
+    """Read a driver's torque from the file that the key names, as `read_load` does a load's."""
+    torque: TorqueOverSpeed = _of_file(item, folder, where, driver=True)
+    return torque
+
+
+def _with_load(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
+    return with_part(engine, LOAD.name, read_load(given, folder, f"{where}{LOAD.name}"))
+
+
+def _with_driver(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
+    return with_part(engine, DRIVER.name, read_driver(given, folder, f"{where}{DRIVER.name}"))
+
+
+def driven_machine(values: GivenValues) -> DrivenMachine:
+    """Load tables, driver tables, motor and auxiliaries of a scene, or else of its engine."""
+    engine = values.engine
+    load, driver = LOAD.of(engine), DRIVER.of(engine)
+    given = auxiliaries.of(engine)
+    return DrivenMachine(
+        over_angle=load if isinstance(load, TorqueOverAngle) else None,
+        load_over_speed=load if isinstance(load, TorqueOverSpeed) else None,
+        driver_over_speed=driver,
+        motor=driver is None and (values.gives(*MOTOR_KEYS) or values.engine_gives(*MOTOR_KEYS)),
+        load_law=_load_law(values),
+        engine_torque=engine.torque,
+        auxiliaries=None if given is None else given.torque,
+    )
+
+
+def _load_law(values: GivenValues) -> str:
+    """Name of the load's law over speed: the scene's keys choose it, or else the engine's."""
+    for gives in (values.gives, values.engine_gives):
+        for law in LOAD_LAWS.values():
+            if gives(*law.keys):
+                return law.name
+    return next(iter(LOAD_LAWS))
+
+
+def _words_of_load(values: GivenValues) -> tuple[str, ...]:
+    over_angle = isinstance(LOAD.of(values.engine), TorqueOverAngle)
+    return ("angle_load" if over_angle else "steady_load",)
+
+
+def _words_of_driver(values: GivenValues) -> tuple[str, ...]:
+    return ("with_driver" if driven_machine(values).has_driver else "no_driver",)
+
+
+LOAD_TABLE = GivenFeature(
+    LOAD,
+    "a string: the path of a CSV file with the load's torque_Nm over crank_angle_deg, "
+    "load_angle_deg, speed_rpm (of the crank) or load_speed_rpm; or a table with mean and "
+    "harmonics",
+    Any, _with_load, key=True, table=LoadInClosedForm, words=_words_of_load,
+    line=lambda torque: f"load_table: {torque}",
+)  # fmt: skip
+
+DRIVER_TABLE = GivenFeature(
+    DRIVER,
+    "a string: the path of a CSV file with the driver's torque_Nm over speed_rpm",
+    Any, _with_driver, key=True, words=_words_of_driver,
+    dropped=lambda values: values.gives(*MOTOR_KEYS),
+    line=lambda torque: f"driver_table: {torque}",
+)  # fmt: skip

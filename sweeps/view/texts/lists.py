@@ -13,8 +13,8 @@ from sweeps.base.ratios import ratio_text
 from sweeps.scene.axes import WORD_KEYS
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue
+from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.features.shaft import built_in_shafts
-from sweeps.scene.features.torque_tables import TORQUE_TABLE_KEYS
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, key_line
 from sweeps.view.texts.quantity_search import matching_lines, matching_quantities
@@ -56,7 +56,7 @@ def _keys() -> Lines:
     nodes = {k: node for k, node in PARAMETERS.items() if k not in NUMBERED} | dict(PATTERNS)
     keys = [(key, key_line(node)) for key, node in nodes.items()]
     others = {**CYLINDER_KEYS, **{k: w.says for k, w in WORD_KEYS.items() if w.read is not None}}
-    return [*keys, *others.items(), *TORQUE_TABLE_KEYS.items()]
+    return [*keys, *others.items(), *((key, one.says) for key, one in KEYS_OF_SET.items())]
 
 
 def _classes() -> Lines:

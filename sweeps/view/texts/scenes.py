@@ -155,9 +155,6 @@ def engine_text(engine: Engine) -> str:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:
         lines.append(f"  part of the cycle that is solved: {engine.own_cylinders.solved}")
-    for what, table in (("load", engine.load_table), ("driver", engine.driver_table)):
-        if table is not None:
-            lines.append(f"  {what}_table: {table}")
     for name, feature in GIVEN_FEATURES.items():
         if name in engine.parts and feature.line is not None:
             lines.append(f"  {feature.line(engine.parts[name])}")

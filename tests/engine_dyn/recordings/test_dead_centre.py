@@ -32,7 +32,7 @@ def catalogue_diagrams() -> list:
     found = []
     for name in catalogue():
         own = load_engine(name)
-        if own.load_table is not None or own.driver_table is not None or "compressor" in name:
+        if {"load_table", "driver_table"} & own.parts.keys() or "compressor" in name:
             continue
         values = own.values
         ratios = {"ntua": 17.433233, "b112": 19.0}
