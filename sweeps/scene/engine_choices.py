@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,7 +19,7 @@ import numpy as np
 from engine_dyn.engine import Engine
 from engine_dyn.types import Floats, Integers
 from sweeps.base.checks import mentioned
-from sweeps.base.dimensions import ARRANGEMENT, ENGINE
+from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE
 from sweeps.base.errors import SceneError, counted, shown
 from sweeps.scene.crossings import refused
 from sweeps.scene.cylinders import read_arrangement_axis
@@ -36,16 +37,17 @@ MOST = 200
 """Ordinary scenes that one scene may consist of."""
 
 
+_Chosen = tuple[dict[str, str], dict[str, Integers]]  # Names, and the positions that have them
+
+
 @dataclass(frozen=True)
 class EngineChoice:
     """One engine and one arrangement out of several."""
 
     raw: dict[str, Any]  # Tables of the ordinary scene
     name: str  # Name: what messages call it
-    # At: its place along the axes `engine` and `arrangement`, those of them that there are.
-    at: Mapping[str, int]
-    # Rows: its rows of [designs]; None where they are not told apart by engine or arrangement.
-    rows: Integers | None
+    # Its positions along `engine`, `arrangement` and `design`, those that tell the choices apart.
+    places: Mapping[str, Integers]
 
 
 @dataclass(frozen=True)
@@ -55,14 +57,6 @@ class EngineChoices:
     each: tuple[EngineChoice, ...]  # At least one
     # Axes of the scene in order: texts of `engine` and `arrangement`, None for all others.
     axes: Mapping[str, tuple[str, ...] | None]
-
-
-@dataclass(frozen=True)
-class _One:
-    """An engine or an arrangement as given, and what it is called."""
-
-    given: Any
-    text: str
 
 
 def engine_choices(
@@ -101,33 +95,34 @@ def engine_choices(
         return None
     if several or ARRANGEMENT in of_rows:
         _check_cylinders(given, designs, name)
-    axes: dict[str, tuple[str, ...] | None] = {}
-    if engines is not None and ENGINE not in given.axes:
-        axes[ENGINE] = tuple(one.text for one in engines)
-    for key in given.axes:
-        axes[key] = None
-        if key == ENGINE and engines is not None:
-            axes[key] = tuple(one.text for one in engines)
-        elif key == ARRANGEMENT:
-            axes[key] = tuple(one.text for one in several)
-    each = [
-        _choice(given, raw, name, base, designs, labels, engine, arrangement, rows)
-        for engine in (list(enumerate(engines)) if engines else [(-1, None)])
-        for arrangement in (list(enumerate(several)) if several else [(-1, None)])
-        for rows in _groups(of_rows)
+    told = {ENGINE: engines or [], ARRANGEMENT: list(several)}
+    told = {key: texts for key, texts in told.items() if texts}
+    along: list[list[_Chosen]] = [
+        [({key: text}, {key: np.array([place])}) for place, text in enumerate(texts)]
+        for key, texts in told.items()
     ]
+    each = [
+        _choice(
+            given, raw, name, base, designs, labels, several,
+            {key: text for words, _ in chosen for key, text in words.items()},
+            {key: here for _, places in chosen for key, here in places.items()},
+        )
+        for chosen in product(*along, _groups(of_rows))
+    ]  # fmt: skip
     if len(each) > MOST:
         raise SceneError(
             f"{name}: {counted(len(each), 'combination')} of engines and arrangements; must be at "
             f"most {MOST}"
         )
+    first = [ENGINE] if ENGINE in told and ENGINE not in given.axes else []
+    axes = {key: tuple(told[key]) if key in told else None for key in (*first, *given.axes)}
     return EngineChoices(tuple(each), axes)
 
 
 # --- what is given -------------------------------------------------------------------------------
 
 
-def _engine_axis(given: SceneFile, name: str, base: Path) -> list[_One] | None:
+def _engine_axis(given: SceneFile, name: str, base: Path) -> list[str] | None:
     """Engines of a list at the top or of [axes]; None without one."""
     where = f"{name}: engine"
     texts: Any = given.engine if isinstance(given.engine, list) else None
@@ -154,7 +149,7 @@ def _engine_axis(given: SceneFile, name: str, base: Path) -> list[_One] | None:
             )
         seen[real] = number
         load_engine(text, base, f"{where} number {number}")
-    return [_One(text, text) for text in texts]
+    return texts
 
 
 def _check_once(given: SceneFile, labels: Mapping[str, Sequence[str]], name: str) -> None:
@@ -199,17 +194,16 @@ def _no_engine(name: str) -> SceneError:
     return SceneError(f"{name}: engine: missing; must be {what}")
 
 
-def _arrangements(given: SceneFile, name: str) -> list[_One]:
-    """Arrangements of [axes]; those of one number of cylinders or of several."""
+def _arrangements(given: SceneFile, name: str) -> dict[str, Any]:
+    """Arrangements of [axes] by their names; those of one number of cylinders or of several."""
     if ARRANGEMENT not in given.axes:
-        return []
+        return {}
     keys = read_cylinder_keys(given.set, f"{name}: [set] ")
     several = read_arrangement_axis(given.axes[ARRANGEMENT], keys, name)
-    raw = given.axes[ARRANGEMENT]
-    return [_One(r, name_of(one)) for r, one in zip(raw, several, strict=True)]
+    return dict(zip(map(name_of, several), given.axes[ARRANGEMENT], strict=True))
 
 
-def _differ(several: Sequence[_One], given: SceneFile, name: str, base: Path) -> bool:
+def _differ(several: Mapping[str, Any], given: SceneFile, name: str, base: Path) -> bool:
     """Whether arrangements have other numbers of cylinders than the scene, so that these follow.
 
     A scene that gives numbers of cylinders itself is left as it is: these must fit.
@@ -221,7 +215,7 @@ def _differ(several: Sequence[_One], given: SceneFile, name: str, base: Path) ->
     assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
     try:
-        counts = {_count(one.given, engine, name) for one in several}
+        counts = {_count(one, engine, name) for one in several.values()}
     except SceneError:
         return False  # the ordinary scene says what is wrong
     return counts != {int(engine.values["cylinders"])}
@@ -251,15 +245,15 @@ def _first_rows(texts: Sequence[str]) -> list[tuple[int, str]]:
     return [(row, text) for text, row in first.items()]
 
 
-def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[tuple[dict[str, str], Integers | None]]:
+def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[_Chosen]:
     """Rows of [designs] with the same engine and arrangement, in the order in which they come."""
     if not of_rows:
-        return [({}, None)]
+        return [({}, {})]
     groups: dict[tuple[str, ...], list[int]] = {}
     for row, texts in enumerate(zip(*of_rows.values(), strict=True)):
         groups.setdefault(texts, []).append(row)
     return [
-        (dict(zip(of_rows, texts, strict=True)), np.array(rows, dtype=np.int64))
+        (dict(zip(of_rows, texts, strict=True)), {DESIGN: np.array(rows, dtype=np.int64)})
         for texts, rows in groups.items()
     ]
 
@@ -270,38 +264,28 @@ def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[tuple[dict[str, str], 
 def _choice(
     given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
     designs: Mapping[str, Floats], labels: Mapping[str, Sequence[str]],
-    engine: tuple[int, _One | None], arrangement: tuple[int, _One | None],
-    group: tuple[dict[str, str], Integers | None],
+    several: Mapping[str, Any], words: Mapping[str, str], places: Mapping[str, Integers],
 ) -> EngineChoice:  # fmt: skip  # what varies, and the scene that it varies in
-    """One engine and one arrangement as an ordinary scene."""
-    words, rows = group
-    text: Any = engine[1].given if engine[1] is not None else words.get(ENGINE, given.engine)
-    own = arrangement[1].given if arrangement[1] is not None else words.get(ARRANGEMENT)
-    at = {
-        key: place for key, (place, one) in ((ENGINE, engine), (ARRANGEMENT, arrangement))
-        if one is not None
-    }  # fmt: skip
-    what = []
-    if engine[1] is not None or ENGINE in words:
-        what.append(f"engine {shown(text)}")
-    if own is not None:
-        what.append(f"arrangement {shown(name_of(read_arrangement(own, name)))}")
+    """One engine and one arrangement as an ordinary scene; `words` are their names."""
+    text: Any = words.get(ENGINE, given.engine)
+    what = [f"{key} {shown(words[key])}" for key in (ENGINE, ARRANGEMENT) if key in words]
     named = f"{name}, {', '.join(what)}"
     made: dict[str, Any] = {"engine": text}
     for key, table in raw.items():
         if key == "axes":
             made[key] = {k: v for k, v in table.items() if k not in (ENGINE, ARRANGEMENT)}
         elif key == "designs" and table is not None:
-            columns = _rows_of(designs, labels, rows)
+            columns = _rows_of(designs, labels, places.get(DESIGN))
             if columns:
                 made[key] = columns
         elif key not in ("engine", "sample"):
             made[key] = table
-    if own is not None:
+    if ARRANGEMENT in words:
+        own = several.get(words[ARRANGEMENT], words[ARRANGEMENT])
         loaded = load_engine(text, base, f"{name}: engine")
         count = _count(own, loaded, named)
         made["set"] = {**made.get("set", {}), "cylinders": count, ARRANGEMENT: own}
-    return EngineChoice(made, named, at, rows)
+    return EngineChoice(made, named, places)
 
 
 def _rows_of(

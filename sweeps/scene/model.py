@@ -136,9 +136,6 @@ class Scene(GivenValues):
     files : dict of bytes
         The engine's file and all others that were read, but tables of designs: their columns are
         coordinates.
-    beside : tuple of OrdinaryScene
-        The ordinary scenes that a scene of several engines or arrangements consists of; empty for
-        an ordinary one. Then `engine` is the first of them.
 
     Examples
     --------
@@ -186,7 +183,6 @@ class Scene(GivenValues):
     folder: str
     files: Mapping[str, bytes]
     reduce: Reduce | None = None
-    beside: tuple[OrdinaryScene, ...] = ()
 
     def __repr__(self) -> str:
         title, engine = one_line(self.title, 60), one_line(self.engine_names, 60)
@@ -271,8 +267,8 @@ class Scene(GivenValues):
 
     @property
     def ordinary_scenes(self) -> tuple[Scene, ...]:
-        """The scenes of `beside`; an ordinary scene itself."""
-        return tuple(one.scene for one in self.beside) or (self,)
+        """The scene itself; of several engines or arrangements, the scene of each."""
+        return (self,)
 
     @property
     def engines(self) -> tuple[Engine, ...]:
@@ -303,20 +299,24 @@ class Scene(GivenValues):
         return (*filter(None, (self.own_cylinders,)), *self.arrangements)
 
 
-@dataclass(frozen=True, eq=False)
-class OrdinaryScene:
-    """One of the ordinary scenes that a scene of several engines or arrangements consists of.
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SeveralEngines(Scene):
+    """A scene of several engines or arrangements: an ordinary scene for each of them.
 
     Attributes
     ----------
-    scene : Scene
-        It asks for the quantities that its engine has.
-    at : mapping of int
-        Its place along the axes `engine` and `arrangement`, those of them that there are.
-    rows : ndarray of int, optional
-        Its rows of [designs], rising; None where it has all of them.
+    each : tuple of Scene
+        The ordinary scenes; each asks for the quantities that its engine has. What the scene as a
+        whole says of an engine is said of the first.
+    places : tuple of mapping of ndarray
+        For each its positions along `engine`, `arrangement` and `design`, rising; of these, all
+        have those that tell them apart.
     """
 
-    scene: Scene
-    at: Mapping[str, int]
-    rows: Integers | None
+    each: tuple[Scene, ...]
+    places: tuple[Mapping[str, Integers], ...]
+
+    @property
+    def ordinary_scenes(self) -> tuple[Scene, ...]:
+        """The scene of each."""
+        return self.each

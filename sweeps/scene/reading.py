@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import IO, Any, Unpack
 
@@ -46,7 +46,7 @@ from sweeps.scene.firing_patterns import read_firing_patterns
 from sweeps.scene.indicator import Indicated, check_quantities, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.measured import read_measured
-from sweeps.scene.model import OrdinaryScene, Scene
+from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reduce_reading import read_reduce
 from sweeps.scene.sample import read_uncertainty, with_sample
@@ -290,7 +290,7 @@ def _together(
     designs: dict[str, Floats], labels: dict[str, tuple[str, ...]],
 ) -> Scene:  # fmt: skip
     """Scene of several engines or arrangements: an ordinary scene for each, and the axes of all."""
-    each: list[OrdinaryScene] = []
+    each: list[Scene] = []
     refused: dict[str, SceneError] = {}
     for choice in choices.each:
 
@@ -300,43 +300,43 @@ def _together(
 
         scene, missing = those_possible(given.output.quantities, read)
         refused = {**missing, **refused}
-        each.append(OrdinaryScene(scene, choice.at, choice.rows))
+        each.append(scene)
     for quantity, error in refused.items():
-        if not any(quantity in one.scene.quantities for one in each):
+        if not any(quantity in one.quantities for one in each):
             raise error
     each = _named_apart(each)
-    first = each[0].scene
+    first = each[0]
     axes = {key: first.axes[key] if words is None else words for key, words in choices.axes.items()}
     of_solver = {key: first.axes[key] for key in (METHOD, INERTIA_MODEL) if key in first.axes}
-    engines = {one.scene.engine.title: None for one in each}
-    return replace(
-        first,
-        title=one_line(given.title or f"Scene on {'; '.join(engines)}"),
-        settings={key: value for key, value in first.settings.items() if key in given.set},
-        axes={**axes, **of_solver},
-        dimensions=_dimensions(axes, raw, of_solver),
-        designs=designs,
-        labels=labels,
-        quantities=tuple(given.output.quantities),
-        files={key: data for one in each for key, data in one.scene.files.items()},
-        confidential=tuple(dict.fromkeys(n for one in each for n in one.scene.confidential)),
-        own_cylinders=None,
-        beside=tuple(each),
-    )
+    engines = {one.engine.title: None for one in each}
+    known = {one.name: getattr(first, one.name) for one in fields(first)}
+    joined: dict[str, Any] = {
+        "title": one_line(given.title or f"Scene on {'; '.join(engines)}"),
+        "settings": {key: value for key, value in first.settings.items() if key in given.set},
+        "axes": {**axes, **of_solver},
+        "dimensions": _dimensions(axes, raw, of_solver),
+        "designs": designs,
+        "labels": labels,
+        "quantities": tuple(given.output.quantities),
+        "files": {key: data for one in each for key, data in one.files.items()},
+        "confidential": tuple(dict.fromkeys(n for one in each for n in one.confidential)),
+        "own_cylinders": None,
+        "each": tuple(each),
+        "places": tuple(choice.places for choice in choices.each),
+    }
+    return SeveralEngines(**{**known, **joined})
 
 
-def _named_apart(each: list[OrdinaryScene]) -> list[OrdinaryScene]:
+def _named_apart(each: list[Scene]) -> list[Scene]:
     """Scenes whose engines have different names: where files have the same, the files' own."""
     files: dict[str, set[str]] = {}
-    for one in each:
-        files.setdefault(one.scene.engine.name, set()).add(one.scene.source["engine"])
-
-    def named(scene: Scene) -> Scene:
-        if len(files[scene.engine.name]) == 1:
-            return scene
-        return replace(scene, engine=replace(scene.engine, name=one_line(scene.source["engine"])))
-
-    return [replace(one, scene=named(one.scene)) for one in each]
+    for scene in each:
+        files.setdefault(scene.engine.name, set()).add(scene.source["engine"])
+    return [
+        scene if len(files[scene.engine.name]) == 1 else
+        replace(scene, engine=replace(scene.engine, name=one_line(scene.source["engine"])))
+        for scene in each
+    ]  # fmt: skip
 
 
 def _assembled(

@@ -13,6 +13,7 @@ import sweeps
 from sweeps.catalogue import ENGINES
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
+from sweeps.scene.model import SeveralEngines
 from sweeps.scene.plan.forecast import text
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
@@ -93,11 +94,11 @@ def test_one_engine_in_a_list_is_that_engine_and_a_list_at_the_top_varies_slowes
     raw = {**ENGINES_BESIDE, "axes": axes, "engine": ["ntua", "v6_96x81"]}
     scene = read_scene(raw)
     assert scene.dimensions == ("engine", "speed", "inertia")
-    assert [one.scene.engine.name for one in scene.beside] == ["ntua", "v6_96x81"]
+    assert [one.engine.name for one in scene.ordinary_scenes] == ["ntua", "v6_96x81"]
     assert "engine ntua, v6_96x81" in repr(scene) and "12 designs" in repr(make_plan(scene))
     # Arrangements of the engine's own number of cylinders stay one scene.
     raw = {"engine": "v6_96x81", "axes": {"arrangement": [V6, "in-line 6"]}, "output": OUTPUT}
-    assert not read_scene(raw).beside
+    assert not isinstance(read_scene(raw), SeveralEngines)
 
 
 @pytest.mark.parametrize("named", [True, False])
@@ -132,7 +133,7 @@ def test_missing_quantities(with_spacing):
     scene = write_scene(with_spacing, asked, engine=engines, axes={"inertia": [2.0, 5.0]})
     read = read_scene(scene)
     assert read.quantities == ("shaking_moment_max", "delta")
-    assert read.beside[0].scene.quantities == ("delta",)
+    assert read.ordinary_scenes[0].quantities == ("delta",)
     found = sweeps.run(scene)
     assert np.isnan(found["shaking_moment_max"].sel(engine=0).values).all()
     assert np.isfinite(found["shaking_moment_max"].sel(engine=1).values).all()

@@ -217,7 +217,7 @@ def _one_engine(
             f"{name}: [[counterweights]] belong to one crankshaft: must be left out, or crank be "
             "own without another arrangement"
         )
-    if own.beside or own.arrangements or DESIGN in own.dimensions or ENGINE in own.dimensions:
+    if not {ARRANGEMENT, DESIGN, ENGINE}.isdisjoint(own.dimensions):
         raise SceneError(
             f"{name}: the scene has several engines or arrangements; it must have one, whose "
             "firing orders are compared"

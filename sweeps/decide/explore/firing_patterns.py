@@ -17,6 +17,7 @@ from sweeps.base.dimensions import DESIGN, ENGINE, FIRING_PATTERN, OF_PATTERNS
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.ratios import number_or_ratio
 from sweeps.decide.explore.firing_orders import check_left_out, given_scene
+from sweeps.scene.model import SeveralEngines
 from sweeps.scene.reading import read_scene
 
 if TYPE_CHECKING:
@@ -172,7 +173,8 @@ def _tables(given: Any, name: str, replaced: dict[str, Any], by: str) -> dict[st
     """Tables of a scene about one engine, which asks for what ranks."""
     own = read_scene(given)
     check_left_out(own, name, "firing patterns")
-    if own.beside or DESIGN in own.dimensions or ENGINE in own.dimensions or own.firing_patterns:
+    several = isinstance(own, SeveralEngines) or own.firing_patterns
+    if several or not {DESIGN, ENGINE}.isdisjoint(own.dimensions):
         raise SceneError(
             f"{name}: has several engines, designs or firing patterns; must have one engine, whose "
             "firing patterns are compared"

@@ -27,6 +27,7 @@ from sweeps.running.archive.provenance import (
     files_from_text,
     samples_hash,
 )
+from sweeps.scene.model import SeveralEngines
 from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.plan.shards import part, shard
 from sweeps.scene.reading import scene_of
@@ -184,8 +185,8 @@ def plan_of(
         scene = scene_of(raw, name, folder, Path(name), archive.files, columns=drawn)
         scene = replace(scene, source=source)
         # Joined parts have the modes of the archive, whatever new values would ask for.
-        joined = (axis or coordinates is not None) and not scene.beside and scene.engine.shaft
-        if joined and len(archive.values.get("mode", ())):
+        joined = (axis or coordinates is not None) and len(archive.values.get("mode", ()))
+        if joined and scene.engine.shaft and not isinstance(scene, SeveralEngines):
             scene = replace(scene, modes=len(archive.values["mode"]), modes_below=None)
         return make_plan(scene)
 

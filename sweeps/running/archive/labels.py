@@ -25,11 +25,18 @@ from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
-from sweeps.base.dimensions import DESIGN, ENGINE, PARAMETER, PUBLISHED, UNCERTAIN, WORD_AXES
+from sweeps.base.dimensions import (
+    ARRANGEMENT,
+    DESIGN,
+    ENGINE,
+    PARAMETER,
+    PUBLISHED,
+    UNCERTAIN,
+    WORD_AXES,
+)
 from sweeps.base.errors import printable
 from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.provenance import provenance
-from sweeps.running.archive.several_engines import about_several, engine_of
 from sweeps.running.archive.warnings import ATTRIBUTE, Watch
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.indicator_files import NOT_PEGGED
@@ -121,7 +128,7 @@ def describe(
             variables[name] = Variable(dims, flags(node.long_name, KINDS), kind="i1")
         else:
             kind = "f4" if single else "f8"
-            about = _about_several(plan, name) if plan.parts else _attributes(plan, node)
+            about = _of_several(plan, name) if plan.parts else _attributes(plan, node)
             if node.meanings:
                 about = {**about, **flags(node.long_name, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
@@ -149,21 +156,64 @@ def describe(
     )  # fmt: skip
 
 
-def _about_several(plan: Plan, name: str) -> dict[str, Any]:
+def _of_several(plan: Plan, name: str) -> dict[str, Any]:
     """Attributes of a result of several engines: those of the first that has it."""
-    parts = (plan.whole or plan).parts
-    plans = [part.plan for part in parts if name in part.plan.outputs]
-    each = [_attributes(one, one.scene.node(name)) for one in plans]
+    plans = [part.plan for part in (plan.whole or plan).parts]
+    each = [_attributes(one, one.scene.node(name)) for one in plans if name in one.outputs]
     attributes = each[0]
     if any(other.get("units") != attributes.get("units") for other in each):
         attributes.pop("units", None)
         attributes["comment"] = (
             "no single unit: it depends on the load exponent, which differs between the engines"
         )
-    lacking = [engine_of(part) for part in parts if name not in part.plan.outputs]
+    lacking = [_engine_of(one.scene) for one in plans if name not in one.outputs]
     if lacking:
         attributes["comment"] = f"not available for {', '.join(dict.fromkeys(lacking))}"
     return attributes
+
+
+def _engine_of(scene: Scene) -> str:
+    """Name of one of several engines, with its arrangement where that differs too."""
+    own = scene.own_cylinders
+    settings = scene.source.get("set") or {}
+    if own is None or own.arrangement is None or ARRANGEMENT not in settings:
+        return scene.engine.name
+    return f"{scene.engine.name}, {own.arrangement.name}"
+
+
+def _about_several(plan: Plan) -> dict[str, str]:
+    """Attributes of an archive of several engines: those of one engine, for each of them.
+
+    `engine`, `engine_title` and `references` list all. Assumptions and parameters that differ are
+    told by engine, those that all share as of one. `arrangement` is a list, one for each engine or
+    arrangement that lies along an axis.
+    """
+    each = [_about_engine(part.plan) for part in (plan.whole or plan).parts]
+    first = {attributes["engine"]: attributes for attributes in each}
+    names = list(first)
+    assumed = {engine: json.loads(a["engine_assumed"]) for engine, a in first.items()}
+    given = [json.loads(attributes["parameters"]) for attributes in each]
+    arrangements = [json.loads(a["arrangement"]) if a["arrangement"] else {} for a in each]
+    if len(first) > 1 and all(arrangements):
+        arrangements = [
+            {**arrangement, "engine": a["engine"]}
+            for arrangement, a in zip(arrangements, each, strict=True)
+        ]
+    told = {f"{engine}: {key}": why for engine, own in assumed.items() for key, why in own.items()}
+    return {
+        "references": "; ".join(
+            dict.fromkeys(source for a in first.values() for source in a["references"].split("; "))
+        ),
+        "engine": ", ".join(first),
+        # Titles of figures have little room; one engine then has several arrangements.
+        "engine_title": f"engines {', '.join(names)}" if names[1:] else f"cylinders of {names[0]}",
+        "engine_assumed": json.dumps(told if names[1:] else assumed[names[0]], ensure_ascii=False),
+        "engine_values": "",
+        "parameters": json.dumps(
+            {k: v for k, v in given[0].items() if all(other.get(k) == v for other in given)}
+        ),
+        "arrangement": json.dumps(arrangements) if all(arrangements) else "",
+    }
 
 
 def to_file_units(variable: Variable, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -368,7 +418,7 @@ def _about(plan: Plan) -> dict[str, Any]:
         "Conventions": "CF-1.11",
         "archive_format": str(ARCHIVE_FORMAT),
         "title": scene.title,
-        **(about_several(plan, _about_engine) if plan.parts else _about_engine(plan)),
+        **(_about_several(plan) if plan.parts else _about_engine(plan)),
         "solver": json.dumps(
             {
                 "method": list(scene.methods),

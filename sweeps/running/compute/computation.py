@@ -14,7 +14,9 @@ import numpy.typing as npt
 
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS
-from sweeps.base.dimensions import PARAMETER
+from engine_dyn.status import INVALID_INPUT
+from engine_dyn.types import Integers
+from sweeps.base.dimensions import PARAMETER, STATUS
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
 from sweeps.running.compute.progress import progress_bar
@@ -29,7 +31,7 @@ from sweeps.scene.plan.blocks import (
     index_of,
     shape_in,
 )
-from sweeps.scene.plan.plan import Plan, Stage, make_plan
+from sweeps.scene.plan.plan import Part, Plan, Stage, make_plan
 from sweeps.scene.plan.shards import by_cycles
 from sweeps.scene.reading import read_scene
 
@@ -89,7 +91,7 @@ class Computation:
         )  # fmt: skip
         self.rest = rest
         self.dims = {n: plan.dims(n) for n in rest.outputs if n not in plan.afterwards}
-        self.engines = [
+        self.parts = [
             Computation(
                 part.plan, {d: n for d, n in lengths.items() if d in part.plan.scene.dimensions},
                 progress=progress, threads=threads, device=device, all_in_each=True,
@@ -123,7 +125,7 @@ class Computation:
 
     def __exit__(self, *_: object) -> None:
         self.bars.close()
-        for one in (self.of_periods, *self.engines):
+        for one in (self.of_periods, *self.parts):
             if one is not None:
                 one.__exit__()
 
@@ -137,10 +139,7 @@ class Computation:
 
     def _results(self, block: Block) -> Results:
         if self.plan.parts:
-            each = [engine.results for engine in self.engines]
-            from sweeps.running.compute.side_by_side import side_by_side
-
-            return side_by_side(self.plan, block, each, self.all_in_each)
+            return self._of_parts(block)
         values = dict(self.known) if not block else _part_of(self.known, block)
         uses = self.uses.copy()
         for stage in self.stages:
@@ -180,6 +179,61 @@ class Computation:
                 self.plan, variation, block, results, [o.results(block) for o in others]
             )
         return results
+
+    def _of_parts(self, block: Block) -> Results:
+        """Outputs of a block of several plans: those of each alone, put into their places.
+
+        What an engine does not have stays missing: numbers are NaN, and the outcome of a design
+        whose solution was not asked for, because its engine lacks what it needs, is
+        `invalid_input`. Curves of firing patterns that repeat sooner than all of them together
+        repeat, and orders that do not belong to their period are 0.
+        """
+        plan, results = self.plan, Results()
+        outputs = {n: d for n, d in self.dims.items() if self.all_in_each or belongs(block, d)}
+        within = {d: slice(0, plan.sizes[d]) for dims in outputs.values() for d in dims} | block
+        for part, computation in zip(plan.parts, self.parts, strict=True):
+            inside = {d: _inside(part.places.get(d), whole) for d, whole in within.items()}
+            if not all(inside[d][0].size for d in block):
+                continue  # no design of this part lies in the block
+            own = {d: inside[d][1] for d in block if d in part.plan.scene.dimensions}
+            for name, values in computation.results(own).items():
+                if name in outputs:
+                    dims = outputs[name]
+                    if name not in results:
+                        results[name] = _missing(plan, name, block, values.dtype)
+                    here = np.ix_(*(inside[d][0] for d in dims))
+                    own_values = aligned(values, part.plan.dims(name), dims)
+                    results[name][here] = _repeated(own_values, part, dims)
+        for name in (name for name in outputs if name not in results):
+            kind = np.int8 if name == STATUS else np.float64
+            results[name] = _missing(plan, name, block, kind)
+        return results
+
+
+def _inside(positions: Integers | None, whole: slice) -> tuple[Integers, slice]:
+    """Which of the positions of a part, all unless given, lie in a range; its own range of them."""
+    if positions is None:
+        return np.arange(whole.stop - whole.start), whole
+    begin, end = np.searchsorted(positions, [whole.start, whole.stop])
+    return positions[begin:end] - whole.start, slice(int(begin), int(end))
+
+
+def _missing(plan: Plan, name: str, block: Block, kind: npt.DTypeLike) -> npt.NDArray[Any]:
+    """Array of a block in which nothing is there yet."""
+    fill = INVALID_INPUT if name == STATUS else np.nan
+    return np.full(shape_in(plan, plan.dims(name), block), fill, dtype=kind)
+
+
+def _repeated(values: npt.NDArray[Any], part: Part, dims: tuple[str, ...]) -> npt.NDArray[Any]:
+    """Results at all points of the whole plan, from those at a part's own points."""
+    for dimension, own in part.own.items():
+        if dimension in dims:
+            axis = dims.index(dimension)
+            values = np.take(values, own, axis=axis)
+            other = np.expand_dims(own < 0, [n for n in range(len(dims)) if n != axis])
+            if other.any():
+                values = np.where(other & ~np.isnan(values), 0.0, values)
+    return values
 
 
 def check_given(plan: Plan) -> None:

@@ -111,10 +111,10 @@ def _text_of_several(plan: Plan) -> str:
         f"axes: {axes}",
     ]
     for part in plan.parts:
-        place = [f"{key} {scene.axes[key][number]}" for key, number in part.at.items()]
-        if part.rows is not None:
-            place += [f"{key} {scene.labels[key][part.rows[0]]}" for key in (ENGINE, ARRANGEMENT)
-                      if key in scene.labels]  # fmt: skip
+        words = {key: scene.axes[key] for key in (ENGINE, ARRANGEMENT) if key in part.places}
+        place = [f"{key} {texts[part.places[key][0]]}" for key, texts in words.items()]
+        words = {key: scene.labels[key] for key in (ENGINE, ARRANGEMENT) if key in scene.labels}
+        place += [f"{key} {texts[part.places[DESIGN][0]]}" for key, texts in words.items()]
         lines += ["", f"{', '.join(place)}:", *(f"  {line}".rstrip() for line in
                                                 text(part.plan).splitlines()[1:])]  # fmt: skip
         lacking = [name for name in plan.outputs if name not in part.plan.outputs]

@@ -24,7 +24,7 @@ from engine_dyn.types import Integers
 from sweeps.base.dimensions import DESIGN, STATUS, TORSION_STATUS
 from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.scene.known_values import Value
-from sweeps.scene.model import Scene
+from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.plan.leaves import leaves_of, points_of
 from sweeps.scene.plan.shaft_modes import modes_kept
 from sweeps.scene.plan.variations import (
@@ -35,8 +35,6 @@ from sweeps.scene.plan.variations import (
 )
 from sweeps.scene.representations import html_tables, named_some
 from sweeps.scene.values import friction_law
-
-"""Nodes that the angle of a load over angle follows from."""
 
 MOST_CELLS = 1000
 """Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
@@ -194,24 +192,16 @@ class Part:
     ----------
     plan : Plan
         Its plan.
-    at : mapping of int
-        Its place along the axes `engine` and `arrangement`, those of them that there are.
-    rows : ndarray of int, optional
-        Its rows along `axis`, rising; None where it has all of them.
-    points : dict of ndarray
-        Places of its points among those of all parts, along the dimensions that quantities add.
-    axis : str
-        `design`, or the axis of firing patterns where these have different periods.
-    own : dict of ndarray
+    places : mapping of ndarray
+        Its positions among those of all parts, rising, along each dimension of which it may not
+        have all: those of designs that tell the parts apart, and those that quantities add.
+    own : mapping of ndarray
         Where its results repeat along such a dimension: its own point for each of all points, -1
         where its results are 0.
     """
 
     plan: Plan
-    at: Mapping[str, int]
-    rows: Integers | None
-    points: Mapping[str, Integers]
-    axis: str = DESIGN
+    places: Mapping[str, Integers]
     own: Mapping[str, Integers] = field(default_factory=dict)
 
 
@@ -223,7 +213,7 @@ def make_plan(scene: Scene) -> Plan:
     SceneError
         For modelled cycles none of which is one.
     """
-    if scene.beside:
+    if isinstance(scene, SeveralEngines):
         return _plan_of_several(scene)
     points = points_of(scene, scene.cycles)
     leaves = leaves_of(scene, points)
@@ -339,15 +329,16 @@ def _with_variation(plan: Plan, variation: Variation) -> Plan:
     )
 
 
-def _plan_of_several(scene: Scene) -> Plan:
+def _plan_of_several(scene: SeveralEngines) -> Plan:
     """Plan of a scene of several engines: the plans of all, and the dimensions of what they give.
 
     Quantities that one of them has not are not asked of it: see `sweeps.scene.reading`.
     """
-    plans = [make_plan(one.scene) for one in scene.beside]
-    points, places = points_of_several([made.points for made in plans])
+    plans = [make_plan(one) for one in scene.each]
+    points, places = _points_of_several([made.points for made in plans])
+    apart = frozenset(scene.places[0])
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}
-    stages = _stages_of_several(scene, plans, sizes)
+    stages = _stages_of_several(scene, plans, sizes, apart)
     outputs = [name for name in scene.quantities if name in stages]
     kept = [STATUS, *(name for node in stages.values() for name in node.node.beside)]
     outputs += [n for n in kept if n not in outputs and any(n in made.outputs for made in plans)]
@@ -359,36 +350,50 @@ def _plan_of_several(scene: Scene) -> Plan:
         tuple(n for n in plans[0].unused_settings
               if (n in scene.settings or n.startswith("["))
               and all(n in made.unused_settings for made in plans)),
-        frozenset(d for made in plans for d in made.of_tables) | _telling_apart(scene),
+        frozenset(d for made in plans for d in made.of_tables) | apart,
         parts=tuple(
-            Part(made, one.at, one.rows, own)
-            for made, one, own in zip(plans, scene.beside, places, strict=True)
+            Part(made, {**own, **of_points})
+            for made, own, of_points in zip(plans, scene.places, places, strict=True)
         ),
     )  # fmt: skip
 
 
-def _telling_apart(scene: Scene) -> frozenset[str]:
-    """Dimensions along which the ordinary scenes lie."""
-    axes = {key for one in scene.beside for key in one.at}
-    return frozenset(axes | ({DESIGN} if scene.beside[0].rows is not None else set()))
-
-
 def _stages_of_several(
-    scene: Scene, plans: Sequence[Plan], sizes: Mapping[str, int]
+    scene: Scene, plans: Sequence[Plan], sizes: Mapping[str, int], apart: frozenset[str]
 ) -> dict[str, Stage]:
-    """Stages of all plans, each on the dimensions that it has in any of them."""
-    own = _telling_apart(scene)
+    """Stages of all plans, each on the dimensions that it has in any of them, and on `apart`."""
     dims: dict[str, set[str]] = {}
     nodes: dict[str, Node] = {}
     for made in plans:
         for stage in made.stages:
             nodes.setdefault(stage.node.name, stage.node)
-            dims.setdefault(stage.node.name, set(own)).update(stage.dims)
+            dims.setdefault(stage.node.name, set(apart)).update(stage.dims)
     stages = {}
     for name, node in nodes.items():
         ordered = tuple(d for d in (*scene.dimensions, *DIMENSIONS) if d in dims[name])
         stages[name] = Stage(node, ordered, math.prod(sizes[d] for d in ordered))
     return stages
+
+
+Points = Mapping[str, npt.NDArray[Any]]
+
+
+def _points_of_several(each: Sequence[Points]) -> tuple[Points, list[dict[str, Integers]]]:
+    """Points of all, and the places of the points of each among them."""
+    joined: dict[str, npt.NDArray[Any]] = {}
+    places: list[dict[str, Integers]] = [{} for _ in each]
+    for name, first in each[0].items():
+        own = [points[name] for points in each]
+        if all(np.array_equal(first, other) for other in own):
+            joined[name], here = first, [np.arange(len(first))] * len(own)
+        else:  # Points are the same where nine decimals are.
+            rounded = [np.round(values, 9) for values in own]
+            union, at = np.unique(np.concatenate(rounded), return_index=True)
+            joined[name] = np.concatenate(own)[at]
+            here = [np.searchsorted(union, values) for values in rounded]
+        for part, positions in zip(places, here, strict=True):
+            part[name] = positions
+    return joined, places
 
 
 class _Ancestors:
@@ -441,38 +446,3 @@ def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[
     if DESIGN in touched:
         unused += tuple(c for c in scene.designs if c not in used)
     return unused
-
-
-DECIMALS = 9
-"""Angles that are the same to so many places are the same point."""
-
-Points = Mapping[str, npt.NDArray[Any]]
-
-
-def points_of_several(each: Sequence[Points]) -> tuple[Points, list[dict[str, Integers]]]:
-    """Points of all, and the places of the points of each among them."""
-    joined: dict[str, npt.NDArray[Any]] = {}
-    for name in dict.fromkeys(name for points in each for name in points):
-        own = [points[name] for points in each]
-        if all(np.array_equal(own[0], other) for other in own):
-            joined[name] = own[0]
-            continue
-        together = np.concatenate(own)
-        if together.dtype.kind == "f":
-            _, first = np.unique(np.round(together, DECIMALS), return_index=True)
-            joined[name] = together[first]
-        else:
-            joined[name] = np.unique(together)
-    places = [
-        {name: _places(joined[name], values) for name, values in points.items()} for points in each
-    ]
-    return joined, places
-
-
-def _places(joined: npt.NDArray[Any], own: npt.NDArray[Any]) -> Integers:
-    """Positions of points among all."""
-    if own is joined or np.array_equal(own, joined):
-        return np.arange(len(joined))
-    if own.dtype.kind == "f":
-        joined, own = np.round(joined, DECIMALS), np.round(own, DECIMALS)
-    return np.asarray(np.searchsorted(joined, own), dtype=np.int64)

@@ -125,13 +125,12 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
             leaves={**leaves, **leaves_of_points(points, plan.scene.engine.period)},
         )
         rows = np.flatnonzero(cycles == own)
-        places = {name: np.arange(len(values)) for name, values in plan.points.items()}
-        own_points = {d: places[d] % len(points[d]) for d in OVER_CYCLES}
-        own_points["order"] = np.full(len(places["order"]), -1)
+        own_points = {d: np.arange(len(plan.points[d])) % len(points[d]) for d in OVER_CYCLES}
+        own_points["order"] = np.full(len(plan.points["order"]), -1)
         there = np.searchsorted(plan.points["order"], points["order"])
         own_points["order"][there] = np.arange(len(there))
         made = part(made, axis, rows, "")
-        parts.append(Part(made, {}, rows, places, axis, own_points))
+        parts.append(Part(made, {axis: rows}, own_points))
     return rest, replace(whole, parts=tuple(parts))
 
 
@@ -152,22 +151,15 @@ def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part,
     """Engines, out of several, that lie in a part of all designs, and their share of that part."""
     those = []
     for one in parts:
-        if axis in one.at:
-            here = np.flatnonzero(places == one.at[axis])
-            if here.size:
-                those.append(replace(one, at={**one.at, axis: int(here[0])}))
-        elif axis == DESIGN and one.rows is not None:
-            rows = np.flatnonzero(np.isin(places, one.rows))
-            if not rows.size:
+        own, held = places, one.places
+        if axis in held:
+            here = np.flatnonzero(np.isin(places, held[axis]))
+            if not here.size:
                 continue
-            own = np.searchsorted(one.rows, places[rows])
-            varies = DESIGN in one.plan.scene.dimensions
-            made = part(one.plan, DESIGN, own, "") if varies else one.plan
-            those.append(replace(one, rows=rows, plan=made))
-        elif axis in one.plan.scene.dimensions:
-            those.append(replace(one, plan=part(one.plan, axis, places, "")))
-        else:
-            those.append(one)
+            own, held = np.searchsorted(held[axis], places[here]), {**held, axis: here}
+        varies = axis in one.plan.scene.dimensions
+        made = part(one.plan, axis, own, "") if varies else one.plan
+        those.append(replace(one, plan=made, places=held))
     return tuple(those)
 
 
