@@ -103,10 +103,6 @@ NODES: tuple[Node, ...] = (
         public=False, when="over_speed", make=_place_at_speed,
     ),
     Node(
-        "place", "", "1", "place of the recorded cycle in the table", kind="value",
-        public=False, when="over_cycles", make=lambda recorded_cycle: recorded_cycle - 1.0,
-    ),
-    Node(
         "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
         when="given_cycles", make=lambda place: place,
     ),

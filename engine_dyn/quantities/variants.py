@@ -57,21 +57,12 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
         "patton_nitschke_heywood": "it is the sum of the components' friction",
     },
     {
-        "over_load": "the engine's diagrams depend on the load",
-        "over_speed": "the engine's diagrams depend on load and speed",
-        "over_cycles": "the diagrams are recorded cycles, chosen by their numbers",
-    },
-    {
         "given_cycles": "the diagrams are those of the engine or of the scene",
         "own_cycles": "the scene replaces parameters of the engine's modelled cycle",
     },
     {
         "volume_of_diagrams": "the compression ratio is that of the diagrams, or the engine's",
         "volume_given": "the scene gives a geometric compression ratio",
-    },
-    {
-        "one_scale": "the diagrams are those of all speeds, or those of each are given",
-        "scale_over_speed": "a factor on the engine's diagrams depends on the speed",
     },
     {law.name: law.meaning for law in LAWS},
     {

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from sweeps.base.errors import SceneError
+from sweeps.scene.features import GIVEN_FEATURES
 
 
 class Crossing(NamedTuple):
@@ -252,19 +253,12 @@ CROSSINGS = (
 """Pairs that are refused. Of those that a scene has, the first is said."""
 
 REPLACED = (
-    ("[indicator]", "the diagrams of the engine and their factor over the speed"),
-    ("[characteristic]", "the load of the engine"),
-    ("[shaft]", "the shaft of the engine, its inertia and the parts of it"),
-    ("[[auxiliaries]]", "the [[auxiliaries]] of the engine"),
-    ("[[mounts]]", "the [[mounts]] of the engine"),
-    ("[[idler_gears]]", "the [[idler_gears]] of the engine"),
-    (
-        "[[counterweights]]",
-        "[[counterweights]], counterweight_fraction and counterweight_mass of the engine",
+    *(
+        (one.written, one.replaces or f"the {one.written} of the engine")
+        for one in GIVEN_FEATURES.values()
+        if one.replaces or not one.scenes_only
     ),
     ("counterweight_fraction or counterweight_mass", "the [[counterweights]] of the engine"),
-    ("load_table", "the load_table of the engine"),
-    ("driver_table", "the driver_table and the motor of the engine"),
     ("a motor", "the driver_table of the engine"),
     ("friction by components", "constants and shares of the friction of the engine"),
     ("reciprocating_mass", "the piston_mass of the engine"),

@@ -30,12 +30,12 @@ from sweeps.base.dimensions import ELASTICITY, LABELS
 from sweeps.scene.axes import WORD_KEYS
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
 from sweeps.scene.engine.data_sheets import KNOWN_OF_CYCLE
-from sweeps.scene.engine.diagram_speeds import MEANING, SPEEDS
 from sweeps.scene.engine.engine_files import TORQUE
 from sweeps.scene.engine.engine_tables import EngineFile
 from sweeps.scene.engine.modelled_diagrams import KINDS, OF_ENGINE, Kind
 from sweeps.scene.engine.silenced_warnings import KNOWN
 from sweeps.scene.features import GIVEN_FEATURES, KEYS_OF_SET
+from sweeps.scene.features.indicator_files import MEANING, SPEEDS
 from sweeps.scene.features.shaft import SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import TorqueDiagram
 from sweeps.scene.sample import LARGEST, METHODS, WORDS

@@ -27,10 +27,11 @@ from engine_dyn.types import Floats, Integers
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, one_line
 from sweeps.scene.engine.engine_files import RATIO
+from sweeps.scene.features import indicator, measured
+from sweeps.scene.features.measured import Measured
 from sweeps.scene.features.torque_tables import driven_machine
 from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.known_values import Value, known_values
-from sweeps.scene.measured import Measured
 from sweeps.scene.reduce import Reduce
 from sweeps.scene.representations import ends, html_tables, named_some, unit_after
 from sweeps.scene.sample import Sample
@@ -65,7 +66,7 @@ class Scene(GivenValues):
     ----------
     title : str
         One line.
-    engine, settings, axes, designs
+    engine, settings, axes, designs, parts
         See `GivenValues`.
     dimensions : tuple of str
         Axes in the order of the file, `design` where [designs] stands among its tables, then
@@ -86,21 +87,6 @@ class Scene(GivenValues):
         Cylinders along the axis `arrangement`; empty without it.
     firing_patterns : FiringPatterns, optional
         Which firings happen, in sequence and over several cycles.
-    indicator : Diagram, optional
-        The measured diagram that replaces the engine's own; of several cycles their mean.
-    compression_ratio : float, optional
-        Of the cylinders, where no parameter of the scene gives it: that of [indicator], else the
-        engine's [1].
-    recorded_cycles : tuple of Diagram
-        Each recorded cycle, for the key `recorded_cycle`; empty without them.
-    indicator_notes : tuple of str
-        What was done to the recording that it comes from, as its file says.
-    indicator_speeds : tuple of float, optional
-        Lowest and highest speed [rpm] for which the measured diagram holds, where that is known.
-    confidential : tuple of str
-        Names in `files` of which archives hold the hash alone.
-    measured : Measured, optional
-        Recordings of the speed to compare with.
     methods, inertia_models : tuple of str
         As asked for; one unless they are dimensions.
     tolerance : float
@@ -155,13 +141,6 @@ class Scene(GivenValues):
     own_cylinders: Cylinders | None
     arrangements: tuple[Cylinders, ...]
     firing_patterns: FiringPatterns | None
-    indicator: Diagram | None
-    compression_ratio: float | None
-    recorded_cycles: tuple[Diagram, ...]
-    indicator_notes: tuple[str, ...]
-    indicator_speeds: tuple[float, float] | None
-    confidential: tuple[str, ...]
-    measured: Measured | None
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
     tolerance: float
@@ -206,8 +185,8 @@ class Scene(GivenValues):
     def words(self) -> tuple[str, ...]:
         """Words that select the variants of quantities: see `sweeps.scene.variants`."""
         return variant_words(
-            self, closure=self.closure, measured=self.indicator is not None,
-            described=self.described, patterns=self.firing_patterns, law=self.driven.law,
+            self, closure=self.closure, described=self.described,
+            patterns=self.firing_patterns, law=self.driven.law,
         )  # fmt: skip
 
     @cached_property
@@ -221,6 +200,46 @@ class Scene(GivenValues):
         more = {key: getattr(self, key) for key in (RATIO, *SOLVER_COLUMNS)}
         single = {key: value for key, value in more.items() if value is not None}
         return known_values(self, self.words, single)
+
+    @property
+    def indicator(self) -> Diagram | None:
+        """The measured diagram that replaces the engine's own; of several cycles their mean."""
+        return indicator.of(self).diagram
+
+    @property
+    def recorded_cycles(self) -> tuple[Diagram, ...]:
+        """Each recorded cycle, for the key `recorded_cycle`; empty without them."""
+        return indicator.of(self).cycles
+
+    @property
+    def indicator_notes(self) -> tuple[str, ...]:
+        """What was done to the recording of the measured diagram, as its file says."""
+        return indicator.of(self).notes
+
+    @property
+    def indicator_speeds(self) -> tuple[float, float] | None:
+        """Lowest and highest speed [rpm] for which the measured diagram holds, where known."""
+        return indicator.of(self).speeds
+
+    @property
+    def confidential(self) -> tuple[str, ...]:
+        """Names in `files` of which archives hold the hash alone."""
+        each = (name for one in self.ordinary_scenes for name in indicator.of(one).confidential)
+        return tuple(dict.fromkeys(each))
+
+    @property
+    def compression_ratio(self) -> float | None:
+        """Compression ratio where no parameter of the scene gives it [1].
+
+        It is that of [indicator], else the engine's.
+        """
+        stated = indicator.of(self).compression_ratio
+        return self.engine.compression_ratio if stated is None else stated
+
+    @property
+    def measured(self) -> Measured | None:
+        """Recordings of the speed to compare with."""
+        return measured.of(self)
 
     @property
     def characteristic(self) -> Characteristic | None:

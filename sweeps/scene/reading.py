@@ -41,11 +41,14 @@ from sweeps.scene.engine_choices import (
     engine_choices,
     those_possible,
 )
-from sweeps.scene.features import with_features, without_dropped
+from sweeps.scene.features import (
+    check_asked,
+    parts_of_scene,
+    with_features,
+    without_dropped,
+)
 from sweeps.scene.firing_patterns import read_firing_patterns
-from sweeps.scene.indicator import Indicated, check_quantities, read_indicator_table
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
-from sweeps.scene.measured import read_measured
 from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reduce_reading import read_reduce
@@ -319,7 +322,6 @@ def _together(
         "labels": labels,
         "quantities": tuple(given.output.quantities),
         "files": {key: data for one in each for key, data in one.files.items()},
-        "confidential": tuple(dict.fromkeys(n for one in each for n in one.confidential)),
         "own_cylinders": None,
         "each": tuple(each),
         "places": tuple(choice.places for choice in choices.each),
@@ -363,24 +365,17 @@ def _assembled(
     _check_size(values, dimensions, name)
     check_output(given.output, engine, name)
     passes = solver.start.get("passes")
-    indicated = _indicator(given, values, name, base)
-    if indicated.confidential:
-        check_quantities(given.output.quantities, name)
+    values = replace(values, parts=parts_of_scene(given, values, base, f"{name}: "))
+    check_asked(values, given.output.quantities, name)
     return Scene(
         engine=engine,
         settings=settings,
         axes=values.axes,
         designs=designs,
+        parts=values.parts,
         title=one_line(given.title or f"Scene on {engine.title}"),
         dimensions=dimensions,
         labels=labels,
-        indicator=indicated.diagram,
-        compression_ratio=_compression_ratio(given, values),
-        recorded_cycles=indicated.cycles,
-        indicator_notes=indicated.notes,
-        indicator_speeds=indicated.speeds,
-        confidential=indicated.confidential,
-        measured=read_measured(given.measured, values, base, name),
         own_cylinders=own_cylinders(cylinder_keys, values, f"{name}: [set] "),
         arrangements=cylinders_along_axis(words.get(ARRANGEMENT, ()), cylinder_keys, values, name),
         firing_patterns=read_firing_patterns(
@@ -442,18 +437,3 @@ def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> 
             f"{name}: {' x '.join(dimensions)}: {count:.3g} designs; must be at most "
             f"{MOST_DESIGNS:g}"
         )
-
-
-def _compression_ratio(given: SceneFile, values: GivenValues) -> float | None:
-    """Compression ratio that [indicator] gives, else that of the engine's diagrams."""
-    measured = None if given.indicator is None else given.indicator.compression_ratio
-    return values.engine.compression_ratio if measured is None else measured
-
-
-def _indicator(given: SceneFile, values: GivenValues, name: str, base: Path) -> Indicated:
-    """The measured diagram of [indicator]; without it, nothing of it."""
-    if given.indicator is None:
-        return Indicated(None)
-    return read_indicator_table(
-        given.indicator, values.engine, base, name, cycles=values.gives("recorded_cycle")
-    )

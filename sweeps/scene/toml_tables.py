@@ -13,11 +13,8 @@ from pydantic import Field
 from engine_dyn import status
 from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import Strict
-from sweeps.base.columns.options import PressureOptions
-from sweeps.scene.engine.diagram_speeds import MEANING
 from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.features import file_with_features
-from sweeps.scene.measured import MeasuredTable
 from sweeps.scene.reduce import ReduceTable
 
 FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != status.CONVERGED)
@@ -42,20 +39,6 @@ class File(Strict):
     """A file that the scene names."""
 
     file: str = Field(description="a string: the path of a CSV file", min_length=1)
-
-
-class Indicator(PressureOptions):
-    """A measured diagram, and how its file becomes one."""
-
-    file: str = Field(
-        description="a string: the path of a recorded pressure, such as a CSV file", min_length=1
-    )
-    confidential: bool = Field(
-        default=False, description="true or false: archives store only the hash of the diagram"
-    )
-    speeds: list[float] | None = Field(
-        default=None, description=f"a list of two numbers: {MEANING}"
-    )
 
 
 class Solver(Strict):
@@ -127,12 +110,6 @@ class SceneFile(Strict):
     )
     reduce: ReduceTable | None = Field(
         default=None, description="a table of what is asked of all designs, in place of each"
-    )
-    indicator: Indicator | None = Field(
-        default=None, description="a table with file = 'pressure.csv'"
-    )
-    measured: MeasuredTable | None = Field(
-        default=None, description="a table with file, kind and wheel: recordings of the speed"
     )
     solver: Solver = Field(default=Solver(), description="a table")
     output: Output = Field(description="a table [output] with quantities = ['delta', ...]")

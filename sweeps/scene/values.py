@@ -5,7 +5,8 @@ The engine's own values hold wherever the scene gives none.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -39,6 +40,8 @@ class GivenValues:
     # Values of every axis but `design`: numbers, or words.
     axes: dict[str, Floats | tuple[str, ...]]
     designs: dict[str, Floats]  # Columns of [designs], equally long; empty without [designs]
+    # Structured parts of the scene that belong to no engine, by the names of their features.
+    parts: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def given(self) -> dict[str, Given]:

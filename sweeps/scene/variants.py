@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from engine_dyn.geometry.cylinders import SEALED, Cylinders
 from engine_dyn.pressure.double_acting import ends_of
-from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.scene.engine.engine_files import GEOMETRIC
@@ -22,7 +21,7 @@ OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_
 
 
 def variant_words(
-    values: GivenValues, *, closure: str, measured: bool, described: Sequence[Cylinders],
+    values: GivenValues, *, closure: str, described: Sequence[Cylinders],
     patterns: FiringPatterns | None, law: str,
 ) -> tuple[str, ...]:  # fmt: skip
     """Words that select variants: one of each group of `engine_dyn.quantities.variants`.
@@ -33,8 +32,6 @@ def variant_words(
         What scene and engine give.
     closure : str
         What the nominal speed means.
-    measured : bool
-        Whether a measured diagram replaces those of the engine.
     described : sequence of Cylinders
         Cylinders that scene or engine say more of than their number.
     patterns : FiringPatterns, optional
@@ -42,22 +39,14 @@ def variant_words(
     law : str
         Law of what loads or drives the crankshaft.
     """
-    over_speed = not measured and isinstance(values.engine.family, FamilyGrid)
-    if values.gives("recorded_cycle"):
-        diagrams = "over_cycles"
-    else:
-        diagrams = "over_speed" if over_speed else "over_load"
-    scaled = not measured and values.engine.pressure_scale is not None
     return (
         closure,
         "by_pressure" if values.engine.torque is None else "by_torque",
         "single_acting" if ends_of(values.engine.family) is None else "double_acting",
         *_cylinder_words(values, described, patterns),
         friction_law(values),
-        diagrams,
         "own_cycles" if values.cycle_keys else "given_cycles",
         "volume_given" if values.gives(GEOMETRIC) else "volume_of_diagrams",
-        "scale_over_speed" if scaled else "one_scale",
         law,
         "motor_of_slip" if motor_of_slip(values) else "motor_of_speed",
         _speed_word(values),

@@ -14,7 +14,7 @@ from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from sweeps.scene.engine.indicator_files import read_indicator
+from sweeps.scene.features.indicator_files import read_indicator
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
 from tests.support.scenes import NOT_OF_AN_ENGINE

@@ -21,7 +21,7 @@ from sweeps.cli.main import main
 from sweeps.decide.optimise.space import read_space
 from sweeps.running.archive.netcdf import write
 from sweeps.scene.conditions import constraint
-from sweeps.scene.indicator import without_pressures
+from sweeps.scene.features.indicator import without_pressures
 from sweeps.scene.reading import read_scene
 from sweeps.view.figures import options_of
 from sweeps.view.figures.study import study_of

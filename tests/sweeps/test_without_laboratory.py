@@ -82,7 +82,7 @@ def test_a_recording_is_refused_in_one_line(words: tuple[str, ...], recording: P
 def test_a_checkout_that_was_installed_before_reads_recordings(
     recording: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.scene.indicator.entry_points", lambda **_: ())
+    monkeypatch.setattr("sweeps.scene.features.indicator.entry_points", lambda **_: ())
     result = sweeps.run(
         engine="ntua", indicator={"file": recording}, output={"quantities": ["imep"]}
     )

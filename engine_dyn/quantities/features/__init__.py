@@ -12,6 +12,7 @@ from engine_dyn.quantities.features import (
     auxiliaries,
     characteristic,
     idler_gears,
+    indicator,
     mounts,
     shaft,
     torque_tables,
@@ -23,6 +24,7 @@ __all__ = ["FEATURES"]
 
 FEATURES: tuple[Feature[Any], ...] = (
     shaft.FEATURE, web_weights.FEATURE, mounts.FEATURE, auxiliaries.FEATURE,
-    characteristic.FEATURE, torque_tables.LOAD, torque_tables.DRIVER, idler_gears.FEATURE,
+    indicator.FEATURE, characteristic.FEATURE, torque_tables.LOAD, torque_tables.DRIVER,
+    idler_gears.FEATURE,
 )  # fmt: skip
 """All of them, in the order of their dimensions in archives."""

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from engine_dyn.engine import Engine
 from engine_dyn.quantities.node import Dimension, Node
 
 Part = TypeVar("Part")
+
+
+class HasParts(Protocol):
+    """An engine, or a scene with parts that belong to no engine."""
+
+    @property
+    def parts(self) -> Mapping[str, Any]:
+        """Structured parts by the names of their features."""
 
 
 class Addition(NamedTuple):
@@ -26,7 +33,7 @@ class Addition(NamedTuple):
 class Feature(Generic[Part]):
     """Everything that the graph of quantities has because of one part of an engine."""
 
-    name: str  # Key of the part in `Engine.parts`
+    name: str  # Key of the part in `Engine.parts`, or in those of a scene
     long_name: str  # Meaning of the part in one line
     subject: str = ""  # Group of `engine-dyn list quantities` that its quantities stand in
     # Nodes: its quantities, and its keys of scenes.
@@ -44,11 +51,11 @@ class Feature(Generic[Part]):
     # Name of the node that holds the part as a whole; None where no node needs it.
     constant: str | None = None
 
-    def of(self, engine: Engine) -> Part | None:
-        """Return the part of an engine; None for an engine without it."""
-        return engine.parts.get(self.name)
+    def of(self, owner: HasParts) -> Part | None:
+        """Return the part of an engine or of a scene; None where it has none."""
+        return owner.parts.get(self.name)
 
-    def points(self, engine: Engine) -> dict[str, int]:
+    def points(self, engine: HasParts) -> dict[str, int]:
         """Return the number of points along each dimension of the part."""
         part = self.of(engine)
         sizes = (0,) * len(self.dimensions) if part is None else self.sizes(part)

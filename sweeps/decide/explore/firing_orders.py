@@ -31,6 +31,7 @@ from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.cylinder_keys import arrangement_of, read_arrangement
 from sweeps.scene.engine.engine_files import catalogue
 from sweeps.scene.engine_choices import those_possible
+from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 
@@ -212,11 +213,12 @@ def _one_engine(
     """The engine's own arrangement, and the tables of a scene that says nothing of it."""
     own = read_scene(given)
     check_left_out(own, name, "all firing orders of one engine")
-    if "weights_of_webs" in own.words and (crank != "own" or arrangement is not None):
-        raise SceneError(
-            f"{name}: [[counterweights]] belong to one crankshaft: must be left out, or crank be "
-            "own without another arrangement"
-        )
+    for feature in GIVEN_FEATURES.values() if crank != "own" or arrangement is not None else ():
+        if feature.own_crank and feature.part_of(own) is not None:
+            raise SceneError(
+                f"{name}: {feature.written} belong to one crankshaft: must be left out, or crank "
+                "be own without another arrangement"
+            )
     if not {ARRANGEMENT, DESIGN, ENGINE}.isdisjoint(own.dimensions):
         raise SceneError(
             f"{name}: the scene has several engines or arrangements; it must have one, whose "

@@ -24,8 +24,8 @@ from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.base.columns.options import PressureOptions
 from sweeps.base.errors import SceneError, counted, one_line, printable
-from sweeps.scene.engine.indicator_files import HEADER, NOT_PEGGED
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE
+from sweeps.scene.features.indicator_files import HEADER, NOT_PEGGED
 
 CYCLE_COLUMN = "cycle_{}_bar"  # Column of one of several recorded cycles
 

@@ -13,8 +13,8 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.base.files.numbers_with_units import number_with_unit
 from sweeps.lab.speed.usual_engines import KINDS, EngineKind
 from sweeps.scene.engine.data_sheets import Sheet
-from sweeps.scene.engine.diagram_speeds import SPEEDS
 from sweeps.scene.engine.modelled_diagrams import KINDS as DIAGRAM_KINDS
+from sweeps.scene.features.indicator_files import SPEEDS
 
 PUBLISHED: Mapping[str, tuple[str, str]] = {
     "power": ("power", "kW"),

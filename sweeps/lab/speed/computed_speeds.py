@@ -20,6 +20,8 @@ from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, did_you_mean
 from sweeps.running.compute.in_memory import compute
 from sweeps.scene.cylinders import cylinders_of_count
+from sweeps.scene.features import indicator, measured
+from sweeps.scene.features.feature import with_part
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import leaves_of, mean_of
 from sweeps.scene.plan.plan import make_plan
@@ -98,10 +100,10 @@ class SpeedsOfRecordings:
         made = replace(
             scene, axes={}, dimensions=(DESIGN,), labels={}, designs=columns,
             settings={k: v for k, v in scene.settings.items() if k not in columns},
-            quantities=("omega",), reference=None, fail_on=(), measured=None,
+            quantities=("omega",), reference=None, fail_on=(),
             silenced_warnings=scene.silenced_warnings,
         )  # fmt: skip
-        return cls(made, tuple(keys), len(places))
+        return cls(with_part(made, measured.GIVEN.name, None), tuple(keys), len(places))
 
     def start(self, key: str) -> float:
         """Value that the scene has, the mean of its designs."""
@@ -197,7 +199,8 @@ def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) ->
         return _changed(diagram, shift * DEGREE, pegging * BAR, factor)
 
     if scene.indicator is not None:
-        return replace(scene, indicator=changed(scene.indicator))
+        indicated = indicator.of(scene)._replace(diagram=changed(scene.indicator))
+        return with_part(scene, indicator.GIVEN.name, indicated)
     family = scene.engine.family
     if not isinstance(family, Family):
         raise SceneError(

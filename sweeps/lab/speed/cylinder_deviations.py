@@ -37,8 +37,8 @@ from sweeps.lab.speed.measured_files import records_of
 from sweeps.lab.speed.recorded_speeds import CyclesInARow, cycles_in_a_row
 from sweeps.scene.consistency.features import check_crossings
 from sweeps.scene.consistency.pressure import check_motored
+from sweeps.scene.features.measured import Measured
 from sweeps.scene.keywords import Tables, tables_in_signature
-from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 

@@ -45,8 +45,8 @@ from sweeps.lab.speed.recorded_speeds import (
     first_tooth,
     recorded_speeds,
 )
+from sweeps.scene.features.measured import Measured
 from sweeps.scene.keywords import Tables, tables_in_signature
-from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 

@@ -24,7 +24,7 @@ from sweeps.base.columns.recording import Recording, read_recording
 from sweeps.base.columns.units import ANGLES, SECONDS, is_time_name, stated_unit
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import SAME, unwrapped
-from sweeps.scene.measured import Measured, MeasuredTable
+from sweeps.scene.features.measured import Measured, MeasuredTable
 
 ANGLE = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
 SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,

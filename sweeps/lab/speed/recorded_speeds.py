@@ -23,7 +23,7 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE, RPM
 from sweeps.base.errors import SceneError
 from sweeps.lab.speed.measured_files import SpeedRecord, records_of
-from sweeps.scene.measured import Measured
+from sweeps.scene.features.measured import Measured
 
 LEFT_OUT = 0.05
 """Share of intervals in no whole cycle from which on it is said."""

@@ -27,8 +27,8 @@ from sweeps.lab.speed.computed_speeds import LEFT_OUT, OneEngine, engine_of, val
 from sweeps.lab.speed.labelled import labelled_dataset
 from sweeps.lab.speed.measured_files import records_of
 from sweeps.lab.speed.recorded_speeds import CyclesInARow, cycles_in_a_row
+from sweeps.scene.features.measured import Measured
 from sweeps.scene.keywords import Tables, tables_in_signature
-from sweeps.scene.measured import Measured
 from sweeps.scene.model import Scene
 from sweeps.scene.reading import read_scene
 

@@ -39,7 +39,7 @@ from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.provenance import provenance
 from sweeps.running.archive.warnings import ATTRIBUTE, Watch
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.engine.indicator_files import NOT_PEGGED
+from sweeps.scene.features.indicator_files import NOT_PEGGED
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.plausibility import implausible_results, plausibility_warnings

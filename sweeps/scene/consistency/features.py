@@ -13,7 +13,6 @@ from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
-from engine_dyn.quantities.features import idler_gears
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.speed.methods import METHODS, STEPPING
@@ -21,7 +20,8 @@ from sweeps.base.dimensions import FIRING_PATTERN, LABELS
 from sweeps.scene.consistency.pressure import burning_less
 from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused
 from sweeps.scene.derived_quantities import elasticities_in
-from sweeps.scene.features import shaft, web_weights
+from sweeps.scene.features import GIVEN_FEATURES, shaft, web_weights
+from sweeps.scene.features.feature import GivenFeature
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import SceneFile
 from sweeps.scene.values import BY_COMPONENT, friction_law
@@ -52,10 +52,18 @@ def _other_load(scene: Scene) -> bool:
     )
 
 
+def _given(one: GivenFeature) -> Feature:
+    """Make the feature of a scene that gives a table or key of `sweeps.scene.features`.
+
+    It also has the feature where its engine has the part, and nothing of the scene replaces that.
+    """
+    return lambda scene: (
+        (one.given_in(scene.source) or one.part_of(scene) is not None) and one.written
+    )
+
+
 FEATURES: Mapping[str, Feature] = {
-    "[indicator]": lambda scene: scene.indicator is not None and "[indicator]",
-    "[characteristic]": lambda scene: scene.characteristic is not None and "[characteristic]",
-    "[measured]": lambda scene: scene.measured is not None,
+    **{one.written: _given(one) for one in GIVEN_FEATURES.values()},
     "load": lambda scene: scene.gives("load") and "load",
     "a load that varies": lambda scene: (
         scene.table_of("load") != "set" and f"[{scene.table_of('load')}] load"
@@ -99,7 +107,6 @@ FEATURES: Mapping[str, Feature] = {
     "a two-stroke engine": lambda scene: scene.engine.period != FOUR_STROKE,
     "a driver": lambda scene: scene.driven.has_driver,
     "a motor": _keys(*MOTOR_KEYS),
-    "driver_table": lambda scene: (scene.source.get("set") or {}).get("driver_table") is not None,
     "a load_table over speed": lambda scene: (
         scene.driven.load_over_speed is not None and "load_table over speed_rpm"
     ),
@@ -116,10 +123,7 @@ FEATURES: Mapping[str, Feature] = {
     "closure cycle_time": lambda scene: (
         scene.closure == "cycle_time" and "[solver] closure = 'cycle_time'"
     ),
-    "[shaft]": lambda scene: scene.engine.shaft is not None,
     "inertia or its parts": _keys(*shaft.INERTIA_KEYS),
-    "[[idler_gears]]": lambda scene: idler_gears.of(scene.engine) is not None and "[[idler_gears]]",
-    "[[counterweights]]": lambda scene: scene.source.get("counterweights") is not None,
     "counterweight_fraction or counterweight_mass": _keys(*web_weights.GIVEN.excludes),
 }
 """Features of scenes that are read; those of `check_tables` stand there."""
@@ -162,7 +166,7 @@ def check_tables(
         places["elasticities"] = f"[output] quantities: elasticities of '{asked[0]}'"
     if texts:
         places["texts in [designs] or [sample]"] = "[designs]"
-    for table in ("uncertainty", "reference", "measured", "reduce", "characteristic", "indicator"):
+    for table in type(given).model_fields:
         if getattr(given, table) is not None:
             places[f"[{table}]"] = f"[{table}]"
     for row in CROSSINGS:

@@ -12,7 +12,6 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED
-from engine_dyn.quantities.features import web_weights
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
@@ -32,7 +31,8 @@ from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
 from sweeps.scene.crossings import refused
 from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.engine_files import GEOMETRIC, RATIO
-from sweeps.scene.features import NEEDED
+from sweeps.scene.features import BY_CONSTANT
+from sweeps.scene.features.feature import GivenFeature
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 
@@ -130,14 +130,14 @@ def check_needs(scene: Scene, name: str) -> None:
         while waiting:
             need = waiting.pop()
             along_shaft |= need in ALONG_SHAFT
-            feature = NEEDED.get(need)
-            if feature is not None and feature.feature.of(scene.engine) is None:
+            feature = BY_CONSTANT.get(need)
+            if feature is not None and feature.missing and feature.part_of(scene) is None:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs {feature.missing}"
                 )
-            if need == "counterweights" and _of_another_crank(scene):
+            if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
                 where = f"{name}: [output] quantities: '{quantity}'"
-                two = "another crankshaft", "[[counterweights]] of the engine"
+                two = "another crankshaft", f"{feature.written} of the engine"
                 raise refused(*two, where, engine=scene.engine.name)
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
@@ -199,10 +199,10 @@ def _missing_of_shaft(node: Node, scene: Scene) -> str:
     return next((kind for kind in kinds if kind not in keys), "")
 
 
-def _of_another_crank(scene: Scene) -> bool:
-    """Whether a scene has other throws than those that the engine's counterweights are for."""
+def _of_another_crank(scene: Scene, feature: GivenFeature) -> bool:
+    """Whether a scene has other throws than those that the engine's part is for."""
     engine = scene.engine
-    if web_weights.of(engine) is None or scene.source.get("counterweights") is not None:
+    if feature.part_of(scene) is None or feature.given_in(scene.source):
         return False
     own = engine.own_cylinders or even_cylinders(int(engine.values["cylinders"]), engine.period)
     made = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]

@@ -53,9 +53,7 @@ from sweeps.scene.engine.cylinder_keys import (
     cylinders_of_keys,
     read_cylinder_keys,
 )
-from sweeps.scene.engine.diagram_speeds import SPEEDS, read_speeds
 from sweeps.scene.engine.engine_tables import EngineFile, PressureScale
-from sweeps.scene.engine.indicator_files import WARNING, notes_of, read_indicator
 from sweeps.scene.engine.modelled_diagrams import (
     KINDS,
     check_double_acting,
@@ -65,6 +63,13 @@ from sweeps.scene.engine.modelled_diagrams import (
 )
 from sweeps.scene.engine.silenced_warnings import read_silenced
 from sweeps.scene.features import GIVEN_FEATURES, with_features
+from sweeps.scene.features.indicator_files import (
+    SPEEDS,
+    WARNING,
+    notes_of,
+    read_indicator,
+    read_speeds,
+)
 from sweeps.scene.features.shaft import INERTIA_KEYS, SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import read_torque_diagram, torque_warnings
 

@@ -6,7 +6,7 @@ A new one is a file here and a name in `GIVEN_FEATURES`; its physics stands in
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -19,6 +19,8 @@ from sweeps.scene.features import (
     auxiliaries,
     characteristic,
     idler_gears,
+    indicator,
+    measured,
     mounts,
     shaft,
     torque_tables,
@@ -28,8 +30,8 @@ from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
 __all__ = [
-    "GIVEN_FEATURES", "KEYS_OF_SET", "NEEDED", "file_with_features",
-    "feature_words", "with_features", "without_dropped",
+    "BY_CONSTANT", "GIVEN_FEATURES", "KEYS_OF_SET", "check_asked", "file_with_features",
+    "feature_words", "parts_of_scene", "with_features", "without_dropped",
 ]  # fmt: skip
 
 GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
@@ -42,7 +44,9 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
             web_weights.GIVEN,
             mounts.GIVEN,
             auxiliaries.GIVEN,
+            indicator.GIVEN,
             characteristic.GIVEN,
+            measured.GIVEN,
             idler_gears.GIVEN,
         )
     }
@@ -54,10 +58,10 @@ KEYS_OF_SET: Mapping[str, GivenFeature] = MappingProxyType(
 )
 """Those that are keys of [set] in scenes, not tables."""
 
-NEEDED: Mapping[str, GivenFeature] = MappingProxyType(
-    {one.feature.constant or "": one for one in GIVEN_FEATURES.values() if one.missing}
+BY_CONSTANT: Mapping[str, GivenFeature] = MappingProxyType(
+    {one.feature.constant: one for one in GIVEN_FEATURES.values() if one.feature.constant}
 )
-"""Features that some quantities cannot do without, by the node that holds the part."""
+"""Features by the node that holds the part, where quantities need it as a whole."""
 
 
 def file_with_features(own: type[Strict], *, scenes: bool) -> Any:
@@ -104,12 +108,41 @@ def with_features(engine: Engine, given: Strict, folder: Path, where: str) -> En
         For tables that make no part.
     """
     for name, feature in GIVEN_FEATURES.items():
+        if feature.read is None:
+            continue
         settings = getattr(given, "set", None) if feature.key else None  # engine files have none
         tables = getattr(given, name, None) if settings is None else settings.get(name)
         if tables is not None:
             place = where if settings is None else f"{where}[set] "
             engine = feature.read(engine, tables, folder, place)
     return engine
+
+
+def parts_of_scene(
+    given: Strict, values: GivenValues, folder: Path, where: str
+) -> dict[str, Any]:  # fmt: skip
+    """Return the parts that tables of a scene give and that belong to no engine.
+
+    `values` is what else the scene gives; the others and the errors are those of `with_features`.
+    """
+    return {
+        name: feature.read_of_scene(values, table, folder, where)
+        for name, feature in GIVEN_FEATURES.items()
+        if feature.read_of_scene and (table := getattr(given, name, None)) is not None
+    }
+
+
+def check_asked(values: GivenValues, quantities: Sequence[str], name: str) -> None:
+    """Check that the quantities that a scene asks for go with its features.
+
+    Raises
+    ------
+    SceneError
+        For the first that does not; `name` is the scene as messages call it.
+    """
+    for feature in GIVEN_FEATURES.values():
+        if feature.check_asked is not None:
+            feature.check_asked(values, quantities, name)
 
 
 def without_dropped(values: GivenValues) -> Engine:

@@ -50,6 +50,7 @@ def _words(values: GivenValues) -> tuple[str, ...]:
 
 GIVEN = GivenFeature(
     FEATURE, "a table with kind = 'diesel', or coefficients = [A, C]", Characteristic, _read,
-    scenes_only=True, words=_words,
+    scenes_only=True, words=_words, replaces="the load of the engine",
     missing="a table [characteristic] with a kind, such as 'diesel'",
+    line=lambda curve: f"the load follows a curve over speed: {curve.source}",
 )  # fmt: skip

@@ -496,5 +496,6 @@ def _words(values: GivenValues) -> tuple[str, ...]:
 
 GIVEN = GivenFeature(
     FEATURE, SHAFT, Any, _with_shaft, table=ShaftTable, words=_words,
+    replaces="the shaft of the engine, its inertia and the parts of it",
     missing="a shaft: a table [shaft] with discs and shafts, or shaft = its name or file",
 )  # fmt: skip

@@ -162,6 +162,7 @@ DRIVER_TABLE = GivenFeature(
     DRIVER,
     "a string: the path of a CSV file with the driver's torque_Nm over speed_rpm",
     Any, _with_driver, key=True, words=_words_of_driver,
+    replaces="the driver_table and the motor of the engine",
     dropped=lambda values: values.gives(*MOTOR_KEYS),
     line=lambda torque: f"driver_table: {torque}",
 )  # fmt: skip

@@ -62,6 +62,7 @@ def _words(values: GivenValues) -> tuple[str, ...]:
 GIVEN = GivenFeature(
     FEATURE, "tables [[counterweights]] with mass, radius, angle and position, one for each",
     list[CounterweightTable], _read, most=100, excludes=(FRACTION, MASS),
-    dropped=lambda values: values.gives(FRACTION, MASS), words=_words,
+    replaces="[[counterweights]], counterweight_fraction and counterweight_mass of the engine",
+    own_crank=True, dropped=lambda values: values.gives(FRACTION, MASS), words=_words,
     line=lambda weights: f"{len(weights.mass)} counterweights on webs",
 )  # fmt: skip

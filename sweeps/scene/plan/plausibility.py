@@ -34,13 +34,13 @@ from engine_dyn.units import BAR, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, printable, shown
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.engine.indicator_files import WARNING
 from sweeps.scene.engine.silenced_warnings import (
     DIAGRAM_SPEEDS,
     RECIPROCATING_SHARE,
     RIGID_SHAFT,
     SHAFT_SECTION,
 )
+from sweeps.scene.features.indicator_files import WARNING
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import mean_of
 from sweeps.scene.plan.plan import Plan

@@ -116,12 +116,12 @@ def _varying(scene: Scene) -> list[str]:
 
 
 def _driven(scene: Scene) -> list[str]:
-    """Lines of the measured diagram and of the curve that the load follows."""
-    lines = []
-    if scene.indicator is not None:
-        lines.append(f"  one pressure diagram for all: {scene.source['indicator']['file']}")
-    if scene.characteristic is not None:
-        lines.append(f"  the load follows a curve over speed: {scene.characteristic.source}")
+    """Lines of tables that scenes alone have: a measured diagram, a curve that the load follows."""
+    lines = [
+        f"  {one.line(one.part_of(scene))}"
+        for one in GIVEN_FEATURES.values()
+        if one.scenes_only and one.line is not None and one.part_of(scene) is not None
+    ]
     return ["", "pressure and load", *lines] if lines else []
 
 

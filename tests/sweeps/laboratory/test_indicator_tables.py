@@ -13,8 +13,8 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn.quantities import graph
 from sweeps.base.errors import SceneError
-from sweeps.scene.engine.indicator_files import HEADER
-from sweeps.scene.indicator import TELLING
+from sweeps.scene.features.indicator import TELLING
+from sweeps.scene.features.indicator_files import HEADER
 from tests.support.commands import invoke, ok, refused
 from tests.support.laboratory import (
     avl,

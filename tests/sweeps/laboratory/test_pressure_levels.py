@@ -13,7 +13,7 @@ from engine_dyn.recordings.level import recorded_level
 from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.units import BAR, DEGREE
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from sweeps.scene.engine.indicator_files import read_indicator
+from sweeps.scene.features.indicator_files import read_indicator
 from tests.support.commands import invoke, ok, refused
 from tests.support.known_pressures import KnownPressure
 

@@ -12,9 +12,13 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from engine_dyn.engine import Engine
+from pydantic import Field
+
 from engine_dyn.pressure.diagram import Diagram
+from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.quantities.features.indicator import FEATURE
 from engine_dyn.quantities.graph import ALL_QUANTITIES, NODES
+from sweeps.base.columns.options import PressureOptions
 from sweeps.base.errors import SceneError, no_laboratory
 from sweeps.base.files.regular_files import (
     add_files_read,
@@ -24,19 +28,22 @@ from sweeps.base.files.regular_files import (
     read_text,
     referred,
 )
-from sweeps.scene.engine.diagram_speeds import SPEEDS, read_speeds
-from sweeps.scene.engine.indicator_files import (
+from sweeps.scene.features.feature import GivenFeature
+from sweeps.scene.features.indicator_files import (
     HEAD,
     HEADER,
+    MEANING,
     NAMES,
+    SPEEDS,
     WHAT,
     cycles_of_text,
     indicator_of_text,
     notes_in,
     notes_of,
     read_indicator,
+    read_speeds,
 )
-from sweeps.scene.toml_tables import Indicator
+from sweeps.scene.values import GivenValues
 
 _OF_ONE_CYLINDER = (
     "pressure", "crank_pin_components", "piston_pin_components", "main_journal_components",
@@ -67,23 +74,6 @@ TELLING = _all_that_need(_OF_ONE_CYLINDER)
 """Quantities that tell the pressure to who knows the engine's measures and masses."""
 
 
-def check_quantities(quantities: Iterable[str], name: str) -> None:
-    """Refuse quantities that tell a confidential diagram.
-
-    Raises
-    ------
-    SceneError
-        For the first of them; `name` is the scene as messages call it.
-    """
-    for quantity in quantities:
-        if quantity in TELLING:
-            raise SceneError(
-                f"{name}: [output] quantities: '{quantity}': not allowed together with "
-                "[indicator] confidential = true: the pressure could be derived from it with the "
-                "engine's dimensions and masses"
-            )
-
-
 def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
     """Notes without imep and largest pressure; warnings and level without pressures."""
     return tuple(
@@ -102,10 +92,25 @@ _OWN_KEYS = frozenset(("file", "confidential", SPEEDS))
 _OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
 
 
+class Indicator(PressureOptions):
+    """A measured diagram, and how its file becomes one."""
+
+    file: str = Field(
+        description="a string: the path of a recorded pressure, such as a CSV file", min_length=1
+    )
+    confidential: bool = Field(
+        default=False, description="true or false: archives store only the hash of the diagram"
+    )
+    speeds: list[float] | None = Field(
+        default=None, description=f"a list of two numbers: {MEANING}"
+    )
+
+
 class Indicated(NamedTuple):
     """The diagram of [indicator]."""
 
     diagram: Diagram | None  # None without the table. Of recorded cycles their mean.
+    file: str = ""  # Name of the file as the scene has it
     cycles: tuple[Diagram, ...] = ()  # Recorded cycles, where they are asked for
     # Notes: what was done to the recording, by the header of the imported file; of a confidential
     # one without imep and pressures.
@@ -113,56 +118,45 @@ class Indicated(NamedTuple):
     confidential: tuple[str, ...] = ()  # Name of its file where archives must not hold it
     # Lowest and highest speed [rpm] for which it holds, where that is known.
     speeds: tuple[float, float] | None = None
+    compression_ratio: float | None = None  # Stated in the table [1]
 
 
-def read_indicator_table(
-    table: Indicator, engine: Engine, base: Path, name: str, *, cycles: bool = False
-) -> Indicated:
-    """Read the diagram of [indicator].
+def of(scene: GivenValues) -> Indicated:
+    """Return the measured diagram of a scene, or one without a diagram."""
+    part: Indicated | None = FEATURE.of(scene)
+    return Indicated(None) if part is None else part
 
-    Parameters
-    ----------
-    table : Indicator
-        The table.
-    engine : Engine
-        Its cycle, measures and firing angles are used.
-    base : Path
-        Folder where its path starts from.
-    name : str
-        The scene as messages call it.
-    cycles : bool
-        Whether each recorded cycle is a diagram.
 
-    Raises
-    ------
-    SceneError
-        In one line; also where the diagram is confidential and the archive that is read again does
-        not hold it.
-    """
-    where = f"{name}: [indicator] {table.file}"
-    path = referred(base, table.file, f"{name}: [indicator] file")
+def _read(values: GivenValues, table: Indicator, folder: Path, where: str) -> Indicated:
+    """Read the diagram; its cycles only where the scene chooses them by their numbers."""
+    period, cycles = values.engine.period, values.gives("recorded_cycle")
+    where = f"{where}[indicator]"
+    path = referred(folder, table.file, f"{where} file")
     secret = (kept_name(path),) if table.confidential else ()
-    speeds = read_speeds({SPEEDS: table.speeds}, f"{name}: [indicator]")
+    speeds = read_speeds({SPEEDS: table.speeds}, where)
+    where = f"{where} {table.file}"
     if kept(path) is False and table.confidential:
         raise SceneError(
             f"{where}: is confidential and not stored in the archive; `engine-dyn rerun "
             "--indicator FILE` reads it from a file"
         )
     if _is_diagram(table, path):
-        diagram = read_indicator(path, where, engine.period)
+        diagram = read_indicator(path, where, period)
         text = read_text(path, where, WHAT) if cycles else ""
-        each = cycles_of_text(text, where, engine.period) if cycles else ()
         notes = notes_of(path)
     else:
         from sweeps.base.columns.recording import read_recording
 
         recording = read_recording(path, where, table)
-        pressure = _laboratory(where)(recording, path.name, table, engine.period, engine)
+        pressure = _laboratory(where)(recording, path.name, table, period, values.engine)
         text = pressure.text(cycles=cycles)
         add_files_read({kept_name(path): text.encode()})  # the part that a scene needs
-        diagram, notes = indicator_of_text(text, where, engine.period), notes_in(text)
-        each = cycles_of_text(text, where, engine.period) if cycles else ()
-    return Indicated(diagram, each, without_pressures(notes) if secret else notes, secret, speeds)
+        diagram, notes = indicator_of_text(text, where, period), notes_in(text)
+    each = cycles_of_text(text, where, period) if cycles else ()
+    notes = without_pressures(notes) if secret else notes
+    return Indicated(
+        diagram, table.file, each, notes, secret, speeds, table.compression_ratio
+    )  # fmt: skip
 
 
 def _laboratory(where: str) -> Callable[..., Any]:
@@ -196,3 +190,34 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     own = _OWN_HEADER.search(head) is not None
     text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
     return text and own and not table.model_fields_set - _OWN_KEYS
+
+
+def _check_asked(values: GivenValues, quantities: Iterable[str], name: str) -> None:
+    """Refuse quantities that tell a confidential diagram."""
+    telling = TELLING.intersection(quantities) if of(values).confidential else ()
+    for quantity in quantities:
+        if quantity in telling:
+            raise SceneError(
+                f"{name}: [output] quantities: '{quantity}': not allowed together with "
+                "[indicator] confidential = true: the pressure could be derived from it with the "
+                "engine's dimensions and masses"
+            )
+
+
+def _words(values: GivenValues) -> tuple[str, ...]:
+    engine, measured = values.engine, of(values).diagram is not None
+    over_speed = not measured and isinstance(engine.family, FamilyGrid)
+    scaled = not measured and engine.pressure_scale is not None
+    diagrams = "over_speed" if over_speed else "over_load"
+    return (
+        "over_cycles" if values.gives("recorded_cycle") else diagrams,
+        "scale_over_speed" if scaled else "one_scale",
+    )
+
+
+GIVEN = GivenFeature(
+    FEATURE, "a table with file = 'pressure.csv'", Indicator, read_of_scene=_read,
+    scenes_only=True, words=_words, check_asked=_check_asked,
+    replaces="the diagrams of the engine and their factor over the speed",
+    line=lambda part: f"one pressure diagram for all: {part.file}",
+)  # fmt: skip

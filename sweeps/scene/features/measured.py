@@ -15,12 +15,14 @@ import numpy as np
 from pydantic import Field
 
 from engine_dyn.geometry.toothed_wheel import Wheel, wheel_from_angles, wheel_from_text
+from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.types import Floats
 from sweeps.base.checks import Companions, check_companions, number
 from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.regular_files import referred
+from sweeps.scene.features.feature import GivenFeature
 from sweeps.scene.values import GivenValues
 
 KINDS = ("speed", "teeth", "encoder")
@@ -140,24 +142,13 @@ class Measured:
         return 1 if self.wheel is None or told else self.wheel.symmetry
 
 
-def read_measured(
-    given: MeasuredTable | None, values: GivenValues, base: Path, name: str
-) -> Measured | None:
-    """Check the table [measured]; the recordings themselves are not read.
-
-    Raises
-    ------
-    SceneError
-        For files out of the scene's folder, no or a wrong pattern, and values of `at` that no axis
-        has.
-    """
-    if given is None:
-        return None
-    where = f"{name}: [measured]"
+def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -> Measured:
+    """Check the table; the recordings themselves are not read."""
+    where = f"{where}[measured]"
     files = (given.file,) if isinstance(given.file, str) else tuple(given.file)
     if not 1 <= len(files) <= MOST_FILES:
         raise SceneError(f"{where} file: {len(files)} files; must be 1 to {MOST_FILES}")
-    paths = tuple(referred(base, file, f"{where} file") for file in files)
+    paths = tuple(referred(folder, file, f"{where} file") for file in files)
     wheel = _wheel(given, where)
     check_companions(given, _COMPANIONS, where)
     for key in ("gap_angle", "first_tooth"):
@@ -285,3 +276,12 @@ def _places(
             )
         places[key] = nearest - 1.0 if key == DESIGN else nearest
     return places
+
+
+FEATURE: Feature[Measured] = Feature("measured", "recordings of the speed")
+of = FEATURE.of
+
+GIVEN = GivenFeature(
+    FEATURE, "a table with file, kind and wheel: recordings of the speed", MeasuredTable,
+    read_of_scene=_read, scenes_only=True,
+)  # fmt: skip
