@@ -17,9 +17,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import sweeps
 from sweeps.base import checks
 from sweeps.base.errors import SceneError
-from sweeps.base.files.csv_tables import CsvTable, find_header, parse_rows
+from sweeps.base.files.csv_tables import find_header, rows_below
 from sweeps.running.archive import netcdf
-from sweeps.scene.design_files import design_csv, design_files
+from sweeps.scene.design_files import design_files
 from sweeps.scene.design_files.design_files import read_designs
 from sweeps.scene.reading import read_scene
 from tests.support import commands
@@ -96,7 +96,7 @@ def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
 def test_tables_longer_than_a_piece(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(design_csv, "PIECE", 100)
+    monkeypatch.setattr(design_files, "PIECE", 100)
     monkeypatch.setattr(design_files, "ROWS", 7)
     values = np.linspace(1.0, 2.0, 100)
     path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
@@ -191,17 +191,16 @@ def carefully(text: str) -> Any:
         found = find_header(text, "t")
         assert found is not None
         header, rest, line = found
-        rows, lines = parse_rows(rest, "t", line, header)
-        if not rows:
+        table = rows_below(header, rest, "t", line)
+        if not table.rows:
             return "a header but no rows"
-        table = CsvTable("t", header, rows, lines)
         columns = {}
         for key in header:
             if key == "case":
                 columns[key] = [" ".join(text.split()) for text in table.texts(key)]
                 continue
             columns[key] = table.numbers(key)
-            for value, number in zip(columns[key], lines, strict=True):
+            for value, number in zip(columns[key], table.lines, strict=True):
                 checks.check_range(value, f"t, line {number}: {key}", checks.PARAMETERS[key])
         return columns
     except SceneError as error:

@@ -6,7 +6,6 @@ Lines above the numbers are looked at here; the numbers are read by pandas.
 from __future__ import annotations
 
 import codecs
-import csv
 import io
 import re
 from collections.abc import Sequence
@@ -20,6 +19,7 @@ from sweeps.base.columns.headers import RUN, is_number, names_and_units, number_
 from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.columns.recorded_columns import Column, Contents, check_size
 from sweeps.base.errors import SceneError, counted, one_line, shown
+from sweeps.base.files.csv_tables import BLANKS, fields
 from sweeps.base.files.libraries import library
 
 HEAD = 1 << 20
@@ -29,9 +29,8 @@ LINES = 500  # Lines of the head that are looked at
 
 _DOS_END = b"\x1a"  # End of a text of DOS
 
-_BLANK = r"\s+"
-_SEPARATORS = (";", "\t", "|", ",", _BLANK)
-_WORDS = {"tab": "\t", "\\t": "\t", "blank": _BLANK, "space": _BLANK, " ": _BLANK}
+_SEPARATORS = (";", "\t", "|", ",", BLANKS)
+_WORDS = {"tab": "\t", "\\t": "\t", "blank": BLANKS, "space": BLANKS, " ": BLANKS}
 
 
 _NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
@@ -73,11 +72,11 @@ def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
             "rows of numbers with one separator (give separator and decimal if they are not "
             "recognised)"
         )
-    rows = [_fields(line, form.separator) for line in head[: form.first]]
-    body = [_fields(line, form.separator) for line in head[form.first : form.first + RUN]]
+    rows = [fields(line, form.separator) for line in head[: form.first]]
+    body = [fields(line, form.separator) for line in head[form.first : form.first + RUN]]
     said += _numbers_above(rows, form)
     names, units = names_and_units(
-        rows, form.width, form.separator == _BLANK, [row[:1] for row in body] in _NUMBERED
+        rows, form.width, form.separator == BLANKS, [row[:1] for row in body] in _NUMBERED
     )
     columns = _columns(data, encoding, form, names, units, label, said)
     within = tuple(line - form.first for line in marks if line > form.first)
@@ -127,7 +126,7 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
         decimals = (choices.decimal,)
     found: list[tuple[int, bool, _Form]] = []
     for separator in separators:
-        rows = [_fields(line, separator) for line in head]
+        rows = [fields(line, separator) for line in head]
         plain = rows
         for decimal, thousands in product(decimals, (None, ".", ",", "'")):
             if separator in (decimal, thousands) or decimal == thousands:
@@ -140,8 +139,8 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
             parts = _seem_parts(rows[:first], rows[first:])
-            fields = _most_fields(rows[first:], width)
-            form = _Form(separator, decimal, first, width, fields, thousands)
+            most = _most_fields(rows[first:], width)
+            form = _Form(separator, decimal, first, width, most, thousands)
             found.append((numbers - 2 * texts, parts, form))
     # Digits that seem to stand behind decimal commas do, where that makes numbers too.
     whole = any(not parts and form.decimal == "," for _, parts, form in found)
@@ -175,15 +174,6 @@ def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
     if len(names) > 1 and len(names) == len(rows[0]):
         return False
     return any(re.fullmatch(r"0\d+", text.strip()) for row in rows for text in row[1:])
-
-
-def _fields(line: str, separator: str) -> list[str]:
-    if separator == _BLANK:
-        return line.split()
-    try:
-        return next(csv.reader([line], delimiter=separator), [])
-    except (csv.Error, TypeError):  # a null character, a separator of two characters
-        return line.split(separator)
 
 
 def _columns(

@@ -1,7 +1,7 @@
 """CSV files as texts: a header of unique column names and rows that remember their line.
 
-Every CSV file that a scene or an engine file names is read here, except tables of designs, which
-may have millions of rows (`sweeps.scene.design_files.design_csv`).
+Every CSV file that a scene or an engine file names is read here, tables of designs, which may have
+millions of rows, in pieces (`sweeps.scene.design_files`). Texts of laboratories share `fields`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from sweeps.base.ratios import number_or_ratio
 
 # Lines are counted as editors do; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
+
+BLANKS = r"\s+"  # Separator of columns between which there are blanks, as pandas takes it
 
 
 @dataclass(frozen=True)
@@ -106,10 +108,10 @@ def csv_of_text(text: str, name: str, what: str, needed: Sequence[str] = ()) -> 
     if found is None:
         raise SceneError(f"{name}: empty; expected {what}")
     header, rest, line = found
-    rows, lines = parse_rows(rest, name, line, header)
-    if not rows:
+    table = rows_below(header, rest, name, line)
+    if not table.rows:
         raise SceneError(f"{name}: a header but no rows; expected {what}")
-    return CsvTable(name, header, rows, lines)
+    return table
 
 
 def find_header(
@@ -124,18 +126,16 @@ def find_header(
     while start < len(text):
         end = _LINE_END.search(text, start)
         stop, after = (end.start(), end.end()) if end else (len(text), len(text))
-        fields = _fields(text[start:stop], name, number)
-        if fields is not None:
-            _check_header(fields, name, number, needed)
-            return fields, text[after:], number + 1
+        header = _row(text[start:stop], name, number)
+        if header is not None:
+            _check_header(header, name, number, needed)
+            return header, text[after:], number + 1
         start, number = after, number + 1
     return None
 
 
-def parse_rows(
-    text: str, name: str, first: int, header: tuple[str, ...]
-) -> tuple[tuple[tuple[str, ...], ...], tuple[int, ...]]:
-    """Return the fields and the line number of every row; `first` is the number of the first line.
+def rows_below(header: tuple[str, ...], text: str, name: str, first: int) -> CsvTable:
+    """Return the table of a header and the rows below it, which begin on line `first`.
 
     Raises
     ------
@@ -145,25 +145,43 @@ def parse_rows(
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
     for number, line in enumerate(_LINE_END.split(text), start=first):
-        fields = _fields(line, name, number)
-        if fields is None:
+        row = _row(line, name, number)
+        if row is None:
             continue
-        if len(fields) != len(header):
+        if len(row) != len(header):
             raise SceneError(
-                f"{name}, line {number}: {counted(len(fields), 'field')}, must be {len(header)}"
+                f"{name}, line {number}: {counted(len(row), 'field')}, must be {len(header)}"
             )
-        rows.append(fields)
+        rows.append(row)
         lines.append(number)
-    return tuple(rows), tuple(lines)
+    return CsvTable(name, header, tuple(rows), tuple(lines))
 
 
-def _fields(line: str, name: str, number: int) -> tuple[str, ...] | None:
+def fields(line: str, separator: str = ",", *, strict: bool = False) -> list[str]:
+    """Fields of one line, some in quotes; a line with broken quotes is cut at each separator.
+
+    Raises
+    ------
+    ValueError
+        For such a line where `strict` is set.
+    """
+    if separator == BLANKS:
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=separator, strict=strict), [])
+    except (csv.Error, TypeError) as error:  # also a null character, a separator of two characters
+        if strict:
+            raise ValueError(str(error)) from None
+        return line.split(separator)
+
+
+def _row(line: str, name: str, number: int) -> tuple[str, ...] | None:
     """Fields of one line; None for comments and blank lines."""
     if not line.strip() or line.lstrip().startswith("#"):
         return None
     try:
-        return tuple(field.strip() for field in next(csv.reader([line], strict=True)))
-    except (csv.Error, StopIteration) as error:
+        return tuple(field.strip() for field in fields(line, strict=True))
+    except ValueError as error:
         raise SceneError(
             f"{name}, line {number}: {one_line(error)}; fields are separated by commas"
         ) from None

@@ -248,11 +248,11 @@ def read_text(path: Path, name: str, what: str, most: int = MOST_TEXT) -> str:
     return text_of_bytes(data, name, what)
 
 
-def text_of_bytes(data: bytes, name: str, what: str) -> str:
-    """Return the text of the bytes of a file, as `read_text` does of a file."""
+def text_of_bytes(data: bytes, name: str, what: str, before: int = 0) -> str:
+    """Return the text of the bytes of a file, as `read_text` does; `before` are those left out."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(
-            f"{name}: not a text file in UTF-8 (byte {error.start}); expected {what}"
+            f"{name}: not a text file in UTF-8 (byte {before + error.start}); expected {what}"
         ) from None
