@@ -8,5 +8,5 @@ bearing_extremes  the largest and the mean of them, of many designs
 harmonics         orders of the torque
 cylinder_harmonics    those of one cylinder
 superposition     sums of curves over the cylinders
-balance           shaking forces and moments, counterweights, balance shafts
+balance           shaking forces and moments, and what balances them
 """

@@ -1,4 +1,4 @@
-"""Balance: shaking forces and moments of any arrangement, counterweights, balance shafts.
+"""Balance: shaking forces and moments of any arrangement, and what balances them.
 
 What the inertia of the running gear does to the engine's frame at constant speed. Vectors across
 the shaft are complex numbers: the real axis points outwards along cylinder 1, the imaginary one a

@@ -20,6 +20,7 @@ from sweeps.base.errors import SceneError
 from sweeps.decide.optimise.task import Task, plan_of_designs
 from sweeps.running.compute.in_memory import compute
 from sweeps.scene.distributions import Choice
+from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.scene.plan.plan import Plan
 
 KEY, LIMITED, WANTED, FOUND = "inertia", "delta", "wanted_delta", "inertia_required"
@@ -92,8 +93,9 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
         plan = inverse.plan(task.space.without(KEY).columns(few), len(few))
     except SceneError:  # a scene whose inertia is not one number, a method that searches nothing
         return None
-    # The inertia that is found has the gears in it, the key `inertia` has not.
-    return None if "idler_gears" in plan.scene.words else inverse
+    # The inertia that is found has what parts add to it, the key `inertia` has not.
+    parts = (one for one in GIVEN_FEATURES.values() if one.feature.adds)
+    return None if any(one.part_of(plan.scene) is not None for one in parts) else inverse
 
 
 def _changes_with_inertia(task: Task, name: str) -> bool:

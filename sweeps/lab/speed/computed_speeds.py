@@ -20,7 +20,7 @@ from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, did_you_mean
 from sweeps.running.compute.in_memory import compute
 from sweeps.scene.cylinders import cylinders_of_count
-from sweeps.scene.features import indicator, measured
+from sweeps.scene.features import GIVEN_FEATURES, indicator, measured
 from sweeps.scene.features.feature import with_part
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import leaves_of, mean_of
@@ -222,7 +222,12 @@ LEFT_OUT: Mapping[str, str] = {
     "offset": "pin_offset and crank_offset must be 0",
     "unequal": "cylinders must be equal, and all must burn",
     "unequal_throws": "the crank radii of all cylinders must be equal",
-    "idler_gears": "[[idler_gears]] are not allowed; inertia and load_offset must have their parts",
+    **{
+        word: f"{one.written} are not allowed; inertia and load_offset must have their parts"
+        for one in GIVEN_FEATURES.values()
+        if one.feature.adds
+        for word in tuple(one.feature.words[0])[1:]
+    },
     "wanted_delta": "wanted_delta is not allowed; inertia must be given",
 }
 """Words of scenes (`engine_dyn.quantities.variants`) whose engines are not followed here."""

@@ -166,8 +166,8 @@ def check_tables(
         places["elasticities"] = f"[output] quantities: elasticities of '{asked[0]}'"
     if texts:
         places["texts in [designs] or [sample]"] = "[designs]"
-    for table in type(given).model_fields:
-        if getattr(given, table) is not None:
+    for table in ("uncertainty", "reference", "reduce", *GIVEN_FEATURES):
+        if getattr(given, table, None) is not None:
             places[f"[{table}]"] = f"[{table}]"
     for row in CROSSINGS:
         if row.feature in places and row.other in places:
