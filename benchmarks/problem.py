@@ -22,7 +22,7 @@ import numpy as np
 from engine_dyn import Diagram, Family, diagram_from_points, family_from_diagrams
 from engine_dyn.pressure.family import ROW_STEP
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.torque import mean_gas_torque
 from engine_dyn.types import Floats
 from oracle import spline
 from oracle.designs import SmoothPressure

@@ -22,7 +22,7 @@ import sweeps
 from benchmarks import tables
 from benchmarks.command import settings
 from benchmarks.studies import STUDIES, Scene, study
-from engine_dyn.pressure import memory
+from engine_dyn.pressure import family
 from sweeps.scene.plan import rates
 from sweeps.scene.plan.forecast import seconds_of_computing, work_of
 from sweeps.scene.plan.plan import Plan, make_plan
@@ -60,7 +60,7 @@ def plan_of(recorded: Recorded) -> Plan:
 
 def seconds_of_run(scene: Scene) -> float:
     """Processor time of a run that is warm but for its columns, which a command makes anew."""
-    with mock.patch.object(memory, "_kept", WeakKeyDictionary()):
+    with mock.patch.object(family, "_kept", WeakKeyDictionary()):
         begin = time.process_time()
         sweeps.run(scene, threads=1)
         return time.process_time() - begin

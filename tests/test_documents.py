@@ -12,7 +12,7 @@ import pytest
 
 import sweeps
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
-from engine_dyn.speed.methods import METHODS
+from engine_dyn.speed.fields import METHODS
 from sweeps.cli.main import main as command
 from sweeps.running.compute import into_archive
 from sweeps.running.compute.options import Options

@@ -13,8 +13,7 @@ import numpy as np
 from pages import csv_text, keep_figure
 
 import sweeps
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
 from sweeps.lab.pressure.evaluation import evaluated

@@ -22,8 +22,8 @@ from engine_dyn.quantities.graph import (
     DIMENSIONS,
     NODES,
     QUANTITIES,
+    SOURCES,
 )
-from engine_dyn.quantities.sources import SOURCES
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.scene.crossings import CROSSINGS, NOT_WITH, REPLACED
 from sweeps.scene.crossings import KEYS as KEY_PAIRS

@@ -19,8 +19,7 @@ from benchmarks.stress import draw
 from benchmarks.stress.absurd import example
 from benchmarks.stress.findings import Findings, Say, count, gathered, size
 from engine_dyn import Family, diagram_from_points
-from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.torque import torque_extremes
+from engine_dyn.speed.torque import mean_gas_torque, torque_extremes
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Floats
 from oracle import spline

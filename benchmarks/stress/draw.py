@@ -15,7 +15,7 @@ import numpy.typing as npt
 from benchmarks.stress.shapes import Shapes
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.fields import SCALAR_NAMES
 from engine_dyn.types import Floats
 from oracle import spline
 from sweeps.scene.engine.engine_files import load_engine

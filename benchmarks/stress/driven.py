@@ -29,7 +29,7 @@ from engine_dyn.loads.driven_machine import (
 )
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.torque import mean_gas_torque
 from engine_dyn.status import (
     CONVERGED,
     INVALID_INPUT,

@@ -21,8 +21,8 @@ from benchmarks.stress.judging import VERDICTS
 from engine_dyn import diagram_from_points
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.fields import SCALAR_NAMES
+from engine_dyn.speed.torque import mean_gas_torque
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from oracle import spline
 from oracle.spline import velocity

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from engine_dyn.speed.methods import DEVICES
+from engine_dyn.speed.fields import DEVICES
 
 if TYPE_CHECKING:
     from engine_dyn.card.card import Card

@@ -23,11 +23,9 @@ from engine_dyn.card import device
 from engine_dyn.card.kernel import INSTEAD, solve_on_card
 from engine_dyn.loads.laws import LAWS, LINEAR_SQUARE, POWER
 from engine_dyn.speed.batch.block import MOST_TERMS, row_numbers
-from engine_dyn.speed.batch.weights import Weights
-from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.methods import AUTO, CLOSURES, METHODS, POWER_MEAN
-from engine_dyn.speed.results import RESULTS, Results
-from engine_dyn.speed.storage import Task
+from engine_dyn.speed.batch.work_table import Weights
+from engine_dyn.speed.designs import Designs, Task
+from engine_dyn.speed.fields import AUTO, CLOSURES, METHODS, POWER_MEAN, RESULTS, Results
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Booleans, Integers

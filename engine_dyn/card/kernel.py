@@ -11,16 +11,18 @@ from typing import Any
 
 from engine_dyn.loads.laws import Form
 from engine_dyn.speed.batch.block import ColumnRows, Curves, Lanes, Peaks, Scratch, WorkTable
-from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
-from engine_dyn.speed.batch.fine_nodes import KINDS, add_up_node
+from engine_dyn.speed.batch.extremes import KINDS, add_up_node, fill_extremes, find_candidates
 from engine_dyn.speed.batch.in_blocks import finish_block
 from engine_dyn.speed.batch.solution import solve_curves
-from engine_dyn.speed.batch.weights import Weights, recurrence, slope_of_design
-from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
-from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.methods import AUTO, POWER_MEAN
-from engine_dyn.speed.results import Results
-from engine_dyn.speed.storage import Angles, Task
+from engine_dyn.speed.batch.work_table import (
+    Weights,
+    fill_work,
+    fill_work_table,
+    recurrence,
+    slope_of_design,
+)
+from engine_dyn.speed.designs import Angles, Designs, Task
+from engine_dyn.speed.fields import AUTO, POWER_MEAN, Results
 
 # --- on the card: what stands for vectors, of one lane --------------------------------------------
 

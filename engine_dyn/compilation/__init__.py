@@ -1,7 +1,6 @@
 """How kernels are compiled and kept. Besides, only arrays, vectors and the card import Numba."""
 
-from engine_dyn.compilation.cache import source_hash
-from engine_dyn.compilation.decorators import formula, inlined, kernel
+from engine_dyn.compilation.cache import formula, inlined, kernel, source_hash
 from engine_dyn.compilation.settings import (
     COMPILING,
     on_compiling,

@@ -1,19 +1,22 @@
-"""Where compiled functions are kept on disk: an archive for each, which is replaced as a whole.
+"""The decorators of compiled functions, and where these are kept on disk.
 
-Numba looks only at the file that holds a function: it serves stale code after an edit in one that
-it calls (numba#1833, #9483). Its index may mix up what processes write at once (numba#4807,
-#10128). So it works in a folder of one process, and what it leaves there becomes an archive, whose
-name has a hash of all that determines the code.
+With ``NUMBA_DISABLE_JIT=1`` the decorators leave plain Python. Each function is kept in an archive,
+which is replaced as a whole. Numba looks only at the file that holds a function: it serves stale
+code after an edit in one that it calls (numba#1833, #9483). Its index may mix up what processes
+write at once (numba#4807, #10128). So it works in a folder of one process, and what it leaves there
+becomes an archive, whose name has a hash of all that determines the code.
 """
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
 import re
 import shutil
 import sys
 import tempfile
+import threading
 import time
 import uuid
 import zipfile
@@ -25,7 +28,14 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
-from engine_dyn.compilation.settings import not_kept, processor, processor_features
+from engine_dyn.compilation.settings import (
+    COMPILED,
+    listen_for,
+    not_kept,
+    processor,
+    processor_features,
+    seconds_compiling,
+)
 
 _VERSIONS = ", ".join(f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy"))
 _ROOT = Path(__file__).parents[2]
@@ -103,3 +113,82 @@ def pack(folder: str, archive: Path) -> None:
         not_kept(error)
         with suppress(OSError):
             os.unlink(f"{made}.zip")
+
+
+# Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919).
+FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
+OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
+
+# A kernel has all that it calls inlined: else that would be optimised apart from a new kernel, but
+# together with one from the disk, and last digits would tell. Without what only Python needs, it
+# takes a sixth less time to compile.
+PART = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
+
+
+class _Compiled:
+    """A function that Python and kernels may call, compiled for each when it first does."""
+
+    _lock, _process = threading.Lock(), 0
+    _kept: tuple[str, Path] | None = None
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+
+    @functools.cached_property
+    def part(self) -> Any:
+        """The arrays that kernels see in its place."""
+        import numba
+
+        return numba.njit(**PART)(self.py_func)
+
+    def __call__(self, *given: Any) -> Any:
+        if self._process != os.getpid():  # at first, and in a fork, whose folder is another
+            with self._lock:
+                if self._process != os.getpid():
+                    self._whole, self._process = self._made(), os.getpid()
+        before = seconds_compiling()
+        try:
+            result = self._whole(*given)
+        except OSError as error:  # from Numba's cache on a full disk, when all is compiled already
+            not_kept(error)
+            result = self._whole(*given)
+        if self._kept is not None and seconds_compiling() != before:
+            pack(*self._kept)
+        return result
+
+    def _made(self) -> Any:
+        import numba
+        from numba.core import config
+        from numba.extending import typeof_impl
+
+        if _Compiled not in typeof_impl.registry:
+            typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
+        listen_for(self.py_func)
+        # Without the second, which newer versions have, Numba might take another folder.
+        ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
+        before = {name: getattr(config, name, "") for name in ours}
+        try:
+            archive = archive_of(self.py_func)
+            self._kept = unpacked(archive), archive
+            vars(config).update(ours, CACHE_DIR=self._kept[0])
+            return numba.njit(cache=True, **OPTIONS)(self.py_func)
+        except (OSError, RuntimeError) as error:
+            not_kept(error)
+            self._kept = None
+            return numba.njit(**OPTIONS)(self.py_func)
+        finally:
+            vars(config).update(before)
+
+
+if hasattr(os, "register_at_fork"):  # a fork lacks the thread that may hold the lock
+    os.register_at_fork(after_in_child=lambda: setattr(_Compiled, "_lock", threading.Lock()))
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function without the interpreter lock, for Python to call; kept on disk."""
+    return _Compiled(function) if COMPILED else function
+
+
+inlined = formula = kernel
+"""The same, of functions that kernels call, and Python in tests; formulas take numbers alone."""

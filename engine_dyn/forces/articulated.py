@@ -10,8 +10,7 @@ import numpy.typing as npt
 from engine_dyn.forces import torque
 from engine_dyn.forces.balance.lines import lines_of
 from engine_dyn.forces.bearings import EXTREMES
-from engine_dyn.forces.samples import largest, sample_angles
-from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.forces.superposition import CrankTrain, largest, sample_angles
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount

@@ -60,8 +60,7 @@ from engine_dyn.forces.bearing_extremes import (
     Sampled,
     fill_crests_of_loads,
 )
-from engine_dyn.forces.samples import sample_angles, tops
-from engine_dyn.forces.superposition import along_shaft
+from engine_dyn.forces.superposition import along_shaft, sample_angles, tops
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member

@@ -15,8 +15,15 @@ import numpy.typing as npt
 
 from engine_dyn.forces import torque
 from engine_dyn.forces.harmonics import first_mode_weights
-from engine_dyn.forces.samples import CurveOfDesigns, crests, largest, reach, sample_angles
-from engine_dyn.forces.superposition import CrankTrain, along_shaft
+from engine_dyn.forces.superposition import (
+    CrankTrain,
+    CurveOfDesigns,
+    along_shaft,
+    crests,
+    largest,
+    reach,
+    sample_angles,
+)
 from engine_dyn.geometry.cylinders import CylindersByCount
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family

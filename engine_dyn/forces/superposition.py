@@ -1,7 +1,14 @@
-"""Sums of curves over the cylinders of an engine, and the order of cylinders along the shaft.
+"""Sums of curves over the cylinders of an engine, the order of cylinders along the shaft, extremes.
 
 Kernels sum over cylinders by themselves, in their own loops. Values of each set of cylinders are
 taken by `cylinder_means.value_of_sets`.
+
+The largest value of a curve over a cycle is looked for between its samples too. A sample beside
+which the largest value may stand is a *crest*: neither neighbour is above it, and with its second
+difference, by which neither a smooth curve nor a kink between samples rises further, it reaches the
+largest sample. Beside each crest the curve itself is evaluated, at the top of the parabola through
+three points, or in the middle of the wider gap, until nothing is left to rise. So the result is not
+below any point of the curve, wherever the samples are.
 """
 
 from __future__ import annotations
@@ -11,7 +18,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
+from engine_dyn.pressure.cycle_table import CycleTable
+from engine_dyn.pressure.family import Family
+from engine_dyn.types import Booleans, Floats, Integers
 
 
 def superpose(
@@ -89,3 +100,165 @@ def along_shaft(engine: Cylinders) -> tuple[tuple[int, ...], ...]:
     if places is None:
         raise ValueError(f"{len(engine.members)} cylinders: their order along the shaft is unknown")
     return places
+
+
+WIDEST = np.pi / 360.0  # Half a degree, which smooth curves need, and 1/32 degree
+
+CurveOfDesigns = Callable[[Integers, Floats], Floats]
+"""Values of the curves of some designs, each at an angle [rad] of its own: shapes (N,)."""
+
+
+def sample_angles(period: float, family: Family | None = None) -> Floats:
+    """Equal steps of a period from minus half of it on [rad], no wider than the gaps of diagrams.
+
+    A curve may turn in each gap between the points of a noisy recording.
+    """
+    gap = WIDEST
+    if family is not None and not isinstance(family, CycleTable):  # modelled cycles are smooth
+        # Half a degree is what smooth curves need; the least gap is 1/32 degree.
+        gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), np.pi / 5760.0)
+    count = int(np.ceil(period / gap - 1e-6))
+    return np.asarray(-0.5 * period + np.arange(count, dtype=np.float64) * (period / count))
+
+
+def largest(
+    values: Floats, phi: Floats, curve: CurveOfDesigns, sign: float = 1.0
+) -> tuple[Floats, Floats]:
+    """Largest value of periodic curves times `sign`, and its angle.
+
+    Parameters
+    ----------
+    values : ndarray, shape (D, A)
+        Samples of one period.
+    phi : ndarray, shape (A,)
+        Their angles [rad], equal steps.
+    curve : callable
+        The curves themselves.
+
+    Returns
+    -------
+    value, angle : ndarray, shape (D,)
+        NaN where a sample is.
+
+    Examples
+    --------
+    >>> phi = np.arange(0.0, 2.0 * np.pi, np.pi / 20.0)
+    >>> found = largest(np.cos(phi - 0.1234)[None], phi, lambda which, at: np.cos(at - 0.1234))
+    >>> [round(float(one[0]), 6) for one in found]
+    [1.0, 0.1234]
+    """
+    which, place, around = crests(values, sign)
+    return tops(
+        len(values), which, phi[place], around, phi[1] - phi[0],
+        lambda designs, angle: sign * curve(designs, angle),
+    )  # fmt: skip
+
+
+def crests(values: Floats, sign: float = 1.0) -> tuple[Integers, Integers, Floats]:
+    """Crests of curves times `sign`: rows, places, and values before, at and behind each.
+
+    `values` has a curve in each row, shape (D, A); one with NaN has none.
+    """
+    marked = np.zeros(values.shape, dtype=np.bool_)
+    _mark_crests(values, sign, marked)
+    which, place = np.nonzero(marked)
+    count = values.shape[1]
+    return which, place, np.stack([sign * values[which, (place + k) % count] for k in (-1, 0, 1)])
+
+
+def reach(around: Floats) -> Floats:
+    """Bound that a curve is not above beside its crests."""
+    return np.asarray(3.0 * around[1] - around[0] - around[2])
+
+
+@kernel
+def _mark_crests(values: Floats, sign: float, marked: Booleans) -> None:
+    designs, count = values.shape
+    for design in range(designs):
+        curve, total = values[design], 0.0
+        highest = sign * curve[0]
+        for i in range(count):
+            highest = max(highest, sign * curve[i])
+            total += curve[i]
+        if total != total:
+            continue
+        for i in range(count):
+            here, before = sign * curve[i], sign * curve[i - 1 if i > 0 else count - 1]
+            after = sign * curve[i + 1 if i < count - 1 else 0]
+            if here >= before and here >= after and 3.0 * here - before - after >= highest:
+                marked[design, i] = True
+
+
+def tops(
+    designs: int, which: Integers, angle: Floats, around: Floats, step: float,
+    curve: CurveOfDesigns,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Largest value of each design, and its angle, from its crests; NaN for one without.
+
+    Parameters
+    ----------
+    designs : int
+        How many there are.
+    which, angle : ndarray, shape (N,)
+        Design and angle [rad] of each crest, those of a design in the order of their angles.
+    around : ndarray, shape (3, N)
+        Values a step before the crest, at it, and behind it.
+    step : float
+        [rad].
+    curve : callable
+        The curves.
+    """
+    value, place = np.full(designs, np.nan), np.full(designs, np.nan)
+    top, moved = _risen(which, angle, around, step, curve)
+    np.fmax.at(value, which, top)
+    # Part of that size by which equal crests may differ: the angle of the first one counts.
+    size = 1e-9 * np.abs(value)
+    first = np.flatnonzero(top >= (value - size)[which])[::-1]  # the last one written counts
+    place[which[first]] = angle[first] + step * moved[first]
+    return value, place
+
+
+def _risen(
+    which: Integers, angle: Floats, around: Floats, step: float, curve: CurveOfDesigns
+) -> tuple[Floats, Floats]:
+    """Value at the top beside each crest, and how far it is from it, in steps."""
+    left, here, right = np.stack([np.full(which.size, k) for k in (-1.0, 0.0, 1.0)])
+    before, top, after = around.copy()
+    # A curve may still rise by this part of its largest size above what was found.
+    least = 1e-11 * np.abs(around).max(axis=0)
+    calm = np.zeros(which.size, dtype=np.int64)
+    alive = np.arange(which.size)
+    # A kink takes about forty evaluations.
+    for number in range(80):
+        a, m, b = left[alive], here[alive], right[alive]
+        up = (top[alive] - before[alive]) / (m - a)
+        bend = ((after[alive] - top[alive]) / (b - m) - up) / (b - a)
+        slope = up + bend * (m - a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            vertex = m - 0.5 * slope / bend
+            rise = np.where(bend < 0.0, -0.25 * slope * slope / bend, 0.0)
+        calm[alive] = np.where(rise > least[alive], 0, calm[alive] + 1)
+        wider = np.where(m - a > b - m, 0.5 * (a + m), 0.5 * (m + b))
+        near = np.abs(vertex - m) < 1e-3 * (b - a)
+        by_gap = near | (calm[alive] > 0) | ~np.isfinite(vertex)
+        # A smooth crest takes six evaluations.
+        by_gap |= number % 3 == 2 if number < 6 else number % 4 != 0
+        tried = np.where(by_gap, wider, vertex)
+        go = (calm[alive] < 2) & (b - a > 1e-12)
+        if not go.any():
+            break
+        alive, tried, m = alive[go], tried[go], m[go]
+        # Never one point alone, which may be computed on another way, with other bits.
+        two = np.resize(np.arange(alive.size), max(alive.size, 2))
+        risen = curve(which[alive][two], (angle[alive] + step * tried)[two])[: alive.size]
+        higher, behind = risen > top[alive], tried > m
+        # The new point or the old top becomes the end of the gap on its side.
+        end, value = np.where(higher, m, tried), np.where(higher, top[alive], risen)
+        to_left = higher == behind
+        left[alive] = np.where(to_left, end, left[alive])
+        before[alive] = np.where(to_left, value, before[alive])
+        right[alive] = np.where(to_left, right[alive], end)
+        after[alive] = np.where(to_left, after[alive], value)
+        here[alive] = np.where(higher, tried, m)
+        top[alive] = np.where(higher, risen, top[alive])
+    return top, here

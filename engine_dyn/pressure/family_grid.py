@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine_dyn.combinations import distinct_combinations
+from engine_dyn.given_numbers import distinct_combinations
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import (
     LARGEST_SHIFT,

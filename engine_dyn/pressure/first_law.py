@@ -37,22 +37,20 @@ from engine_dyn.given_numbers import given_array
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.diagram import Diagram, table_angles
 from engine_dyn.pressure.file_fields import documented
-from engine_dyn.pressure.first_law_fields import (
-    FOUR_STROKE_FIELDS,
-    FOUR_STROKE_UNITS,
-    TWO_STROKE_FIELDS,
-    TWO_STROKE_UNITS,
-    closing_angle,
-    refusals,
-    wall_code,
-)
 from engine_dyn.pressure.first_law_formulas import (
     BURNT,
     BURNT_OUT,
+    FOUR_STROKE_FIELDS,
+    FOUR_STROKE_UNITS,
     HOTTEST,
+    TWO_STROKE_FIELDS,
+    TWO_STROKE_UNITS,
     WOSCHNI_FACTOR,
     WOSCHNI_PISTON,
     Case,
+    closing_angle,
+    refusals,
+    wall_code,
 )
 from engine_dyn.pressure.first_law_kernel import integrate, new_memory
 from engine_dyn.types import Floats, Integers

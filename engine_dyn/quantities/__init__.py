@@ -1,8 +1,8 @@
 """The graph of parameters and quantities, as plain data.
 
-`graph` puts the files together, one for each subject, and says what there is; `node` says what a
-node is; `variants` holds the words that select one of several nodes of a name. Formulas are not
-here: they stand in `engine_dyn.geometry`, `pressure`, `loads`, `forces` and `speed`.
+`graph` puts the files together, one for each subject, says what there is, and has the words that
+select one of several nodes of a name; `node` says what a node is. Formulas are not here: they stand
+in `engine_dyn.geometry`, `pressure`, `loads`, `forces` and `speed`.
 
 To add a quantity:
 
@@ -17,7 +17,7 @@ To add a quantity:
 
 Where the formula depends on what a scene is (offset or centred mechanism, equal or unequal
 cylinders, kind of load), add one node for each case, with `when`. A new kind of case is a new group
-in `variants` and one line in the scene's `words`.
+of `ALTERNATIVES` in `graph` and one line in the scene's `words`.
 
 A new key of scenes is a `parameter` in `PARAMETERS` of `parameters` or of its subject's file. A
 parameter with `make` is derived from others unless it is given; `unless_given` is its value where

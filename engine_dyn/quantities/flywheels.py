@@ -9,8 +9,7 @@ import numpy as np
 
 from engine_dyn import flywheel
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.arithmetic import quotient
-from engine_dyn.quantities.node import Node, parameter
+from engine_dyn.quantities.node import Node, parameter, quotient
 from engine_dyn.units import DEGREE, MPA
 
 

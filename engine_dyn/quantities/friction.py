@@ -1,15 +1,22 @@
-"""Nodes of the friction: mean effective pressure, mean torque, torque over the crank angle."""
+"""Keys and nodes of the friction: means, those of each component, torque over the crank angle.
+
+See `engine_dyn.loads.friction`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+
+import numpy as np
 
 from engine_dyn.forces import torque
 from engine_dyn.forces.superposition import CrankTrain
+from engine_dyn.geometry.cylinder_means import value_of_sets
+from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads import friction
-from engine_dyn.quantities.arithmetic import product
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.loads import friction as components
+from engine_dyn.quantities.node import Node, hidden, parameter, product
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import BAR
 
@@ -62,6 +69,114 @@ def _friction_over_stroke(
     return auxiliary_swing + torque.friction_over_stroke(
         crank_angle, train_of(needs), bore, gas_of(needs), needs["friction_torque"], levels
     )
+
+
+PATTON = "Patton, Nitschke and Heywood, SAE 890836"
+
+FRICTION_LAWS = ("chen_flynn", "patton_nitschke_heywood")
+"""Words for the laws of the friction mean effective pressure; the key's value counts from 1."""
+
+
+def _main_bearings(cylinder_set: Any, cylinders_by_count: Any) -> Any:
+    """One more than throws, or than cylinders where their throws are not known."""
+
+    def of_engine(engine: Cylinders) -> float:
+        places = engine.along_shaft
+        return 1.0 + (engine.count if places is None else len(places))
+
+    return value_of_sets(cylinder_set, cylinders_by_count, of_engine)
+
+
+PARAMETERS = (
+    parameter(
+        "friction_law", "i_{fr}", "1",
+        "name of the friction law", "see the page 'Friction by component'",
+        whole=True, low=1.0, low_included=True, high=float(len(FRICTION_LAWS)), high_included=True,
+        named=tuple((name, float(i)) for i, name in enumerate(FRICTION_LAWS, start=1)),
+        unless_given=1.0,
+    ),
+    parameter(
+        "geometric_compression_ratio", r"\varepsilon_g", "1",
+        "geometric compression ratio, used for ring friction; modelled cycles have their "
+        "own", PATTON, low=1.5, high=40.0,
+    ),
+    parameter(
+        "main_bearings", "n_H", "1",
+        "number of main bearings; by default one more than the number of "
+        "throws", PATTON, whole=True, low=1.0,
+        low_included=True, high=100.0, make=_main_bearings,
+    ),
+    parameter(
+        "valve_train", "i_V", "1", "type of valve train", PATTON, whole=True,
+        low=1.0, low_included=True, high=float(len(components.VALVE_TRAINS)), high_included=True,
+        named=tuple((k, float(v.number)) for k, v in components.VALVE_TRAINS.items()),
+    ),
+    parameter(
+        "valve_lift", "h_v", "m", "largest valve lift", PATTON, low=0.0, high=0.3,
+    ),
+    parameter(
+        "valves_per_cylinder", "n_v", "1", "number of valves per cylinder", PATTON, whole=True,
+        low=1.0, low_included=True, high=10.0, high_included=True,
+    ),
+    parameter(
+        "camshaft_bearings", "n_N", "1", "number of bearings of all camshafts", PATTON, whole=True,
+        low=1.0, low_included=True, high=200.0,
+    ),
+)  # fmt: skip
+
+_SIZE = ("bore", "mean_stroke", "cylinders")
+
+
+def _part(
+    name: str, index: str, long_name: str, needs: tuple[str, ...], make: Callable[..., Any]
+) -> Node:
+    return Node(
+        f"fmep_{name}", f"p_{{fr,{index}}}", "bar",
+        f"friction mean effective pressure of {long_name}", PATTON, si=BAR, needs=needs, make=make,
+    )  # fmt: skip
+
+
+def _sized(
+    name: str, index: str, long_name: str, needs: tuple[str, ...], function: Callable[..., Any]
+) -> Node:
+    """Component that depends on the size of the engine; `needs` in the function's order."""
+
+    def make(**given: Any) -> Any:
+        return function(*(given[need] for need in (*_SIZE, *needs)))
+
+    return _part(name, index, long_name, (*_SIZE, *needs), make)
+
+
+_UNTHROTTLED = (
+    "fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings", "fmep_skirt",
+    "fmep_rings", "fmep_valve_train", "fmep_auxiliaries",
+)  # fmt: skip
+"""Components that do not depend on the pressure in the cylinder."""
+
+
+def _in_order(names: tuple[str, ...]) -> Callable[..., Any]:
+    """Sum in the order of the names, whatever order the needs come in."""
+
+    def make(**needs: Any) -> Any:
+        total: Any = 0.0
+        for name in names:
+            total = total + needs[name]
+        return total
+
+    return make
+
+
+def _share(names: tuple[str, ...]) -> Callable[..., Any]:
+    return lambda **needs: _in_order(names)(**needs) / needs["fmep_components"]
+
+
+def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
+    """Pressure at the dead centre before compression over that of the atmosphere."""
+    # One angle beside designs: the same branch of `pressure`, so the same bits, for all shapes.
+    angle = np.array([-np.pi])
+    place = np.asarray(row, dtype=float)[..., None]
+    pressure = torque.pressure(angle, family, place)[..., 0]
+    return pressure * pressure_scale / components.ATMOSPHERE
 
 
 NODES: tuple[Node, ...] = (
@@ -158,5 +273,80 @@ NODES: tuple[Node, ...] = (
                "cylinder_set", "period", "offset_ratio", "cylinders_by_count", "auxiliary_swing",
                *FRICTION_NAMES),
         make=_friction_over_stroke,
+    ),
+    hidden("mean_stroke", "m", "mean stroke of the cylinders", product, ("stroke", "stroke_share")),
+    hidden(
+        "intake_ratio", "1",
+        "pressure in the cylinder before compression over that of the atmosphere",
+        _intake_ratio,
+    ),
+    _sized(
+        "crankshaft_seals", "S", "the seals of the crankshaft", ("main_journal_diameter",),
+        components.crankshaft_seals,
+    ),
+    _sized(
+        "main_bearings", "H", "the main bearings, including turbulent dissipation",
+        ("speed", "main_journal_diameter", "main_journal_width", "main_bearings"),
+        components.main_bearings,
+    ),
+    _sized(
+        "crank_pin_bearings", "C", "the connecting-rod bearings",
+        ("speed", "crank_pin_diameter", "crank_pin_width"), components.crank_pin_bearings,
+    ),
+    _part(
+        "skirt", "K", "the skirts of the pistons", ("bore", "mean_piston_speed"),
+        lambda bore, mean_piston_speed: components.skirt(bore, mean_piston_speed),
+    ),
+    _part(
+        "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
+        components.rings,
+    ),
+    hidden(
+        "ring_gas_pressure_unthrottled", "Pa",
+        "ring friction added by gas pressure at full throttle",
+        lambda geometric_compression_ratio, mean_piston_speed: components.ring_gas_pressure(
+            geometric_compression_ratio, mean_piston_speed
+        ),
+    ),
+    _part(
+        "ring_gas_pressure", "G", "the piston rings due to gas pressure",
+        ("ring_gas_pressure_unthrottled", "intake_ratio"), product,
+    ),
+    _sized(
+        "valve_train", "V", "the valve train",
+        ("speed", "valve_train", "valve_lift", "valves_per_cylinder", "camshaft_bearings"),
+        components.valve_train,
+    ),
+    _part(
+        "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
+        ("speed",),
+        components.auxiliaries,
+    ),
+    hidden(
+        "fmep_without_gas", "Pa",
+        "friction mean effective pressure of all that does not depend on gas pressure",
+        _in_order(_UNTHROTTLED), _UNTHROTTLED,
+    ),
+    Node(
+        "fmep_components", "p_{fr,\\Sigma}", "bar",
+        "friction mean effective pressure of all components, by the law of Patton, Nitschke and "
+        "Heywood", PATTON, si=BAR,
+        make=lambda fmep_without_gas, ring_gas_pressure_unthrottled, intake_ratio:
+        fmep_without_gas + ring_gas_pressure_unthrottled * intake_ratio,
+    ),
+    *(
+        Node(
+            f"friction_share_{group}", f"s_{{fr,{group[0].upper()}}}", "1",
+            f"share of {text} in the friction of all components", PATTON,
+            needs=(*names, "fmep_components"), make=_share(names),
+        )
+        for group, text, names in (
+            ("bearings", "the bearings and seals of the crankshaft",
+             ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings")),
+            ("rings", "the piston rings", ("fmep_rings", "fmep_ring_gas_pressure")),
+            ("skirt", "the skirts of the pistons", ("fmep_skirt",)),
+            ("valve_train", "the valve train", ("fmep_valve_train",)),
+            ("auxiliaries", "the auxiliaries", ("fmep_auxiliaries",)),
+        )
     ),
 )  # fmt: skip

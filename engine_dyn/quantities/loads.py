@@ -12,8 +12,7 @@ import numpy as np
 
 from engine_dyn.loads import driven_machine
 from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
-from engine_dyn.quantities.arithmetic import power, quotient
-from engine_dyn.quantities.node import Node
+from engine_dyn.quantities.node import Node, power, quotient
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
 """Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""

@@ -1,4 +1,7 @@
-"""Nodes and dimensions, from which the graph of parameters and quantities is made."""
+"""Nodes and dimensions, from which the graph of parameters and quantities is made.
+
+At the end stands the arithmetic that nodes share where plain operators would not do.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from typing import Any
+
+import numpy as np
 
 from engine_dyn.parameters import PARAMETERS
 
@@ -74,7 +79,7 @@ class Node:
     # "curve" (over crank angle), "stage" (a kernel that gives several results at once).
     kind: str = "value"
     gives: tuple[str, ...] = ()  # Results of a stage
-    # Words of `engine_dyn.quantities.variants`: this variant of the name holds for scenes that have
+    # Words of `engine_dyn.quantities.graph`: this variant of the name holds for scenes that have
     # all of them; empty: for any scene.
     when: str = ""
     can_fail: bool = False  # The stage writes `status`
@@ -100,7 +105,7 @@ class Node:
     width: int = 8
     # `make` also takes `threads`, the most threads that it may use, None for one a processor.
     threaded: bool = False
-    on_card: bool = False  # `make` also takes `device`, one of `engine_dyn.speed.methods.DEVICES`
+    on_card: bool = False  # `make` also takes `device`, one of `engine_dyn.speed.fields.DEVICES`
     # Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
     # `make` takes those that there are by their names, `disc_inertia_1` and so on.
     of_shaft: tuple[str, ...] = ()
@@ -182,3 +187,37 @@ def check_needs(nodes: Mapping[str, Sequence[Node]]) -> None:
                 f"does not take {sorted(beyond)}, which are among its needs"
             )  # fmt: skip
             raise ValueError(f"node {node.name!r}: make {what}")
+
+
+def balance_of(plus: Any, minus: Any) -> Any:
+    """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""
+    plus, minus = np.asarray(plus), np.asarray(minus)
+    difference = plus - minus
+    # The velocities that the mean gas torque is made with are exact to this part of the second
+    # number without a pin offset, docs/solver.md (58).
+    return np.where(np.abs(difference) <= 1e-10 * np.abs(minus), 0.0, difference)
+
+
+def quotient(numerator: Any, denominator: Any) -> Any:
+    """Quotient; NaN where the denominator is 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(denominator == 0.0, np.nan, np.divide(numerator, denominator))
+
+
+def power(base: Any, exponent: Any) -> Any:
+    """Power whose bits do not depend on how designs are cut into blocks.
+
+    Along a loop with one exponent, NumPy squares where that is 2, takes the root where it is 0.5,
+    and calls `pow` elsewhere: the last digit would depend on the shape of the arrays.
+    """
+    result = base**exponent
+    # Exponents for which NumPy has other loops; 0 and 1 give the same bits by every loop.
+    for special, function in ((2.0, np.square), (0.5, np.sqrt)):
+        if np.any(exponent == special):
+            result = np.where(exponent == special, function(base), result)
+    return result
+
+
+def product(**factors: Any) -> Any:
+    """Product of all needs of a node."""
+    return math.prod(factors.values())

@@ -15,8 +15,7 @@ from engine_dyn.pressure.motored import (
     peak_of_cylinders,
     peak_with_factor,
 )
-from engine_dyn.quantities.arithmetic import balance_of, quotient
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.node import Node, balance_of, hidden, quotient
 from engine_dyn.units import BAR, RPM
 
 BYTES_OF_CYCLE = 40_000
@@ -77,18 +76,18 @@ def _mean_gas_of_equal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any
 ) -> Any:
     # Kernels are imported where they are called: importing the graph compiles and loads none.
-    from engine_dyn.speed import mean_gas
+    from engine_dyn.speed.torque import mean_gas_of_equal_throws
 
-    return mean_gas.mean_gas_of_equal_throws(crank_ratio, offset_ratio, row, family, pressure_share)
+    return mean_gas_of_equal_throws(crank_ratio, offset_ratio, row, family, pressure_share)
 
 
 def _mean_gas_of_unequal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
     cylinders_by_count: Any,
 ) -> Any:  # fmt: skip
-    from engine_dyn.speed import mean_gas
+    from engine_dyn.speed.torque import mean_gas_of_unequal_throws
 
-    return mean_gas.mean_gas_of_unequal_throws(
+    return mean_gas_of_unequal_throws(
         crank_ratio, offset_ratio, row, family, cylinder_set, cylinders_by_count
     )
 

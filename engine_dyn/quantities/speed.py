@@ -16,8 +16,14 @@ from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import flat_family
 from engine_dyn.quantities.features.torque_tables import OF_ANGLE
 from engine_dyn.quantities.node import Node
-from engine_dyn.speed.fields import FRICTION_NAMES, NAMES_OF_QUANTITIES
-from engine_dyn.speed.results import CURVE_NAMES, CURVES, RESULTS, SCALAR_NAMES
+from engine_dyn.speed.fields import (
+    CURVE_NAMES,
+    CURVES,
+    FRICTION_NAMES,
+    NAMES_OF_QUANTITIES,
+    RESULTS,
+    SCALAR_NAMES,
+)
 
 CLOSE_CURVES = {f"{name}_close": name for name in CURVE_NAMES}
 """Curves of the solution at close points, by what they are called here."""

@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.forces import shaft_torque, torque
-from engine_dyn.quantities.arithmetic import balance_of, quotient
 from engine_dyn.quantities.features.torque_tables import OF_ANGLE
 from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.node import Node, balance_of, hidden, quotient
 from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, kernel_inputs, without_cylinders
-from engine_dyn.speed.fields import FRICTION_NAMES
-from engine_dyn.speed.results import TORQUE_NAMES, TORQUE_RESULTS
+from engine_dyn.speed.fields import FRICTION_NAMES, TORQUE_NAMES, TORQUE_RESULTS
 
 _OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
 _EXTREMES = tuple(n for n in _OF_CYLINDERS if n not in (*FRICTION_NAMES, "friction_torque"))

@@ -1,4 +1,4 @@
-"""Nodes of the shaft that twists; parameters are in `shaft_numbers`, limits in `shaft_limits`.
+"""Nodes of the shaft that twists; parameters and limits are in `shaft_numbers`.
 
 The formulas are those of `engine_dyn.torsion`.
 
@@ -14,11 +14,9 @@ import numpy as np
 
 from engine_dyn.forces.torque import piston_area
 from engine_dyn.loads.laws import LAWS
-from engine_dyn.quantities.arithmetic import quotient
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.node import Node, hidden, quotient
 from engine_dyn.quantities.orders import EVERY
-from engine_dyn.quantities.shaft_limits import PENDULUMS, joined
-from engine_dyn.quantities.shaft_numbers import WILSON
+from engine_dyn.quantities.shaft_numbers import PENDULUMS, WILSON, joined
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS, NO_STEADY_STATE
 from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
@@ -123,7 +121,7 @@ def _system(
 
 
 _DAMPED = "damped_natural_omega", "damped_swing_omega", "damping_ratio"
-"""Results of `engine_dyn.torsion.damped`, in its sequence."""
+"""Results of `engine_dyn.torsion.modes`, in its sequence."""
 
 
 def _damping(
@@ -131,8 +129,7 @@ def _damping(
     coupling_stiffness: Any, load_damping: Any, speed_of_modes: Any, mode: Any,
     wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
-    from engine_dyn.torsion.damped import damped_modes
-    from engine_dyn.torsion.modes import modal_damping, natural_modes
+    from engine_dyn.torsion.modes import damped_modes, modal_damping, natural_modes
 
     del threads, progress
     system, bad = _system(
@@ -165,8 +162,7 @@ def _critical_speeds(
     load_damping: Any = 0.0, threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Critical speeds of a shaft with pendulums, whose stiffness follows the speed."""
-    from engine_dyn.torsion.damped import damped_critical_speeds
-    from engine_dyn.torsion.modes import critical_speeds
+    from engine_dyn.torsion.modes import critical_speeds, damped_critical_speeds
 
     del threads, progress
     system, bad = _system(

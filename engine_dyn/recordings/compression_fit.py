@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE

@@ -26,9 +26,8 @@ from engine_dyn.recordings.compression_fit import (
     fitted_shift,
     lines_of,
 )
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.heat_release import mean_pressures
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.units import BAR, DEGREE
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.recordings.compression_fit import PRIORS, Priors
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, Finding, RecordedCycles
 from engine_dyn.recordings.dead_centre import (
     dead_centre_of_fired,
     dead_centre_of_motored,
@@ -22,7 +22,6 @@ from engine_dyn.recordings.dead_centre import (
 )
 from engine_dyn.recordings.heat_release import mean_pressures, peak_pressures, polytropic_exponent
 from engine_dyn.recordings.level import LEVEL_PRIORS, Level
-from engine_dyn.recordings.recorded_cycles import Finding, RecordedCycles
 from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE

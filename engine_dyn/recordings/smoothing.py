@@ -11,10 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.heat_release import mean_pressures, peak_pressures
-from engine_dyn.recordings.local_cubics import delayed, misfit_of_neighbours, slopes
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
+from engine_dyn.recordings.heat_release import (
+    delayed,
+    mean_pressures,
+    misfit_of_neighbours,
+    peak_pressures,
+    slopes,
+)
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 

@@ -16,7 +16,7 @@ from engine_dyn import status
 from engine_dyn.compilation import kernel
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.given_numbers import given_number
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.types import Floats
 
 MOST_STEPS = 60  # Steps of Newton's or Gauss and Newton's method; three to six are usual

@@ -20,6 +20,7 @@ from engine_dyn.plausibility.judgement import ImplausibleWarning, implausible
 from engine_dyn.plausibility.usual_ranges import MOST_DELTA
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.speed import dispatch
+from engine_dyn.speed.fields import SCALAR_NAMES
 from engine_dyn.speed.keywords import (
     LOAD_EXPONENT,
     CylinderGroup,
@@ -30,7 +31,6 @@ from engine_dyn.speed.keywords import (
     check_positive,
     family_of,
 )
-from engine_dyn.speed.results import SCALAR_NAMES
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats
 

@@ -19,8 +19,22 @@ from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole
 from engine_dyn.loads.laws import POWER
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed.batch.in_blocks import solve_in_blocks
-from engine_dyn.speed.designs import Designs, Inputs, codes, discard, take_unknown
-from engine_dyn.speed.fields import DEFAULTS
+from engine_dyn.speed.designs import Designs, Inputs, Task, angles_of, codes, discard, take_unknown
+from engine_dyn.speed.fields import (
+    CANCELLED,
+    CLOSED,
+    CLOSURES,
+    COMPARED,
+    CURVE_NAMES,
+    DEFAULTS,
+    INERTIA_MODELS,
+    METHOD_NAMES,
+    METHODS,
+    ROUNDING,
+    SCALAR_NAMES,
+    THESIS,
+    Results,
+)
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import PIECE, Grouping, Piece
 from engine_dyn.speed.mechanisms import (
@@ -31,16 +45,6 @@ from engine_dyn.speed.mechanisms import (
     map_on_threads,
     tally_in_use,
 )
-from engine_dyn.speed.methods import CLOSED, CLOSURES, INERTIA_MODELS, METHOD_NAMES, METHODS, THESIS
-from engine_dyn.speed.results import (
-    CANCELLED,
-    COMPARED,
-    CURVE_NAMES,
-    ROUNDING,
-    SCALAR_NAMES,
-    Results,
-)
-from engine_dyn.speed.storage import Task, angles_of
 from engine_dyn.speed.thesis import solve_as_printed
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
@@ -189,9 +193,9 @@ def solve(
         Of `SCALAR_NAMES`, "omega" and "angular_acceleration" (these with a last dimension
         `crank_angle`); "status" always comes.
     method, inertia_model : str or array of str
-        Names of `engine_dyn.speed.methods`; arrays broadcast like the inputs.
+        Names of `engine_dyn.speed.fields`; arrays broadcast like the inputs.
     closure : str
-        Of `engine_dyn.speed.methods.CLOSURES`.
+        Of `engine_dyn.speed.fields.CLOSURES`.
     tolerance : float
         Relative error of delta and of the speeds aimed at.
     cylinders : array_like of int

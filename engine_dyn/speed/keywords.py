@@ -20,9 +20,8 @@ from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.parameters import KEYWORDS
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed.fields import FRICTION_NAMES
-from engine_dyn.speed.mean_gas import mean_gas_of_unequal_throws
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
+from engine_dyn.speed.fields import CLOSURES, FRICTION_NAMES, INERTIA_MODELS, METHOD_NAMES, STEPPING
+from engine_dyn.speed.torque import mean_gas_of_unequal_throws
 
 LOAD_EXPONENT = KEYWORDS["load_exponent"].typical  # Exponent of the load torque where none is given
 

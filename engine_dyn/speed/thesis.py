@@ -24,11 +24,10 @@ from engine_dyn.forces.torque import (
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
-from engine_dyn.speed.designs import LEVELS, Designs
+from engine_dyn.speed.designs import LEVELS, Designs, Task, store, store_nothing
+from engine_dyn.speed.fields import IDLE, SCALAR_NAMES, Results
 from engine_dyn.speed.general.one_by_one import solve_one_by_one
 from engine_dyn.speed.grouping import Call
-from engine_dyn.speed.results import IDLE, SCALAR_NAMES, Results
-from engine_dyn.speed.storage import Task, store, store_nothing
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 

@@ -28,8 +28,7 @@ from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry.cylinder_means import mean_square, value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
-from engine_dyn.torsion.stress import shaft_stiffness
-from engine_dyn.torsion.system import ShaftSystem, shaft_system
+from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness, shaft_system
 from engine_dyn.types import Floats
 
 MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
@@ -373,13 +372,13 @@ def mean_torques_of_throws(
     lever : array_like
         Crank radius times piston area times the factor on the diagram [m3].
     crank_ratio, offset, row, family
-        As of `engine_dyn.speed.mean_gas.mean_gas_torque`.
+        As of `engine_dyn.speed.torque.mean_gas_torque`.
     friction_torque : array_like
         Mean, of the whole engine [N m]; all cylinders have the same part of it.
     cylinder_set, by_count, throws
         As of `reciprocating_inertia_of_throws`.
     """
-    from engine_dyn.speed.mean_gas import mean_gas_torque
+    from engine_dyn.speed.torque import mean_gas_torque
 
     known: dict[tuple[Any, ...], Any] = {}
 

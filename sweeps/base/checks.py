@@ -113,7 +113,7 @@ def usable_device(device: Any) -> str:
     SceneError
         For another name, and for a card that cannot be used: the line names what is missing.
     """
-    from engine_dyn.speed.methods import DEVICES
+    from engine_dyn.speed.fields import DEVICES
 
     if device not in DEVICES:
         allowed = " or ".join(f'"{name}"' for name in DEVICES)

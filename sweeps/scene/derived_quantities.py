@@ -2,7 +2,8 @@
 
 `delta_elasticity` in [output] asks for the elasticities of `delta`. What is computed for it is in
 `sweeps.scene.plan.variations`. `torque_rms` and `torque_mean`, the root mean square and the mean
-of a curve, are nodes of the graph (`engine_dyn.quantities.curve_means`) and so need nothing here.
+of a curve, are nodes of the graph (`engine_dyn.quantities.curve_extremes`), so that nothing is
+needed here.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from typing import Any
 from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.file_fields import MEANINGS, FileField
-from engine_dyn.pressure.first_law_fields import FIELDS_OF_WALL
+from engine_dyn.pressure.first_law_formulas import FIELDS_OF_WALL
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
     CURVE_MEANS,
@@ -24,7 +24,7 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
 from sweeps.base.dimensions import ELASTICITY, LABELS
 from sweeps.scene.axes import WORD_KEYS

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
+from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 from sweeps.base.checks import check_range, number
 from sweeps.base.dimensions import INERTIA_MODEL, METHOD
 from sweeps.base.errors import SceneError, not_known, shown

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from engine_dyn import status
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import Strict
 from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.features import file_with_features

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.engine import Engine
-from engine_dyn.quantities.friction_components import FRICTION_LAWS
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
+from engine_dyn.quantities.friction import FRICTION_LAWS
 from engine_dyn.quantities.parameters import CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import DESIGN
 

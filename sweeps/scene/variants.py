@@ -1,6 +1,6 @@
 """Variants of quantities that hold for a scene: the words that select nodes of the graph.
 
-What each word means stands in `engine_dyn.quantities.variants`.
+What each word means stands in `engine_dyn.quantities.graph`.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from engine_dyn.geometry.cylinders import SEALED, Cylinders
 from engine_dyn.pressure.double_acting import ends_of
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.parameters import INERTIA_PARTS
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from sweeps.scene.engine.engine_files import GEOMETRIC
 from sweeps.scene.features import feature_words
 from sweeps.scene.firing_patterns import FiringPatterns
@@ -24,7 +24,7 @@ def variant_words(
     values: GivenValues, *, closure: str, described: Sequence[Cylinders],
     patterns: FiringPatterns | None, law: str,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Words that select variants: one of each group of `engine_dyn.quantities.variants`.
+    """Words that select variants: one of each group of `engine_dyn.quantities.graph`.
 
     Parameters
     ----------

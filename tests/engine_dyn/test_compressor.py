@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from engine_dyn import status
-from engine_dyn.forces.rod_loads import rod_load_extremes
+from engine_dyn.forces.mechanism import rod_load_extremes
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.pressure import compressor, double_acting

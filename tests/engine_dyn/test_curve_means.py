@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from engine_dyn.quantities.curve_means import curve_mean, root_mean_square
+from engine_dyn.quantities.curve_extremes import curve_mean, root_mean_square
 
 ANGLE = np.arange(0.0, 4.0 * math.pi, 4.0 * math.pi / 720)
 

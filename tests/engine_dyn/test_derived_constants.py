@@ -21,10 +21,10 @@ from engine_dyn.loads import laws
 from engine_dyn.pressure.diesel_cycle import WIEBE
 from engine_dyn.speed.batch import block
 from engine_dyn.speed.batch.solution import run_load
-from engine_dyn.speed.batch.weights import weights_of
-from engine_dyn.speed.general import speeds
+from engine_dyn.speed.batch.work_table import weights_of
+from engine_dyn.speed.general import one_by_one
 from engine_dyn.speed.vectors import new_rows
-from engine_dyn.speed.work import boxes, columns, tabulation
+from engine_dyn.speed.work import boxes, columns
 from engine_dyn.speed.work.interpolation import MEAN_BY_PAIRS
 
 HALF = Fraction(1, 2)
@@ -63,8 +63,8 @@ def test_gauss_points() -> None:
     """(56): three-point Gauss-Legendre on both halves of an interval."""
     node, weight = np.polynomial.legendre.leggauss(3)
     places = [half + 0.25 * (1.0 + node) for half in (0.0, 0.5)]
-    assert pytest.approx(np.ravel(places), abs=1e-15) == tabulation.POINTS
-    assert pytest.approx(0.25 * np.tile(weight, 2), abs=1e-15) == tabulation.WEIGHTS
+    assert pytest.approx(np.ravel(places), abs=1e-15) == columns.POINTS
+    assert pytest.approx(0.25 * np.tile(weight, 2), abs=1e-15) == columns.WEIGHTS
 
 
 def test_two_point_formula() -> None:
@@ -75,7 +75,7 @@ def test_two_point_formula() -> None:
         slope = 1 if k == 1 else 0
         assert Fraction(1, k + 1) == a * ends + b * (slope - k), k
     error = Fraction(1, 5) - (a - 4 * b)
-    source = inspect.getsource(python_of(speeds._load_missed))
+    source = inspect.getsource(python_of(one_by_one._load_missed))
     found = [int(n) for n in re.findall(r"1\.0 / (\d+)\.0", source)]
     assert found[:2] == [math.factorial(4) / error, math.factorial(4) * 16]
 

@@ -12,7 +12,7 @@ from engine_dyn.forces.harmonics import gas_part, of_engine
 from engine_dyn.geometry.cylinders import SEALED, Cylinders, even_cylinders
 from engine_dyn.pressure.motored import motored, pressures_of_rows
 from engine_dyn.speed.keywords import family_of
-from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.torque import mean_gas_torque
 from oracle import solution
 
 CYCLE = 4.0 * math.pi

@@ -15,8 +15,8 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.api import energy_swing
-from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.required import search, solve_for_inertia
+from engine_dyn.speed.torque import mean_gas_torque
 from engine_dyn.status import CONVERGED, INVALID_INPUT, STALLED, TOLERANCE_NOT_MET
 from oracle import solution
 from oracle.solution import CYCLE

@@ -8,18 +8,19 @@ import numpy as np
 import pytest
 
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
-from engine_dyn.quantities.arithmetic import power
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
+    ALTERNATIVES,
     DIMENSIONS,
     NODES,
     NUMBERED,
     PARAMETERS,
+    WORDS,
+    check_words,
     variants_of,
 )
-from engine_dyn.quantities.node import Node, check_needs
+from engine_dyn.quantities.node import Node, check_needs, power
 from engine_dyn.quantities.parameters import CYCLE_KEYS
-from engine_dyn.quantities.variants import ALTERNATIVES, WORDS, check_words
 from tests.support.scenes import NOT_OF_AN_ENGINE, computed
 
 pytestmark = pytest.mark.compiled
@@ -40,7 +41,7 @@ def test_words_stand_in_one_group_and_select_something() -> None:
 
 def test_a_word_that_does_not_exist_is_refused() -> None:
     message = "node 'imep': when = 'equal centered': 'centered' is no word of "
-    message += "engine_dyn.quantities.variants; did you mean 'centred'?"
+    message += "engine_dyn.quantities.graph; did you mean 'centred'?"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         check_words("imep", "equal centered")
 

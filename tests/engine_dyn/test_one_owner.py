@@ -12,17 +12,16 @@ from engine_dyn import periodic_speed
 from engine_dyn.compilation.cache import imported
 from engine_dyn.loads import laws
 from engine_dyn.parameters import PARAMETERS as SAID
-from engine_dyn.quantities.graph import NODES, PARAMETERS, QUANTITIES
-from engine_dyn.quantities.variants import ALTERNATIVES
-from engine_dyn.speed import fields, methods, results
-from engine_dyn.speed.storage import store
+from engine_dyn.quantities.graph import ALTERNATIVES, NODES, PARAMETERS, QUANTITIES
+from engine_dyn.speed import fields
+from engine_dyn.speed.designs import store
 from engine_dyn.units import BAR
 
 
 def test_codes_of_methods_are_their_places() -> None:
-    codes = methods.AUTO, methods.THESIS, methods.NEWTON, methods.CLOSED
-    assert codes == tuple(range(len(methods.METHODS)))
-    assert methods.STEPPING == ("thesis",)
+    codes = fields.AUTO, fields.THESIS, fields.NEWTON, fields.CLOSED
+    assert codes == tuple(range(len(fields.METHODS)))
+    assert fields.STEPPING == ("thesis",)
 
 
 def test_inputs_of_laws_are_inputs_of_solvers() -> None:
@@ -41,11 +40,11 @@ def test_places_of_results_are_those_of_their_names() -> None:
     }  # fmt: skip
     found = np.empty((len(numbers), 1))
     store(0, 5.0, 3.0, 5.0, 2.0, 4.0, 0.01, 7.0, np.arange(len(numbers)), found)
-    assert dict(zip(results.SCALAR_NAMES, found[:, 0].tolist(), strict=True)) == numbers
+    assert dict(zip(fields.SCALAR_NAMES, found[:, 0].tolist(), strict=True)) == numbers
 
 
 def test_results_are_quantities() -> None:
-    for result in (*results.RESULTS, *results.CURVES, *results.TORQUE_RESULTS):
+    for result in (*fields.RESULTS, *fields.CURVES, *fields.TORQUE_RESULTS):
         if result.name in QUANTITIES:
             node = QUANTITIES[result.name]
             assert (node.unit, node.long_name) == (result.unit, result.long_name)

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from engine_dyn.geometry.cylinders import even_cylinders
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.fields import SCALAR_NAMES
 from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 from oracle import solution, spline
 from sweeps.scene.engine.engine_files import load_engine

@@ -9,9 +9,8 @@ import pytest
 
 from engine_dyn.loads.laws import POWER, Form, law_of
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.general.motion import Design, make_motion
-from engine_dyn.speed.general.newton import newton
-from engine_dyn.speed.methods import CYCLE_TIME, POWER_MEAN
+from engine_dyn.speed.fields import CYCLE_TIME, POWER_MEAN
+from engine_dyn.speed.general.newton import Design, make_motion, newton
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.status import (
     CONVERGED,

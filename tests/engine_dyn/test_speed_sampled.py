@@ -10,8 +10,8 @@ from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import mean_gas_torque
 from engine_dyn.speed.mechanisms import BATCH, counted
+from engine_dyn.speed.torque import mean_gas_torque
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from oracle.designs import SmoothPressure, table
 from tests.support.sampled_designs import sampled_designs, three_loads

@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
-from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES, SCALAR_NAMES
+from engine_dyn.speed.torque import mean_gas_torque
 from engine_dyn.status import (
     CONVERGED,
     MEANINGS,

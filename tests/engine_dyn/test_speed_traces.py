@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.methods import INERTIA_MODELS
-from engine_dyn.speed.results import SCALAR_NAMES
+from engine_dyn.speed.fields import INERTIA_MODELS, SCALAR_NAMES
 from engine_dyn.status import CONVERGED
 from oracle import solution
 from tests.support.differences import slope

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from engine_dyn import diagram_from_points, periodic_speed, status
 from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_speed
 from engine_dyn.loads.laws import LINEAR_SQUARE, Form, law_of
-from engine_dyn.speed.general import one_by_one, radau
+from engine_dyn.speed.general import one_by_one, stable_cycle
 from oracle import in_time, solution
 from oracle.in_time import Cycle, Stiff
 from oracle.solution import Design
@@ -180,9 +180,9 @@ def test_curves_over_the_angle_of_a_stiff_design() -> None:
 def test_an_interval_of_a_linear_law(push: float) -> None:
     """e' = c - push (e - 1) over one interval: e = 1 + c/push + (e_0 - 1 - c/push) exp(-push)."""
     c, start = 0.3, 1.7
-    interval = radau.Interval((c, 0.0, 0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0, 0.0, 0.0))
+    interval = stable_cycle.Interval((c, 0.0, 0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0, 0.0, 0.0))
     proportional, _ = law_of(80.0, 0.0, 1.0, 1.0, Form(LINEAR_SQUARE, 1.0, False, np.zeros((3, 0))))
-    passed = radau.pass_interval(start, interval, push, 1.0, 1e-13, proportional)
+    passed = stable_cycle.pass_interval(start, interval, push, 1.0, 1e-13, proportional)
     steady = 1.0 + c / push
     assert passed.missed < math.inf
     assert passed.end == pytest.approx(steady + (start - steady) * math.exp(-push), rel=1e-10)

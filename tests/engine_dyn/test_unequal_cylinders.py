@@ -20,10 +20,8 @@ from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored
 from engine_dyn.speed import dispatch
-from engine_dyn.speed.fields import FRICTION_NAMES
-from engine_dyn.speed.mean_gas import mean_gas_torque
-from engine_dyn.speed.results import TORQUE_NAMES
-from engine_dyn.speed.torque import torque_extremes
+from engine_dyn.speed.fields import FRICTION_NAMES, TORQUE_NAMES
+from engine_dyn.speed.torque import mean_gas_torque, torque_extremes
 from oracle import solution
 from oracle.designs import SmoothPressure, engine
 from oracle.solution import CYCLE, Design

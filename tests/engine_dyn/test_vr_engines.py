@@ -12,7 +12,7 @@ from engine_dyn.geometry.arrangement import FOUR_STROKE, Arrangement
 from engine_dyn.geometry.cylinders import cylinders_of
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed.mean_gas import mean_gas_of_unequal_throws
+from engine_dyn.speed.torque import mean_gas_of_unequal_throws
 from tests.support.master_rods import diagram, slope
 
 # Volkswagen 2.8 l VR6: stroke 90.3 mm, of which half is taken for the crank radius (the offset

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import QUANTITIES
-from engine_dyn.speed.methods import CLOSURES, INERTIA_MODELS, METHOD_NAMES
+from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.units import RPM
 from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import catalogue

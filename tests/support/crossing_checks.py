@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 import sweeps
-from engine_dyn.speed.methods import INERTIA_MODELS
+from engine_dyn.speed.fields import INERTIA_MODELS
 
 
 def _floats(found: xr.Dataset) -> dict[str, xr.DataArray]:

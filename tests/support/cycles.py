@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
-from engine_dyn.pressure.first_law_fields import FOUR_STROKE_UNITS, TWO_STROKE_UNITS
+from engine_dyn.pressure.first_law_formulas import FOUR_STROKE_UNITS, TWO_STROKE_UNITS
 
 # A throttled spark-ignition engine, a turbocharged diesel, a slow uniflow two-stroke.
 SPARK: dict[str, Any] = {

@@ -10,7 +10,7 @@ from engine_dyn import PeriodicSpeed, diagram_from_points, periodic_speed
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.torque import mean_gas_torque
 from oracle.designs import HeldOut, held_out, table
 from oracle.solution import Design
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 
 BORE, STROKE, ROD, RATIO = 0.1, 0.12, 0.21, 16.0
 GEOMETRY = CylinderGeometry(BORE, STROKE, 0.5 * STROKE / ROD, RATIO)

@@ -6,7 +6,7 @@ import numpy as np
 
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
-from engine_dyn.speed.mean_gas import mean_gas_torque
+from engine_dyn.speed.torque import mean_gas_torque
 from oracle.designs import table
 from tests.support.held_out import BAR, design_of
 

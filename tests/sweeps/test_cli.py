@@ -17,8 +17,7 @@ from click.testing import CliRunner
 from numpy.testing import assert_array_equal
 
 import sweeps
-from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES
-from engine_dyn.quantities.sources import SOURCES
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES, SOURCES
 from engine_dyn.status import MEANINGS
 from sweeps.cli.main import main
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from engine_dyn.quantities.friction_components import NODES as FOUR_STROKE_FRICTION
+from engine_dyn.quantities.friction import NODES as FOUR_STROKE_FRICTION
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS

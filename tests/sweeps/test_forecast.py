@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from engine_dyn.quantities.graph import QUANTITIES
-from engine_dyn.speed.methods import METHOD_NAMES
+from engine_dyn.speed.fields import METHOD_NAMES
 from sweeps.scene.plan import forecast
 from sweeps.scene.plan.blocks import divided
 from sweeps.scene.plan.forecast import diagram_count, seconds_of_computing, text, work_of

@@ -145,7 +145,7 @@ def test_a_package_that_this_one_has_replaced(
 FORK = """
 import os, signal, sys
 from pathlib import Path
-from engine_dyn.pressure import memory
+from engine_dyn.pressure import family as families
 from sweeps.base.netcdf import netcdf_child
 
 class Family:
@@ -154,7 +154,7 @@ class Family:
 family = Family()
 
 def remember():
-    return memory.remembered(family, "key", tuple)
+    return families.remembered(family, "key", tuple)
 
 def read():
     return netcdf_child.read_apart(Path(sys.argv[1]))
@@ -168,8 +168,8 @@ def held(lock, wanted):
             os._exit(0)
         return os.waitpid(child, 0)[1]
 
-lock = memory._making[id(family), "key"] = memory.threading.Lock()
-print(held(memory._lock, remember), held(lock, remember), held(netcdf_child._LOCK, read))
+lock = families._making[id(family), "key"] = families.threading.Lock()
+print(held(families._lock, remember), held(lock, remember), held(netcdf_child._LOCK, read))
 """
 
 

@@ -13,11 +13,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.loads.laws import MOTOR_KEYS
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS, STROKE_SHARES
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from engine_dyn.speed.methods import METHOD_NAMES
+from engine_dyn.speed.fields import METHOD_NAMES
 from sweeps.base.checks import outside
 from sweeps.base.errors import SceneError
 from sweeps.scene.model import Scene

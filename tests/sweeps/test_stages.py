@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import sweeps
-from engine_dyn.quantities.variants import ALTERNATIVES, WORDS
+from engine_dyn.quantities.graph import ALTERNATIVES, WORDS
 from sweeps.scene.plan.forecast import DIRECT
 from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
@@ -137,9 +137,9 @@ NAMES = {
     "table": ("speed/batch/work_table.py:fill_work_table",),
     "speed": ("speed/dispatch.py:solve",),
     "torque": ("speed/torque.py:torque_extremes",),
-    "mean gas": ("speed/mean_gas.py:mean_gas_torque",),
+    "mean gas": ("speed/torque.py:mean_gas_torque",),
     "of designs": ("speed/batch/in_blocks.py:solve_blocks",),
-    "traces": ("speed/storage.py:store_curves",),
+    "traces": ("speed/designs.py:store_curves",),
     "iterations": ("speed/batch/solution.py:fill_drive",),
 }  # fmt: skip
 

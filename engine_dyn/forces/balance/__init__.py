@@ -22,7 +22,7 @@ turns backwards with the crank's speed changes B_1, a pair at twice that speed F
 Sources: T. Asgari et al. (2019), eqs. 1 to 13 (one cylinder, two orders); Power units, lecture 18.
 """
 
-from engine_dyn.forces.balance.orders import Ellipse, acceleration_harmonics
+from engine_dyn.forces.balance.lines import Ellipse, acceleration_harmonics
 from engine_dyn.forces.balance.shaking_forces import (
     RunningGear,
     balance_shaft_mass,

@@ -43,7 +43,7 @@ class Feature(Generic[Part]):
     # From the part to the number of members along each of `dimensions`; without the part all are 0.
     sizes: Callable[[Part], tuple[int, ...]] = lambda part: ()
     # Groups of words that select variants, with their meanings, as in
-    # `engine_dyn.quantities.variants`; which of them holds is said where scenes are read.
+    # `engine_dyn.quantities.graph`; which of them holds is said where scenes are read.
     words: tuple[Mapping[str, str], ...] = ()
     # Other names, which people look for, of its quantities and of those that it answers to.
     called: Mapping[str, str] = field(default_factory=dict)

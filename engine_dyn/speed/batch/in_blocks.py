@@ -10,14 +10,11 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.loads.laws import covers
 from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.batch.block import LEFT, ColumnRows, Scratch, column_rows, make_scratch
-from engine_dyn.speed.batch.extremes import fill_extremes, find_candidates
-from engine_dyn.speed.batch.fine_nodes import fill_curves
+from engine_dyn.speed.batch.extremes import fill_curves, fill_extremes, find_candidates
 from engine_dyn.speed.batch.solution import solve_curves
-from engine_dyn.speed.batch.weights import Weights, weights_of
-from engine_dyn.speed.batch.work_table import fill_work, fill_work_table
-from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.results import Results
-from engine_dyn.speed.storage import Task, store, store_curves
+from engine_dyn.speed.batch.work_table import Weights, fill_work, fill_work_table, weights_of
+from engine_dyn.speed.designs import Designs, Task, store, store_curves
+from engine_dyn.speed.fields import Results
 from engine_dyn.speed.vectors import LANES, rows_of
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET

@@ -29,9 +29,9 @@ from engine_dyn.speed.batch.block import (
     Scratch,
     repeat_ends,
 )
-from engine_dyn.speed.batch.weights import Weights
+from engine_dyn.speed.batch.work_table import Weights
 from engine_dyn.speed.designs import Designs
-from engine_dyn.speed.methods import CYCLE_TIME
+from engine_dyn.speed.fields import CYCLE_TIME
 from engine_dyn.speed.vectors import LANES, Rows, any_of, read, where, write
 from engine_dyn.speed.work.boxes import chebyshev_matrix
 from engine_dyn.types import Floats

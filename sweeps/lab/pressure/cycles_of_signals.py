@@ -13,8 +13,8 @@ import numpy as np
 
 from engine_dyn.geometry.toothed_wheel import wheel_from_text
 from engine_dyn.periodic_spline import wrapped
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.encoder import mark_times, teeth_from_mark, teeth_of_signal
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned

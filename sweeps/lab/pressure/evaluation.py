@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, Finding, RecordedCycles
 from engine_dyn.recordings.dead_centre import looks_motored
 from engine_dyn.recordings.heat_release import (
     GAMMA,
@@ -19,7 +19,6 @@ from engine_dyn.recordings.heat_release import (
     peak_pressures,
     polytropic_exponent,
 )
-from engine_dyn.recordings.recorded_cycles import Finding, RecordedCycles
 from engine_dyn.recordings.signal_checks import LARGEST, LEAST_SAMPLES
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, CUBIC_CENTIMETRE, DEGREE

@@ -15,11 +15,10 @@ from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.plausibility.usual_ranges import DIAGRAM_CHECKS
 from engine_dyn.pressure.diagram import Diagram
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, Finding, RecordedCycles
 from engine_dyn.recordings.dead_centre import imep_of_tenth, looks_motored
 from engine_dyn.recordings.heat_release import mean_pressures
 from engine_dyn.recordings.level import Level, recorded_level
-from engine_dyn.recordings.recorded_cycles import Finding, RecordedCycles
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 from sweeps.base.columns.options import PressureOptions

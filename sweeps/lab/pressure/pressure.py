@@ -17,16 +17,14 @@ import numpy as np
 
 from engine_dyn.engine import Engine
 from engine_dyn.periodic_spline import wrapped
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.dead_centre import looks_motored
 from engine_dyn.recordings.heat_release import (
     coefficient_of_variation,
     mean_pressures,
     peak_pressures,
 )
-from engine_dyn.recordings.level import Level
-from engine_dyn.recordings.pegging import EXPONENT, peg_by_compression, peg_to_inlet
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.level import EXPONENT, Level, peg_by_compression, peg_to_inlet
 from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.recordings.smoothing import smooth, without_delay
 from engine_dyn.types import Floats

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from engine_dyn.combinations import distinct_combinations
+from engine_dyn.given_numbers import distinct_combinations
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.transient import TorqueTrain, train_of_cycles
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
@@ -230,7 +230,7 @@ LEFT_OUT: Mapping[str, str] = {
     },
     "wanted_delta": "wanted_delta is not allowed; inertia must be given",
 }
-"""Words of scenes (`engine_dyn.quantities.variants`) whose engines are not followed here."""
+"""Words of scenes (`engine_dyn.quantities.graph`) whose engines are not followed here."""
 
 
 @dataclass(frozen=True)

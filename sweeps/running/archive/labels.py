@@ -21,10 +21,10 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER, with_values
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER, with_values
 from sweeps.base.dimensions import (
     ARRANGEMENT,
     DESIGN,

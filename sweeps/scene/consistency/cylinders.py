@@ -7,8 +7,8 @@ import numpy as np
 from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.geometry import arrangement
 from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.quantities.each_cylinder import with_values
 from engine_dyn.quantities.graph import PARAMETERS
-from engine_dyn.quantities.single_cylinders import with_values
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError
@@ -66,7 +66,7 @@ def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
     In the bays of a boxer it does: pins that are a whole distance of throws apart stand in the
     bearings of their bay.
     """
-    from engine_dyn.forces.balance.banks import hangs_on_bank_offset
+    from engine_dyn.forces.balance.shaking_forces import hangs_on_bank_offset
 
     engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
     order = {"shaking_moment_first": 1, "shaking_moment_second": 2}.get(

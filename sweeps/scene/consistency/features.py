@@ -13,9 +13,9 @@ from engine_dyn.loads.driven_machine import cycles_of
 from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
-from engine_dyn.speed.methods import METHODS, STEPPING
+from engine_dyn.speed.fields import METHODS, STEPPING
 from sweeps.base.dimensions import FIRING_PATTERN, LABELS
 from sweeps.scene.consistency.pressure import burning_less
 from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused

@@ -9,7 +9,7 @@ import numpy as np
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS
-from engine_dyn.quantities.friction_components import NODES
+from engine_dyn.quantities.friction import NODES
 from engine_dyn.quantities.graph import UNLESS_GIVEN
 from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.units import RPM

@@ -23,7 +23,7 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
-from engine_dyn.quantities.shaft_limits import JUDGING, NAN_WITHOUT
+from engine_dyn.quantities.shaft_numbers import JUDGING, NAN_WITHOUT
 from engine_dyn.quantities.speed import AT_START
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError, not_known, shown

@@ -10,7 +10,7 @@ import numpy as np
 
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.motored import motored
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.units import RPM
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import FIRING_PATTERN

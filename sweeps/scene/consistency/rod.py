@@ -8,7 +8,7 @@ import numpy as np
 
 from engine_dyn.flywheel import mean_diameter
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.types import Floats
 from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError

@@ -29,10 +29,10 @@ from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
-from engine_dyn.quantities.single_cylinders import OF_CYLINDER
 from engine_dyn.units import RPM
 from sweeps.base.checks import (
     check_range,

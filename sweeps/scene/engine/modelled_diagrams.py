@@ -14,20 +14,19 @@ from typing import Any, NamedTuple
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.slider_crank import crank_radius_of_ratio
-from engine_dyn.pressure import compressor, diesel_cycle, double_acting, pump
-from engine_dyn.pressure.compressor import CompressorCycle
+from engine_dyn.pressure import compressor, diesel_cycle, double_acting
+from engine_dyn.pressure.compressor import PUMP_FIELDS, CompressorCycle, PumpCycle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram, diagram_from_points
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.double_acting import DoubleActingCycle
 from engine_dyn.pressure.file_fields import FileField
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
-from engine_dyn.pressure.first_law_fields import (
+from engine_dyn.pressure.first_law_formulas import (
     FIELDS_OF_WALL,
     FOUR_STROKE_FIELDS,
     TWO_STROKE_FIELDS,
 )
-from engine_dyn.pressure.pump import PumpCycle
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.checks import mentioned, number
 from sweeps.base.errors import SceneError, not_known, one_line, shown
@@ -55,7 +54,7 @@ KINDS: Mapping[str, Kind] = {
     "two_stroke": Kind(TwoStrokeCycle, TWO_STROKE, TWO_STROKE_FIELDS),
     "compressor": Kind(CompressorCycle, TWO_STROKE, compressor.FILE_FIELDS),
     DOUBLE_ACTING: Kind(DoubleActingCycle, TWO_STROKE, double_acting.FILE_FIELDS),
-    "pump": Kind(PumpCycle, TWO_STROKE, pump.FILE_FIELDS),
+    "pump": Kind(PumpCycle, TWO_STROKE, PUMP_FIELDS),
 }
 """Kinds of modelled diagrams by their names in files."""
 

@@ -14,9 +14,8 @@ from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.quantities.speed import CLOSE_CURVES
+from engine_dyn.speed.fields import CURVE_NAMES, METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
-from engine_dyn.speed.methods import METHOD_NAMES, METHODS, STEPPING
-from engine_dyn.speed.results import CURVE_NAMES
 from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, TORSION_STATUS
 from sweeps.base.errors import counted, size_text
 from sweeps.scene.plan.blocks import block_count, divided

@@ -13,20 +13,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.combinations import distinct_combinations
 from engine_dyn.flywheel import MOST_CROSSINGS
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads.driven_machine import cycles_of
-from engine_dyn.loads.highest_order import highest_order
+from engine_dyn.given_numbers import distinct_combinations
+from engine_dyn.loads.driven_machine import cycles_of, highest_order
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds, FamilyGrid, FamilyStack
 from engine_dyn.quantities.balance import DIRECTIONS
+from engine_dyn.quantities.each_cylinder import with_values
 from engine_dyn.quantities.features import FEATURES
 from engine_dyn.quantities.graph import CONSTANTS, DIMENSIONS
-from engine_dyn.quantities.single_cylinders import with_values
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.base.errors import SceneError
 from sweeps.scene.cylinders import cylinders_of_count

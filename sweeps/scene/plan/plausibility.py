@@ -28,8 +28,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.torsion.shaft import Shaft
-from engine_dyn.torsion.stress import shaft_stiffness
-from engine_dyn.torsion.system import ShaftSystem
+from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness
 from engine_dyn.units import BAR, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, printable, shown

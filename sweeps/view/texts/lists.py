@@ -7,8 +7,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS
-from engine_dyn.quantities.sources import SOURCES
+from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, SOURCES
 from sweeps.base.ratios import ratio_text
 from sweeps.scene.axes import WORD_KEYS
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from engine_dyn.recordings.compression_fit import fitted_shift, lines_of
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.dead_centre import (
     dead_centre_of_fired,
     dead_centre_of_motored,
     looks_motored,
 )
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from tests.support import recorded_engine as engine

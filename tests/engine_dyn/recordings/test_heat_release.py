@@ -7,13 +7,13 @@ import pytest
 from scipy.integrate import quad
 
 from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.heat_release import (
     heat_release,
     mean_pressures,
     peak_pressures,
     polytropic_exponent,
 )
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from tests.support import recorded_engine as engine
 
 DEGREE = engine.DEGREE

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.dead_centre import symmetric_shift
 from engine_dyn.recordings.level import ANGLE_TOLD, TOLD, recorded_level
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
 from tests.support import recorded_engine

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from engine_dyn.recordings.pegging import peg_by_compression, peg_to_inlet
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
+from engine_dyn.recordings.level import peg_by_compression, peg_to_inlet
 from tests.support import recorded_engine as engine
 
 DEGREE = engine.DEGREE

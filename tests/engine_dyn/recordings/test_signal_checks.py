@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engine_dyn.plausibility.usual_ranges import RECORDING_CHECKS
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.signal_checks import examine
 from tests.support import recorded_engine as engine
 

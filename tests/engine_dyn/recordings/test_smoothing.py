@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.smoothing import noise, shifted, smooth, without_delay
 from tests.support import recorded_engine as engine
 

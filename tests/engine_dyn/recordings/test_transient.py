@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from engine_dyn import status
 from engine_dyn.pressure.diagram import diagram_from_points
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
+from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.transient import (
     TorqueTrain,
     close_train,

@@ -7,9 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.torsion.damped import damped_critical_speeds, damped_modes
 from engine_dyn.torsion.forced import forced_response
-from engine_dyn.torsion.modes import critical_speeds, natural_modes
+from engine_dyn.torsion.modes import (
+    critical_speeds,
+    damped_critical_speeds,
+    damped_modes,
+    natural_modes,
+)
 from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.system import matrices, shaft_system
 from tests.support.shafts import DIESEL, DIESEL_NODES

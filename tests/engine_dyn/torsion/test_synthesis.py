@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine_dyn.torsion.forced import forced_response
-from engine_dyn.torsion.stress import (
+from engine_dyn.torsion.synthesis import least_torque
+from engine_dyn.torsion.system import (
     ALLOY_STEEL,
     propulsion_shaft_limits,
     shaft_stiffness,
+    shaft_system,
     shear_stress,
 )
-from engine_dyn.torsion.synthesis import least_torque
-from engine_dyn.torsion.system import shaft_system
 
 FINE = np.linspace(0.0, 4.0 * np.pi, 120_001)
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import sweeps
-from engine_dyn.recordings.cylinder_geometry import CylinderGeometry
+from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCycles
 from engine_dyn.recordings.level import recorded_level
-from engine_dyn.recordings.recorded_cycles import RecordedCycles
 from engine_dyn.units import BAR, DEGREE
 from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.scene.features.indicator_files import read_indicator
