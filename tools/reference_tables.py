@@ -28,8 +28,7 @@ from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.scene.crossings import CROSSINGS, NOT_WITH, REPLACED
 from sweeps.scene.crossings import KEYS as KEY_PAIRS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from sweeps.view.texts.lists import LISTS, symbol_text
-from sweeps.view.texts.quantity_search import OTHER_WORDS, SUBJECTS
+from sweeps.view.texts.lists import LISTS, OTHER_WORDS, SUBJECTS, symbol_text
 
 OUTCOMES = {row["name"]: row for row in csv_rows(Path(__file__).with_name("outcomes.csv"))}
 """What the outcomes of `engine_dyn.status` mean for a person, and what to do about each."""

@@ -19,8 +19,15 @@ from typing import IO, Any, Unpack
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.types import Floats
-from sweeps.base.checks import check_structure, plain, shortened
-from sweeps.base.dimensions import ARRANGEMENT, DESIGN, FIRING_PATTERN, INERTIA_MODEL, METHOD
+from sweeps.base.checks import check_structure, names_given, plain, shortened
+from sweeps.base.dimensions import (
+    ARRANGEMENT,
+    DESIGN,
+    FIRING_PATTERN,
+    INERTIA_MODEL,
+    METHOD,
+    STATUS,
+)
 from sweeps.base.errors import SceneError, not_known, one_line, shown, size_text
 from sweeps.base.files.regular_files import kept_files, reading, text_of_bytes
 from sweeps.base.files.toml_files import MOST_BYTES, parse_toml, toml_of_text
@@ -51,10 +58,9 @@ from sweeps.scene.firing_patterns import read_firing_patterns
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.objects import plain_objects
-from sweeps.scene.reduce_reading import read_reduce
+from sweeps.scene.reduce import BestTable, FrontTable, Kept, Reduce, ReduceTable
 from sweeps.scene.sample import read_uncertainty, with_sample
-from sweeps.scene.solver import read_solver
-from sweeps.scene.toml_tables import SceneFile
+from sweeps.scene.toml_tables import SceneFile, read_solver
 from sweeps.scene.values import GivenValues
 
 MOST_DESIGNS = 10**15
@@ -437,3 +443,70 @@ def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> 
             f"{name}: {' x '.join(dimensions)}: {count:.3g} designs; must be at most "
             f"{MOST_DESIGNS:g}"
         )
+
+
+def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | None:
+    """Check what a table [reduce] asks for.
+
+    Raises
+    ------
+    SceneError
+        For axes and quantities that the scene does not have.
+    """
+    if table is None:
+        return None
+    where = f"{name}: [reduce]"
+    over = scene.dimensions if table.over is None else _axes(table.over, scene, f"{where} over")
+    every = tuple(name for name in scene.quantities if name != STATUS)  # outcomes are counted
+    statistics = every if table.statistics is None else tuple(table.statistics)
+    for quantity in statistics:
+        _check_known(quantity, scene.quantities, f"{where} statistics")
+    quantiles = tuple(sorted(set(table.quantiles)))
+    for share in quantiles:
+        if not 0.0 < share < 1.0:
+            raise SceneError(f"{where} quantiles = {shown(share)}: must be between 0 and 1")
+    names = (*scene.quantities, *scene.dimensions, *scene.designs)
+    kept = []
+    for number, best in enumerate(table.best):
+        here = f"{where} best {number + 1}"
+        if (best.least is None) == (best.most is None):
+            raise SceneError(f"{here}: needs either least or most")
+        one = best.least if best.most is None else best.most
+        assert one is not None
+        _check_known(one, names, here)
+        kept.append(_kept(((one, 1.0 if best.most is None else -1.0),), best.number, best))
+    for number, front in enumerate(table.front):
+        here, most = f"{where} front {number + 1}", names_given(front.most, "most")
+        for key in (*front.of, *most):
+            _check_known(key, front.of if key in most else names, here)
+        if len(set(front.of)) < len(front.of):
+            raise SceneError(f"{here} of = {shown(front.of)}: names must differ")
+        wanted = tuple((key, -1.0 if key in most else 1.0) for key in front.of)
+        kept.append(_kept(wanted, 0, front))
+    at_every = _axes(table.at_every, scene, f"{where} at_every")
+    if any(one.not_counted for one in kept) and not at_every:
+        raise SceneError(
+            f"{where} not_counted: only used with at_every; failed designs never count"
+        )
+    within = tuple(names_given(table.within, "within"))
+    return Reduce(statistics, over, quantiles, within, at_every, tuple(kept))
+
+
+def _kept(
+    wanted: tuple[tuple[str, float], ...], number: int, table: BestTable | FrontTable
+) -> Kept:
+    within = tuple(names_given(table.within, "within"))
+    return Kept(wanted, number, within, tuple(names_given(table.not_counted, "not_counted")))
+
+
+def _axes(raw: str | Sequence[str], scene: Scene, where: str) -> tuple[str, ...]:
+    """Axes of the scene, in its order."""
+    names = names_given(raw, where)
+    for axis in names:
+        _check_known(axis, scene.dimensions, where)
+    return tuple(d for d in scene.dimensions if d in names)
+
+
+def _check_known(name: str, known: Sequence[str], where: str) -> None:
+    if name not in known:
+        raise SceneError(f"{where}: {shown(name)}: not in the scene{not_known(name, list(known))}")

@@ -199,14 +199,14 @@ def test_texts_of_an_excel_file_are_not_computed_and_more_rows_than_it_has_refus
 ) -> None:
     from openpyxl import load_workbook
 
-    from sweeps.decide.explore import excel
+    from sweeps.decide.explore import export as exporting
 
     data = archive.assign_attrs(title='=HYPERLINK("http://localhost")')
     sweeps.export(data, tmp_path / "results.xlsx")
     book = load_workbook(tmp_path / "results.xlsx")
     cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row]
     assert not any(cell.data_type == "f" for cell in cells)
-    monkeypatch.setattr(excel, "MOST_ROWS", 5)
+    monkeypatch.setattr(exporting, "MOST_ROWS", 5)
     with pytest.raises(SceneError, match=r"rows; a sheet of Excel has room for 3"):
         sweeps.export(archive, tmp_path / "more.xlsx")
     assert [path.name for path in tmp_path.iterdir()] == ["results.xlsx"]

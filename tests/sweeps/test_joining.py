@@ -263,7 +263,7 @@ def test_an_extension_killed_at_its_last_moments(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("sweeps.running.join.copying._copy", stop)
+        patch.setattr("sweeps.running.join.merge._copy", stop)
         assert "to continue" in invoke("extend", path, "--axis", EXTENSION).stderr
     remove = Partial.remove
 

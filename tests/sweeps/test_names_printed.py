@@ -10,7 +10,7 @@ import xarray as xr
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.cli.main import main
-from sweeps.decide.explore.excel import not_computed
+from sweeps.decide.explore.export import not_computed
 from sweeps.running.archive.netcdf import write
 from tests.support.commands import invoke
 

@@ -1,32 +1,51 @@
-"""Search for the best designs of a scene under conditions: `sweeps.optimise`."""
+"""Search for the best designs of a scene under conditions: `sweeps.optimise`.
+
+Where nothing else that the search is about changes with the inertia, the least inertia under a
+limit of delta follows exactly: delta falls as the inertia grows, so it is the largest of those that
+give this delta at each point (Kakaitsas, section 3.2.2; `engine_dyn.speed.required`). A heavier
+design could then never be needed, nor better.
+
+Otherwise generations of designs are made in the unit cube, each from the better ones of those
+before. One quantity: differential evolution (R. Storn and K. Price 1997). Two: NSGA-II (K. Deb,
+A. Pratap, S. Agarwal and T. Meyarivan 2002). Three and more: NSGA-III (K. Deb and H. Jain 2014).
+All compare by the rules of Deb (2000): a design that fulfils the conditions is better than one that
+does not, and of two that do not, the one that fails by less. The library is pymoo (J. Blank and K.
+Deb 2020).
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
-from engine_dyn.types import Booleans, Integers
+from engine_dyn.quantities.graph import ALL_QUANTITIES
+from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.base.checks import thread_count
 from sweeps.base.dimensions import DESIGN, FOUND, FULFILLING
 from sweeps.base.errors import SceneError, shown
+from sweeps.base.files.libraries import library
 from sweeps.base.fronts import front_of
 from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
 from sweeps.decide.optimise.evaluation import Designs, Judgement
-from sweeps.decide.optimise.generations import first_positions, search_generations
-from sweeps.decide.optimise.least_inertia import KEY, LeastInertia, least_inertia_of
-from sweeps.decide.optimise.task import Task, read_task
+from sweeps.decide.optimise.task import Task, plan_of_designs, read_task
 from sweeps.running.archive.labels import flags
 from sweeps.running.archive.warnings import ATTRIBUTE
+from sweeps.running.compute.in_memory import compute
 from sweeps.running.compute.progress import progress_bar
+from sweeps.scene.distributions import Choice
+from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.scene.keywords import TablesButOutput, tables_in_signature
 from sweeps.scene.model import Scene
+from sweeps.scene.plan.plan import Plan
 from sweeps.scene.reading import given_scene
 from sweeps.scene.sample import LARGEST
 
@@ -169,7 +188,7 @@ class _Search:
     ) -> None:  # fmt: skip
         self.task, self.inverse = task, inverse
         self.number, self.generations, self.restarts = number, generations, restarts
-        self.space = task.space.without(KEY) if inverse is not None else task.space
+        self.space = task.space.without("inertia") if inverse is not None else task.space
         completed = None if inverse is None else inverse.completed
         self.designs = Designs(task, self.space, completed, threads)
         most = number * generations * restarts
@@ -295,3 +314,161 @@ class _Search:
         if not len(self.space):
             return "inverse"
         return "inverse of all" if self.whole else "inertia"
+
+
+def first_positions(parameters: int, designs: int, seed: int) -> Floats:
+    """Positions of the first generation: the first points of a scrambled Sobol' sequence."""
+    qmc = library("scipy.stats.qmc", "SciPy", "optimise", extra="optimise")
+    sequence = qmc.Sobol(parameters, scramble=True, rng=seed)
+    return np.asarray(sequence.random_base2(max(1, math.ceil(math.log2(designs))))[:designs])
+
+
+def search_generations(
+    judge: Callable[[Floats, int], Judgement], start: Floats, names: int, conditions: int,
+    generations: int, seed: int,
+) -> None:  # fmt: skip
+    """Search from some first designs on.
+
+    Parameters
+    ----------
+    judge : callable
+        Takes positions in the unit cube, shape (designs, parameters), and the number of the
+        generation from 1; returns what is known of these designs.
+    start : ndarray, shape (designs, parameters)
+        Positions of the first generation.
+    names, conditions : int
+        Quantities of which less is wanted, and violations of each design.
+    generations : int
+        How many, with the first.
+    seed : int
+        Of the random numbers.
+    """
+    problem_of = _pymoo("core.problem").Problem
+    static = _pymoo("problems.static").StaticProblem
+    evaluator = _pymoo("core.evaluator").Evaluator
+    problem = problem_of(n_var=start.shape[1], n_obj=names, n_ieq_constr=conditions, xl=0.0, xu=1.0)
+    algorithm = _algorithm(start, names)
+    algorithm.setup(problem, termination=("n_gen", generations), seed=seed, verbose=False)
+    number = 0
+    while algorithm.has_next():
+        number += 1
+        designs = algorithm.ask()
+        judgement = judge(np.clip(designs.get("X"), 0.0, 1.0), number)
+        known = static(problem, F=judgement.wanted, G=judgement.violation)
+        evaluator().eval(known, designs)
+        algorithm.tell(infills=designs)
+
+
+def _pymoo(module: str) -> Any:
+    return library(f"pymoo.{module}", "pymoo", "optimise", extra="optimise")
+
+
+def _algorithm(start: Floats, names: int) -> Any:
+    settings: dict[str, Any] = {"pop_size": len(start), "sampling": start}
+    if names == 1:
+        return _pymoo("algorithms.soo.nonconvex.de").DE(**settings)
+    # Equal designs are computed once in any case; comparing all with all takes longer than that.
+    settings["eliminate_duplicates"] = False
+    if names == 2:
+        return _pymoo("algorithms.moo.nsga2").NSGA2(**settings)
+    directions = _pymoo("util.ref_dirs")
+    spread = directions.get_reference_directions(
+        "das-dennis", names, n_partitions=_partitions(names, len(start))
+    )
+    return _pymoo("algorithms.moo.nsga3").NSGA3(spread, **settings)
+
+
+def _partitions(names: int, designs: int) -> int:
+    """Parts of each edge of the simplex, so that there are at most as many directions as designs.
+
+    Source: I. Das and J. E. Dennis (1998), whose points are C(names + parts - 1, parts).
+    """
+    parts = 1
+    while math.comb(names + parts, parts + 1) <= designs:
+        parts += 1
+    return parts
+
+
+@dataclass(frozen=True, eq=False)
+class LeastInertia:
+    """Designs of all other parameters, each with the least inertia that meets the wanted delta."""
+
+    task: Task  # Search that asks for the designs
+    limit: float  # The largest delta that is allowed
+    threads: int | None  # For the kernels
+
+    def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
+        """Columns of all parameters: those given, and the inertia."""
+        count = len(next(iter(columns.values()))) if columns else 1
+        plan = self.plan(columns, count)
+        results = compute(plan, threads=self.threads)
+        dims = plan.dims("inertia_required")
+        inertia = results["inertia_required"]
+        if DESIGN in dims:
+            inertia = np.moveaxis(inertia, dims.index(DESIGN), 0).reshape(count, -1)
+        # Points without an inertia are those where every inertia is enough, or none: the design is
+        # computed there like all others.
+        axis = -1 if DESIGN in dims else None
+        largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
+        law = self.task.space.parameters["inertia"]
+        assert not isinstance(law, Choice)
+        least = np.clip(np.broadcast_to(largest, count), law.low, law.high)  # type: ignore[attr-defined]
+        return {
+            key: np.array(least, dtype=np.float64) if key == "inertia" else columns[key]
+            for key in self.task.space.parameters
+        }
+
+    def plan(self, columns: Mapping[str, Any], count: int) -> Plan:
+        """Plan of the inertia that some designs of all other parameters need."""
+        task = self.task
+        # Delta of the inertia that is found misses the wanted one by a tenth of the tolerance at
+        # most; this keeps it at or below the limit.
+        aim = self.limit * (1.0 - self.tolerance)
+        settings = {**(task.given.raw.get("set") or {}), "wanted_delta": aim}
+        return plan_of_designs(
+            task.given, task.space.without("inertia"), columns, count, task.seed, task.files,
+            set=settings, output={"quantities": ["inertia_required"]},
+        )  # fmt: skip
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of delta that the scene aims at."""
+        solver = self.task.given.raw.get("solver") or {}
+        return float(solver.get("tolerance", 1e-6))
+
+
+def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
+    """The exact inverse, where a task has one; None where the inertia must be searched."""
+    law = task.space.parameters.get("inertia")
+    limits = [c.limit for c in task.conditions if c.name == "delta" and c.above]
+    if ("inertia", 1.0) not in task.wanted or law is None or isinstance(law, Choice) or not limits:
+        return None
+    inertia_alone = [c for c in task.conditions if c.name == "inertia"]
+    if min(limits) <= 0.0 or inertia_alone or not hasattr(law, "low"):
+        return None
+    names = [n for n, _ in task.wanted if n != "inertia"]
+    names += [c.name for c in task.conditions if not (c.name == "delta" and c.above)]
+    inverse = LeastInertia(task, min(limits), threads)
+    few = task.space.without("inertia").one_of_each()
+    try:
+        if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
+            return None
+        plan = inverse.plan(task.space.without("inertia").columns(few), len(few))
+    except SceneError:  # a scene whose inertia is not one number, a method that searches nothing
+        return None
+    # The inertia that is found has what parts add to it, the key `inertia` has not.
+    parts = (one for one in GIVEN_FEATURES.values() if one.feature.adds)
+    return None if any(one.part_of(plan.scene) is not None for one in parts) else inverse
+
+
+def _changes_with_inertia(task: Task, name: str) -> bool:
+    """Whether a quantity depends on the inertia: then it has it as a dimension."""
+    space = task.space.without("inertia")
+    law: Any = task.space.parameters["inertia"]
+    few = space.one_of_each()
+    axes = {**(task.given.raw.get("axes") or {}), "inertia": [law.low, law.high]}
+    plan = plan_of_designs(
+        task.given, space, space.columns(few), len(few), task.seed, task.files,
+        axes=axes, output={"quantities": [name]},
+    )  # fmt: skip
+    return "inertia" in plan.dims(name)

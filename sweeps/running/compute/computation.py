@@ -39,17 +39,6 @@ MOST_CHECKED = 1 << 20
 """Values of a quantity that are computed to see whether the physics refuses any."""
 
 
-def _combining(dimension: str) -> Callable[..., Results]:
-    """Function that combines the results of a plan with those of plans with other values."""
-    if dimension == PARAMETER:
-        from sweeps.running.compute.elasticities import elasticities_of
-
-        return elasticities_of
-    from sweeps.running.compute.uncertainty import bands_of
-
-    return bands_of
-
-
 class Computation:
     """A plan while its blocks are computed, in any order; a context that closes its progress bars.
 
@@ -175,9 +164,13 @@ class Computation:
         if self.of_periods is not None:
             results |= self.of_periods.results(block)
         for variation, others in zip(self.plan.variations, self.varied, strict=True):
-            results |= _combining(variation.dimension)(
-                self.plan, variation, block, results, [o.results(block) for o in others]
-            )
+            from sweeps.running.compute.variations import bands_of, elasticities_of
+
+            changed = [other.results(block) for other in others]
+            if variation.dimension == PARAMETER:
+                results |= elasticities_of(self.plan, variation, block, results, changed)
+            else:
+                results |= bands_of(variation, results, changed)
         return results
 
     def _of_parts(self, block: Block) -> Results:

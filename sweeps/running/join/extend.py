@@ -27,7 +27,7 @@ from sweeps.running.archive.provenance import differences, identity
 from sweeps.running.compute.failures import remove_folder
 from sweeps.running.compute.into_archive import run
 from sweeps.running.compute.options import Options, Stopped
-from sweeps.running.join.copying import write_joined
+from sweeps.running.join.merge import write_joined
 from sweeps.running.join.places import Joined, places_in, union_of
 from sweeps.scene.crossings import refused
 from sweeps.scene.plan.plan import Plan

@@ -66,7 +66,6 @@ from sweeps.view.figures import (
     parameter_lines,
     pareto,
     polar,
-    published,
     recorded_cycles,
     shaft_modes,
     shaft_response,
@@ -244,7 +243,7 @@ KINDS = (
          "a second archive (engine-dyn compare --figures)", compared.compared_names,
          compared.compared),
     Kind("published", "computed against published values", "a scene's [reference]",
-         published.published_names, published.published, shared=True),
+         compared.published_names, compared.published, shared=True),
 )  # fmt: skip
 """Every kind of figure. This is the only list of them."""
 

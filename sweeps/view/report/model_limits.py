@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from sweeps.view.texts.quantity_search import SUBJECTS
+from sweeps.view.texts.lists import SUBJECTS
 
 SPEED, TORQUE, LOADS = "crank speed", "torque", "load and driver"
 BALANCE, ONE_CYLINDER, BEARINGS = "balance", "forces in one cylinder", "bearing loads"

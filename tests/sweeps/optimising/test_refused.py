@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import sweeps
-from sweeps.decide.optimise import evaluation, least_inertia
+from sweeps.decide.optimise import evaluation, optimise
 from sweeps.decide.optimise.space import read_space
 from tests.support.scenes import refusal_of
 
@@ -68,7 +68,7 @@ def _nothing_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("computed")
 
     monkeypatch.setattr(evaluation, "compute", never)
-    monkeypatch.setattr(least_inertia, "compute", never)
+    monkeypatch.setattr(optimise, "compute", never)
 
 
 @pytest.mark.parametrize(("changed", "expected"), WRONG)

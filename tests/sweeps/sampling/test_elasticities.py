@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 
 import sweeps
 from engine_dyn.types import Floats
-from sweeps.running.compute.elasticities import derivative
-from sweeps.running.compute.uncertainty import shares
+from sweeps.running.compute.variations import derivative, shares
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.variations import AGREE, DIFFER, ONE_SIDE, STEPS, UNKNOWN
 from sweeps.scene.reading import read_scene

@@ -1,7 +1,8 @@
-"""Differences of the results of changed designs: derivatives, elasticities and their errors.
+"""Elasticities and bands: what the results of changed designs, and of draws, are combined to.
 
-They are central differences for three steps h, h/4 and h/16. Two of them at a time are extrapolated
-to the step zero (L. F. Richardson 1911): D(h) = D + a h^2 gives D = D(h/4) + (D(h/4) - D(h))/15.
+Derivatives are central differences for three steps h, h/4 and h/16. Two of them at a time are
+extrapolated to the step zero (L. F. Richardson 1911): D(h) = D + a h^2 gives
+D = D(h/4) + (D(h/4) - D(h))/15.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn import status
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import ELASTICITY
+from sweeps.base.dimensions import ELASTICITY, EXPLAINED, FAILED_DRAWS, HIGH, LOW, SHARE
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.blocks import Block, Results, aligned, index_of
 from sweeps.scene.plan.plan import Plan
@@ -26,6 +28,7 @@ from sweeps.scene.plan.variations import (
     ENDINGS,
     KIND,
     ONE_SIDE,
+    QUANTILES,
     RATIO,
     STEPS,
     UNKNOWN,
@@ -154,3 +157,89 @@ def _of_parameter(
         KIND: got.kind,
         "_derivative": got.value,
     }
+
+
+def bands_of(variation: Variation, results: Results, others: Sequence[Results]) -> Results:
+    """All variables of bands in a block, from the results of its draws."""
+    assert variation.draws is not None
+    bands: Results = {}
+    for name in variation.quantities:
+        if name not in results:  # it depends on no axis that is divided: the first block has it
+            continue
+        values = np.stack([draw[name] for draw in others])
+        bands[name + LOW], bands[name + HIGH] = _quantiles(values)
+        bands[name + EXPLAINED], bands[name + SHARE] = shares(variation.draws, values)
+    if "status" in results:
+        failed = [~np.isin(draw["status"], status.WITH_NUMBERS) for draw in others]
+        bands[FAILED_DRAWS] = np.sum(failed, axis=0).astype(float)
+    return bands
+
+
+def _quantiles(values: Floats) -> tuple[Floats, Floats]:
+    """Ends of the band of the draws that have numbers; NaN where none has."""
+    known = np.isfinite(values)
+    ends = np.full((2, *values.shape[1:]), np.nan)
+    some = known.any(axis=0)
+    if known.all():
+        ends[...] = np.quantile(values, QUANTILES, axis=0)
+    elif some.any():
+        filled = np.where(known, values, np.nan)
+        ends[:, some] = np.nanquantile(filled[:, some], QUANTILES, axis=0)
+    return ends[0], ends[1]
+
+
+def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Shares of the variance of results by a linear regression on the draws.
+
+    Parameters
+    ----------
+    draws : ndarray, shape (n, k)
+        Values of the parameters, drawn independently of each other.
+    values : ndarray, shape (n, ...)
+        Results; draws without a number are left out.
+
+    Returns
+    -------
+    explained : ndarray, shape (...)
+        The coefficient of determination: 1 where the results are linear.
+    share : ndarray, shape (..., k)
+        Of each parameter: the square of its standardised regression coefficient.
+    """
+    shape, many = values.shape[1:], draws.shape[1]
+    results = values.reshape(len(values), -1)
+    deviation = draws.std(axis=0)
+    places = (draws - draws.mean(axis=0)) / np.where(deviation > 0.0, deviation, 1.0)
+    known = np.isfinite(results)
+    level = np.where(known, results, 0.0).max(axis=0)  # differences of large numbers stay accurate
+    size = np.where(np.abs(level) > 0.0, np.abs(level), 1.0)
+    count, total, squares = (np.zeros(results.shape[1]) for _ in range(3))
+    sums, crossed = (np.zeros((results.shape[1], many)) for _ in range(2))
+    products = np.zeros((results.shape[1], many, many))
+    # One draw after the other: the bits of a design do not depend on how many are in a block.
+    for place, result, is_known in zip(places, results, known, strict=True):
+        weight = is_known.astype(float)
+        y = np.where(is_known, (result - level) / size, 0.0)
+        count += weight
+        total += y
+        squares += y * y
+        sums += weight[:, None] * place
+        crossed += y[:, None] * place
+        products += weight[:, None, None] * np.outer(place, place)
+    number = np.maximum(count, 1.0)[:, None]
+    mean, means = total[:, None] / number, sums / number
+    variance = squares / number[:, 0] - mean[:, 0] ** 2
+    covariance = products / number[..., None] - means[:, :, None] * means[:, None, :]
+    crossed = crossed / number - mean * means
+    # A variance below this share of the largest value's square is rounding.
+    enough = (count > many + 2) & (variance > 1e-20)
+    slope = np.zeros_like(crossed)
+    if enough.any():
+        # Where draws without a number leave only one value of a parameter, it has no slope.
+        # Smaller eigenvalues of the covariance, as shares of the largest, are rounding.
+        inverse = np.linalg.pinv(covariance[enough], rcond=1e-10, hermitian=True)
+        slope[enough] = (inverse @ crossed[enough][..., None])[..., 0]
+    whole = np.where(enough, variance, 1.0)[:, None]
+    share = slope**2 * np.einsum("mii->mi", covariance) / whole
+    explained = (slope * crossed).sum(axis=1) / whole[:, 0]
+    share[count == 0.0], explained[count == 0.0] = np.nan, np.nan
+    return explained.reshape(shape), share.reshape(*shape, many)
