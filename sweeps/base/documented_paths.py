@@ -8,14 +8,6 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from typing import Any
 
-_PATHS = {
-    "sweeps.accessor": "sweeps.view.accessor",
-    "sweeps.exploring": "sweeps.decide.explore",
-    "sweeps.figures": "sweeps.view.figures",
-    "sweeps.reading": "sweeps.scene.engine",
-    "sweeps.reading.laboratory": "sweeps.lab.pressure",
-}
-
 
 class _SameModule(Loader):
     """Gives a module a second name; it is loaded once, and both names are one object."""
@@ -33,10 +25,17 @@ class _SameModule(Loader):
 
 class _Paths(MetaPathFinder):
     def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
-        old = max((o for o in _PATHS if f"{fullname}.".startswith(f"{o}.")), key=len, default=None)
+        paths = {
+            "sweeps.accessor": "sweeps.view.accessor",
+            "sweeps.exploring": "sweeps.decide.explore",
+            "sweeps.figures": "sweeps.view.figures",
+            "sweeps.reading": "sweeps.scene.engine",
+            "sweeps.reading.laboratory": "sweeps.lab.pressure",
+        }
+        old = max((o for o in paths if f"{fullname}.".startswith(f"{o}.")), key=len, default=None)
         if old is None:
             return None
-        return ModuleSpec(fullname, _SameModule(_PATHS[old] + fullname.removeprefix(old)))
+        return ModuleSpec(fullname, _SameModule(paths[old] + fullname.removeprefix(old)))
 
 
 def keep() -> None:

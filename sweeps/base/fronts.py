@@ -46,9 +46,6 @@ def _beaten_of_pairs(numbers: Floats) -> Booleans:
     return np.concatenate([[False], np.minimum.accumulate(second[:-1]) <= second[1:]])
 
 
-NEAR = 16  # Designs next to each other that are compared one by one; a power of two
-
-
 def _beaten_of_three(numbers: Floats) -> Booleans:
     """Whether each of different triples, in their order, is beaten by one before it.
 
@@ -59,12 +56,14 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
     _, second, third = numbers
     count = second.size
     beaten = np.zeros(count, dtype=bool)
-    for back in range(1, min(NEAR, count)):
+    # Designs next to each other that are compared one by one; a power of two
+    near = 16
+    for back in range(1, min(near, count)):
         below = (second[:-back] <= second[back:]) & (third[:-back] <= third[back:])
         beaten[back:] |= below
     rank = np.unique(third, return_inverse=True)[1]
     along = np.argsort(second, kind="stable")
-    size = NEAR
+    size = near
     while size < count:
         along = along[~beaten[along]]  # a point that beats these beats all that they beat
         pairs = along // (2 * size)

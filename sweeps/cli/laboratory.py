@@ -48,22 +48,20 @@ def _key_options() -> tuple[click.Option, ...]:
     from sweeps.base.columns.options import ImportOptions
 
     options = []
+    flags = {
+        "average": "Average over all cycles.",
+        "two_stroke": "Two-stroke: the cycle is one revolution.",
+    }
     for name, field in ImportOptions.model_fields.items():
         words = [f"--{name.replace('_', '-')}", name]
         if field.annotation is bool:
-            options.append(click.Option(words, is_flag=True, help=_FLAGS[name]))
+            options.append(click.Option(words, is_flag=True, help=flags[name]))
             continue
         several = name == "pressure_column"
         how = " (several: repeat the option)" if several else ""
         about = f"{field.description or ''}{how}"
         options.append(click.Option(words, multiple=several, metavar="VALUE", help=about))
     return tuple(options)
-
-
-_FLAGS = {
-    "average": "Average over all cycles.",
-    "two_stroke": "Two-stroke: the cycle is one revolution.",
-}
 
 
 @click.command(name="import", cls=_WithKeys)

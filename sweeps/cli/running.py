@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 LARGEST_TABLE = 200e6
 """Bytes of the variables of an archive up to which published values are printed."""
 
-SHOWN = 10  # Designs up to which `run` prints their numbers
-
 
 @click.command()
 @click.argument("scene", shell_complete=complete_scene)
@@ -367,7 +365,9 @@ def _print_numbers(plan: Plan, output: Path) -> None:
     if plan.scene.reduce is not None:
         tell(f"results: engine-dyn info {shlex.quote(str(output))}")
         return
-    if plan.designs > SHOWN:
+    # Designs up to which `run` prints their numbers
+    shown = 10
+    if plan.designs > shown:
         tell(f"values: engine-dyn show {shlex.quote(str(output))}")
         return
     from sweeps.decide.explore.columns import has_single_numbers
@@ -376,7 +376,7 @@ def _print_numbers(plan: Plan, output: Path) -> None:
 
     with stored_dataset(output, own=True) as dataset:
         if has_single_numbers(dataset):
-            say("\n" + rows_text(rows(dataset, limit=SHOWN), width=terminal_width()) + "\n")
+            say("\n" + rows_text(rows(dataset, limit=shown), width=terminal_width()) + "\n")
 
 
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:

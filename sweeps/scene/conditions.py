@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -24,23 +24,8 @@ if TYPE_CHECKING:
 
 Units = Callable[[str], str | None]  # Unit of a name, None where it is not known
 
-_CONDITION = re.compile(r"(\w++)\s*+(<=|>=|<|>)(.*+)")
-
-# Possessive: digits that were matched are not given back, which would take the square of their
-# number.
-_WITH_UNIT = re.compile(
-    r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+\s*+(?:%|1?/?[A-Za-z][^<>=]*+)"
-)
-"""A number and what may be a unit; `number_with_unit` says whether it is."""
 
 LONGEST = 500  # Characters of a condition
-
-_COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
-    "<=": operator.le,
-    ">=": operator.ge,
-    "<": operator.lt,
-    ">": operator.gt,
-}
 
 
 @dataclass(frozen=True)
@@ -62,7 +47,8 @@ class Constraint:
 
     def holds(self, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         """Where values fulfil it; never for NaN."""
-        return np.asarray(_COMPARISONS[self.sign](values, self.limit))
+        signs = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
+        return np.asarray(signs[self.sign](values, self.limit))
 
 
 def constraint(text: str, units: Units | None = None) -> Constraint:
@@ -85,7 +71,7 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
         raise SceneError(
             f"condition {shown(text)}: has {len(text)} characters; must be at most {LONGEST}"
         )
-    match = _CONDITION.fullmatch(text.strip())
+    match = re.fullmatch(r"(\w++)\s*+(<=|>=|<|>)(.*+)", text.strip())
     if match is None or not match[3].strip():
         raise _no_condition(text)
     name, sign, limit = match[1], match[2], match[3].strip().strip("'\"")
@@ -96,7 +82,12 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
         return Constraint(name, sign, number_or_ratio(limit))
     except ValueError:
         pass
-    if _WITH_UNIT.fullmatch(limit):
+    # Possessive: digits that were matched are not given back, which would take the square of their
+    # number. A number and what may be a unit; `number_with_unit` says whether it is.
+    with_unit = re.compile(
+        r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+\s*+(?:%|1?/?[A-Za-z][^<>=]*+)"
+    )
+    if with_unit.fullmatch(limit):
         unit = units(name) if units is not None else None
         # A name that is not known is refused where it is looked up.
         where = f"condition on {name}: limit"

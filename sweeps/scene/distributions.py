@@ -248,12 +248,11 @@ def _truncated(given: Mapping[str, float], where: str) -> TruncatedNormal:
     mean, deviation, low, high = (given[key] for key in ("mean", "deviation", "low", "high"))
     if deviation <= 0.0:
         raise SceneError(f"{where} deviation = {deviation:g}: must be above 0")
-    if low > mean + _FARTHEST * deviation or high < mean - _FARTHEST * deviation:
+    # Standard deviations from the mean where a normal distribution may be cut at most
+    farthest = 6.0
+    if low > mean + farthest * deviation or high < mean - farthest * deviation:
         raise SceneError(
-            f"{where}: low = {low:g} to high = {high:g} is more than {_FARTHEST:g} standard "
+            f"{where}: low = {low:g} to high = {high:g} is more than {farthest:g} standard "
             f"deviations away from mean = {mean:g}"
         )
     return TruncatedNormal(mean, deviation, low, high)
-
-
-_FARTHEST = 6.0  # Standard deviations from the mean where a normal distribution may be cut at most

@@ -17,9 +17,6 @@ from sweeps.base.dimensions import DESIGN, LABELS
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.numbers_with_units import magnitude
 
-GIVEN = "indicator_given_in_python.csv"
-"""File in the archive that holds a diagram given as an object."""
-
 
 @runtime_checkable
 class _RecordedPressure(Protocol):
@@ -75,8 +72,10 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
     text = _text(given.get("file"), f"{name}: [indicator]", tables)
     if text is None:
         return tables, {}
-    tables["indicator"] = {**given, "file": GIVEN}
-    return tables, {GIVEN: text}
+    # File in the archive that holds a diagram given as an object
+    called = "indicator_given_in_python.csv"
+    tables["indicator"] = {**given, "file": called}
+    return tables, {called: text}
 
 
 def _is(value: Any, package: str, *classes: str) -> bool:

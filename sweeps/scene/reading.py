@@ -70,12 +70,6 @@ WHAT = "a scene (TOML)"
 LONGEST_KEPT = 1_000_000
 """Values of a list that archives of reductions keep with the scene: they have no coordinate."""
 
-ORDERS_OF_TWO_STROKE = 15.0
-"""Highest order of the torsional vibration of two-stroke engines: Lloyd's Register asks for it."""
-
-STANDARD_INPUT = "-"
-"""Name that stands for the standard input where a file may be named."""
-
 
 def built_in_scenes() -> dict[str, Path]:
     """Scenes that come with the package: name and file."""
@@ -272,7 +266,7 @@ def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
     if isinstance(scene, str) and text in known:
         path, name = known[text], f"{text}.toml"
         return path, name, path.parent, parse_toml(path, name, WHAT)
-    if text == STANDARD_INPUT:
+    if text == "-":  # stands for the standard input where a file may be named
         return None, "standard input", Path(), _of_stream(sys.stdin.buffer, "standard input")
     if not os.path.exists(scene):  # false for a name too long, and for a null character
         raise SceneError(
@@ -430,7 +424,7 @@ def _highest_order(given: SceneFile, engine: Engine) -> float:
     asked = "highest_order" in given.output.model_fields_set
     two_stroke = engine.period == TWO_STROKE
     if engine.shaft is not None and two_stroke and not asked:
-        return ORDERS_OF_TWO_STROKE
+        return 15.0  # Lloyd's Register asks for the vibration of two-stroke engines up to it
     return given.output.highest_order
 
 

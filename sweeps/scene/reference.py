@@ -21,9 +21,6 @@ from sweeps.base.files.regular_files import referred
 from sweeps.scene.model import Reference, Scene
 from sweeps.scene.toml_tables import LARGEST_AXIS
 
-SAME = 1e-6
-"""Relative difference up to which a value of a reference file is the same as the scene's."""
-
 
 def read_reference(file: str, scene: Scene, base: Path, name: str) -> Reference:
     """Read a table of published values and place its rows among the scene's designs.
@@ -131,7 +128,8 @@ def _numbers(table: CsvTable, key: str) -> list[float]:
 
 
 def _same(a: float, b: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    return np.isclose(np.asarray(b, dtype=float), a, rtol=SAME, atol=1e-12)
+    # Relative difference up to which a value of a reference file is the same as the scene's
+    return np.isclose(np.asarray(b, dtype=float), a, rtol=1e-6, atol=1e-12)
 
 
 def _check_constants(table: CsvTable, scene: Scene, used: Sequence[str]) -> None:

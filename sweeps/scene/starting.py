@@ -19,11 +19,6 @@ MEANINGS = {
 """Comments on values that an engine file lacks; on the others their unit."""
 
 
-INERTIA = 5e3, 8e5
-"""Usual moments of inertia over the displacement to the power 5/3 [kg m-3], where the engine file
-gives none; most of the range that the check of inertia takes for usual."""
-
-
 def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     """Write a commented scene that runs as it is.
 
@@ -76,7 +71,9 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         )
     elif {"bore", "stroke", "cylinders"} <= values.keys():
         volume = math.pi / 4.0 * values["bore"] ** 2 * values["stroke"] * values["cylinders"]
-        low, high = (float(f"{each * volume ** (5.0 / 3.0):.2g}") for each in INERTIA)
+        # Usual moments of inertia over the displacement to the power 5/3 [kg m-3], where the engine
+        # file gives none; most of the range that the check of inertia takes for usual
+        low, high = (float(f"{each * volume ** (5.0 / 3.0):.2g}") for each in (5e3, 8e5))
         lines["inertia"] = (
             f'inertia = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '
             "usual for engines of its size"

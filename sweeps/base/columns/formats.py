@@ -26,10 +26,6 @@ from sweeps.base.files.libraries import library, library_reading
 from sweeps.base.files.sheets import sheets
 from sweeps.base.netcdf.netcdf_files import check_chunks, opened_table
 
-HEAD = 200  # Rows that are looked at for names and units
-
-NAMED = 20  # Sheets that are named in a message
-
 
 def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a sheet, and its first row.
@@ -39,12 +35,15 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     """
     del path
     found = sheets(data, label, choices.sheet)
-    starts = {title: start_of_numbers(_sheet_texts(rows[:HEAD])) for title, rows in found.items()}
+    # Rows that are looked at for names and units
+    head = 200
+    starts = {title: start_of_numbers(_sheet_texts(rows[:head])) for title, rows in found.items()}
     tables = {title: start for title, start in starts.items() if start is not None}
-    names = ", ".join(f"'{one_line(title, 60)}'" for title in list(found)[:NAMED])
+    # Sheets that are named in a message
+    names = ", ".join(f"'{one_line(title, 60)}'" for title in list(found)[:20])
     if not tables:
         where = f"of the sheet {names}" if len(found) == 1 else f"of any sheet: {names}"
-        raise SceneError(f"{label}: no table of numbers in the first {HEAD} rows {where}")
+        raise SceneError(f"{label}: no table of numbers in the first {head} rows {where}")
     lengths = {title: len(found[title]) - start[0] for title, start in tables.items()}
     taken = first = next(iter(tables))
     longest = max(lengths, key=lengths.__getitem__)
@@ -143,10 +142,6 @@ def _matlab_columns(name: str, value: Any, depth: int) -> Iterator[Column]:
         yield Column(one_line(name, 200), "", array.reshape(-1) if 1 in array.shape else array)
 
 
-_NONE = {4: (0,), 3: (65535,)}
-_LINEAR = {4: (1,), 3: (0,)}
-
-
 def read_mdf(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of an MDF file: the channels of its largest group, or of the one that is wanted.
 
@@ -199,9 +194,9 @@ def _mdf_values(signal: Any, version: int) -> Floats | None:
     values = np.asarray(raw, dtype=np.float64)
     conversion = signal.conversion
     key = 4 if version >= 4 else 3
-    if conversion is None or conversion.conversion_type in _NONE[key]:
+    if conversion is None or conversion.conversion_type == {4: 0, 3: 65535}[key]:
         return values
-    if conversion.conversion_type in _LINEAR[key]:
+    if conversion.conversion_type == {4: 1, 3: 0}[key]:  # linear
         return np.asarray(float(conversion.a) * values + float(conversion.b))
     return None
 
@@ -294,10 +289,6 @@ def _tdms_time(channels: list[tuple[str, Any]], columns: list[Column]) -> list[C
     return []
 
 
-_ABSCISSA = {17: ("time", "s"), 18: ("frequency", "Hz"), 20: ("order", "")}
-"""Names and units of abscissas that have no labels, by their numbers in data set 58."""
-
-
 def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a universal file: abscissa and ordinate of each data set 58.
 
@@ -333,7 +324,9 @@ def _uff_columns(one: dict[str, Any], before: list[Column], where: str) -> Itera
     claimed, values, x = one["num_pts"], one["data"], one["x"]
     if not 0 < claimed <= min(len(values), len(x)):
         raise SceneError(f"{where}: damaged: claims {counted(claimed, 'value')}, has {len(values)}")
-    kind = _ABSCISSA.get(one["abscissa_spec_data_type"], ("abscissa", ""))
+    # Names and units of abscissas that have no labels, by their numbers in data set 58
+    abscissas = {17: ("time", "s"), 18: ("frequency", "Hz"), 20: ("order", "")}
+    kind = abscissas.get(one["abscissa_spec_data_type"], ("abscissa", ""))
     name = _uff_label(one["abscissa_axis_lab"]) or kind[0]
     abscissa = Column(name, _uff_label(one["abscissa_axis_units_lab"]) or kind[1], x[:claimed])
     last = next((c for c in reversed(before) if c.name == name), None)

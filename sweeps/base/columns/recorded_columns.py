@@ -19,12 +19,6 @@ from sweeps.base.ratios import BEYOND, LARGEST
 
 MOST_VALUES = 10**8  # Values of a recording, all columns together
 
-MISSING = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30)
-"""Sizes of numbers that loggers write for missing ones."""
-
-FAR = 0.1  # Largest of all other numbers over such a number
-
-FEW = 0.05  # Most share of such numbers: two levels of a signal are none
 
 MOST_COLUMNS = 20_000  # Columns of a recording; a table with a column for each cycle has hundreds
 
@@ -108,10 +102,12 @@ class Recording:
     def _check_missing(self, values: Floats, where: str) -> None:
         """Refuse numbers that stand for missing ones far away from all others."""
         for end in (float(values.min()), float(values.max())):
-            if abs(end) in MISSING:
+            # Loggers write these for missing numbers.
+            if abs(end) in (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30):
                 there = values == end
                 rest = np.abs(values[~there])
-                if there.mean() < FEW and rest.max() < FAR * abs(end):
+                # All others are far smaller, and such numbers few: two levels of a signal are none.
+                if there.mean() < 0.05 and rest.max() < 0.1 * abs(end):
                     place = self.place(int(np.argwhere(there)[0][-1]))
                     raise SceneError(
                         f"{where}, {place}: {end:g}: far from all others, so it seems to stand for "
@@ -158,25 +154,8 @@ _ANGLE = re.compile(
     r".*(转角|轉角|曲轴角|角度|クランク角|크랭크 ?각|회전 ?각|угол|кут).*|"
     r".*(ángulo|angolo|ângulo|vinkel|kąt|úhel|szög|açısı).*)$", re.I
 )  # fmt: skip
-_PRESSURE = re.compile(
-    r"^(p|p[ _.-]?\d+|.*p[ _.-]?cyl.*|.*cyl.*p(ress.*)?\d*|.*press.*|.*druck.*|.*p[ _.-]?zyl.*|"
-    r"p[ _.-]?mean|indicated.*|kistler.*|pzyl.*|(.*[^电電])?(压|壓|圧).*|"
-    r".*(압력|давлен|тиск).*|"
-    r".*(presión|presion|pressão|tryck|trykk?|ciśnien|tlak|nyomás|basınc).*)$", re.I
-)  # fmt: skip
-_ELSEWHERE = re.compile(
-    r"(inta|inlet|exh|manifold|rail|boost|ambient|oil|fuel|saug|abgas|进气|"
-    r"排气|機油|机油|吸気|排気|흡기|배기|впуск|выпуск|масл|топлив|admis|échap|aspira|scarico|escape)",
-    re.I,
-)
-_SPREAD = re.compile(
-    r"(^|[ _.-])(min|max|std|stdev|stddev|dev|sigma|var|cov|upper|lower)\.?$", re.I
-)
-"""Curves of the spread over cycles beside their mean."""
 
 _CYCLE = re.compile(r"^(cycle|cyc|zyklus|zyk|c)?[ _.#-]*\d+$", re.I)
-
-WIDE = 60  # Columns from which on a table of numbers may have a cycle in each row
 
 
 class Signals(NamedTuple):
@@ -324,11 +303,26 @@ def _pressures(
         return found
     rest = {n: c for n, c in recording.columns.items() if n != angle}
     stated = [n for n, c in rest.items() if c.unit and _is_pressure(c.unit, recording.label)]
-    named = [n for n in rest if _called(n, _PRESSURE) or _CYCLE.match(n)]
+    pressure = re.compile(
+        r"^(p|p[ _.-]?\d+|.*p[ _.-]?cyl.*|.*cyl.*p(ress.*)?\d*|.*press.*|.*druck.*|.*p[ _.-]?zyl.*|"
+        r"p[ _.-]?mean|indicated.*|kistler.*|pzyl.*|(.*[^电電])?(压|壓|圧).*|"
+        r".*(압력|давлен|тиск).*|"
+        r".*(presión|presion|pressão|tryck|trykk?|ciśnien|tlak|nyomás|basınc).*)$", re.I
+    )  # fmt: skip
+    named = [n for n in rest if _called(n, pressure) or _CYCLE.match(n)]
     good = [n for n in stated if n in named] or stated or named
     good = good or [n for n in rest if _is_pressure(unit_of_name(n, ""), recording.label)]
-    good = [n for n in good if not _ELSEWHERE.search(n)]
-    good = [n for n in good if not _SPREAD.search(n)] or good
+    elsewhere = re.compile(
+        r"(inta|inlet|exh|manifold|rail|boost|ambient|oil|fuel|saug|abgas|进气|"
+        r"排气|機油|机油|吸気|排気|흡기|배기|впуск|выпуск|масл|топлив|admis|échap|aspira|scarico|escape)",
+        re.I,
+    )
+    good = [n for n in good if not elsewhere.search(n)]
+    # Curves of the spread over cycles stand beside their mean.
+    spread = re.compile(
+        r"(^|[ _.-])(min|max|std|stdev|stddev|dev|sigma|var|cov|upper|lower)\.?$", re.I
+    )
+    good = [n for n in good if not spread.search(n)] or good
     if not good and len(rest) == 1:
         good = list(rest)
     if any(_again(one, other) for one in good for other in good):
@@ -381,10 +375,11 @@ def _unclear(recording: Recording, key: str, candidates: Sequence[str]) -> NoRet
 def _is_wide(recording: Recording, options: PressureOptions) -> bool:
     """Whether each row of a table is a cycle."""
     columns = recording.columns.values()
+    # A table of 60 columns of numbers or more may have a cycle in each row.
     return (
         options.angle_column is None and options.pressure_column is None
         and options.columns_are is None
-        and len(columns) >= WIDE and all(c.values.ndim == 1 for c in columns)
+        and len(columns) >= 60 and all(c.values.ndim == 1 for c in columns)
         and not any(_ANGLE.match(c.name) for c in columns)
     )  # fmt: skip
 

@@ -15,8 +15,6 @@ from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.files.numbers_with_units import unit_registry
 
-_ALLOWED = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
-
 ANGLES = {
     "°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0, "grad": 1.0, "°ca": 1.0, "degca": 1.0,
     "deg ca": 1.0, "deg_ca": 1.0, "ca": 1.0, "cad": 1.0, "°kw": 1.0, "kw°": 1.0, "degcrk": 1.0,
@@ -37,18 +35,6 @@ SECONDS = {
 }  # fmt: skip
 """Seconds of each unit of times."""
 
-_TIME = re.compile(
-    r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time|x_value|"
-    r"время|时间|時間|temps|tiempo)"
-    rf"([_ ]({'|'.join(unit for unit in SECONDS if unit)}))?",
-    re.I,
-)
-
-_SPELLINGS = {
-    "kpa": "kPa", "mpa": "MPa", "hpa": "hPa", "pa": "Pa", "bar": "bar", "mbar": "mbar",
-    "psi": "psi", "atm": "atm", "torr": "torr", "mmhg": "mmHg", "v": "V", "mv": "mV",
-    "volt": "V", "volts": "V", "at": "technical_atmosphere",
-}  # fmt: skip
 
 _FOREIGN = {
     "град": "deg", "градус": "deg", "градусы": "deg", "гр": "deg", "°пкв": "deg", "градпкв": "deg",
@@ -123,7 +109,13 @@ def counts_before(name: str) -> bool:
 
 def is_time_name(name: str) -> bool:
     """Whether a column is called a time, with or without a unit, as in "time_us"."""
-    return _TIME.fullmatch(name.strip()) is not None
+    time = re.compile(
+        r"(t|times?|zeit|time ?stamp|elapsed time|abs(olute)? ?time|x_value|"
+        r"время|时间|時間|temps|tiempo)"
+        rf"([_ ]({'|'.join(unit for unit in SECONDS if unit)}))?",
+        re.I,
+    )
+    return time.fullmatch(name.strip()) is not None
 
 
 def stated_unit(unit: str, name: str, units: Iterable[str]) -> str:
@@ -159,8 +151,14 @@ def pressure_unit(text: str, label: str) -> PressureUnit | None:
             plain, gauge = found[1], pattern is _GAUGE
     plain = re.sub(r"(?<=[a-z])(?:\^|\*\*)?([23])\b", r"**\1", plain.replace("·", "*"))
     plain = plain.replace("²", "**2")
-    for name in (plain, _SPELLINGS.get(plain.lower(), "")):
-        if _ALLOWED.fullmatch(name) is None:
+    allowed = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
+    spellings = {
+        "kpa": "kPa", "mpa": "MPa", "hpa": "hPa", "pa": "Pa", "bar": "bar", "mbar": "mbar",
+        "psi": "psi", "atm": "atm", "torr": "torr", "mmhg": "mmHg", "v": "V", "mv": "mV",
+        "volt": "V", "volts": "V", "at": "technical_atmosphere",
+    }  # fmt: skip
+    for name in (plain, spellings.get(plain.lower(), "")):
+        if allowed.fullmatch(name) is None:
             continue
         registry = _registry(label)
         try:

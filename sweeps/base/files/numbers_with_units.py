@@ -13,15 +13,6 @@ from typing import Any
 
 from sweeps.base.errors import SceneError, one_line, shown
 
-_NUMBER = re.compile(
-    r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
-)
-
-_APPARENT = (
-    "is apparent power; must be a power in W: engine power = kVA x power factor / generator "
-    "efficiency"
-)
-
 _TYPED = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
 """Characters of units as people write them, for pint."""
 
@@ -48,7 +39,10 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     """
     if isinstance(raw, int | float) and not isinstance(raw, bool):
         return _finite(float(raw), raw, where, unit)
-    found = _NUMBER.match(raw) if isinstance(raw, str) else None
+    pattern = re.compile(
+        r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
+    )
+    found = pattern.match(raw) if isinstance(raw, str) else None
     if found is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
     number, text = float(found[1]), raw[found.end() :].strip().translate(_TYPED)
@@ -61,11 +55,15 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
     """Size of a unit of a person's in `unit`."""
     if text == unit:
         return 1.0
+    apparent = (
+        "is apparent power; must be a power in W: engine power = kVA x power factor / generator "
+        "efficiency"
+    )
     if (
         unit in ("kW", "W")
         and re.fullmatch(r"[kM]?VA", text, flags=re.ASCII | re.IGNORECASE) is not None
     ):
-        raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
+        raise SceneError(f"{where} = {shown(raw)}: {apparent}")
     if (
         re.fullmatch(r"[A-Za-z][A-Za-z_ ./*^-]{0,30}\d?|1?/[a-z]{1,10}", text, flags=re.ASCII)
         is None
@@ -82,7 +80,7 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
         text = re.sub(r"([a-z])(-?\d)$", r"\1^\2", f"1{text}" if text.startswith("/") else text)
         given = registry.Quantity(1.0, registry.parse_units(text))
         if "volt" in str(given.units) and unit in ("kW", "W"):
-            raise SceneError(f"{where} = {shown(raw)}: {_APPARENT}")
+            raise SceneError(f"{where} = {shown(raw)}: {apparent}")
         of_turns = any(word in str(given.units) for word in _OF_TURNS)
         if unit == "rpm" and not of_turns:
             # pint counts radians where none are named: 2700/min would be 430 rpm.

@@ -14,14 +14,6 @@ from sweeps.base.files.regular_files import read_text
 MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
 """Bytes and keys of a scene or engine file: more take minutes. Longer lists stand in tables."""
 
-# Possessive: what a text has matched is never given back, which would take memory for each letter.
-# A string that is not closed ends what is read, so that its end is looked for only once.
-_QUOTED = re.compile(
-    r'"""(?:[^"\\]|\\[\s\S]|"{1,2}(?!"))*+(?:"{3,5})?'
-    r"|'''(?:[^']|'{1,2}(?!'))*+(?:'{3,5})?"
-    r'|"(?:[^"\\\n]|\\.)*+"?'
-    r"|'[^'\n]*+'?|#[^\n]*+"
-)
 
 _MISTAKES = (
     (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
@@ -50,7 +42,16 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
     keys = text.count("=") + text.count("[")
     if keys > MOST_KEYS:
         raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
-    if re.search(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}", _QUOTED.sub("q", text)):
+    # Possessive: what a text has matched is never given back, which would take memory for each
+    # letter. A string that is not closed ends what is read, so that its end is looked for only
+    # once.
+    quoted = re.compile(
+        r'"""(?:[^"\\]|\\[\s\S]|"{1,2}(?!"))*+(?:"{3,5})?'
+        r"|'''(?:[^']|'{1,2}(?!'))*+(?:'{3,5})?"
+        r'|"(?:[^"\\\n]|\\.)*+"?'
+        r"|'[^'\n]*+'?|#[^\n]*+"
+    )
+    if re.search(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}", quoted.sub("q", text)):
         # Python's reader takes the square of their number of memory.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:

@@ -36,11 +36,6 @@ _KIND = {CRANK_ANGLE: 0, ORDER: 20}
 _MOMENT = {"ordinate_spec_data_type": 1, "ordinate_len_unit_exp": 1, "ordinate_force_unit_exp": 1}
 
 _ZERO = "phi = 0: firing dead centre of cylinder 1"
-_SAYS = {
-    CRANK_ANGLE: f"{_ZERO}; grows with the rotation",
-    ORDER: f"Re[(re + i im) exp(i order phi)], {_ZERO}",
-}
-"""Last ID line: what the angle and the phase mean."""
 
 MOST_SETS = 1000  # Data sets of a file; other programs list each of them
 
@@ -128,8 +123,13 @@ def _data_set(
     """Return one data set 58 in pyuff's words."""
     x = one[over].values.astype(np.float64)
     unit = _unit(one)
+    # Last ID line: what the angle and the phase mean
+    says = {
+        CRANK_ANGLE: f"{_ZERO}; grows with the rotation",
+        ORDER: f"Re[(re + i im) exp(i order phi)], {_ZERO}",
+    }
     lines = (f"{name}: {one.attrs.get('long_name', '')}", about.get("engine_title"), None, told,
-             _SAYS[over])  # fmt: skip
+             says[over])  # fmt: skip
     return {
         "type": 58, "binary": 0, "func_type": 0,
         **{f"id{place}": _field(line or "NONE", 80) for place, line in enumerate(lines, start=1)},

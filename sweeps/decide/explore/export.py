@@ -172,11 +172,19 @@ def check_format(path: Path) -> Callable[..., Any]:
         For an unknown extension, and for a format whose library is not installed.
     """
     kind = path.suffix.lower()
-    known = {**FORMATS, **CURVES}
+    # The function that writes each format, by the extension of its files
+    known = {".csv": _csv, ".parquet": _parquet, ".xlsx": workbook, **CURVES}
     if kind not in known:
         raise SceneError(f"{path}: must end in {' or '.join(known)}")
-    if kind in _NEEDS:
-        module, package, extra = _NEEDS[kind]
+    # Module, package and extra of ours that a format needs
+    needs = {
+        ".parquet": ("pyarrow.parquet", "pyarrow", "parquet"),
+        ".xlsx": ("openpyxl", "openpyxl", "excel"),
+        ".uff": ("pyuff", "pyuff", "exchange"),
+        ".fmu": ("pythonfmu", "pythonfmu", "exchange"),
+    }
+    if kind in needs:
+        module, package, extra = needs[kind]
         library(module, package, str(path), extra)
     return known[kind]
 
@@ -382,23 +390,8 @@ def _members(archive: xr.Dataset, key: str) -> list[tuple[str, str]]:
     return [(str(k), v if isinstance(v, str) else json.dumps(v)) for k, v in members.items()]
 
 
-FORMATS: Mapping[str, Callable[..., Any]] = {
-    ".csv": _csv,
-    ".parquet": _parquet,
-    ".xlsx": workbook,
-}
-"""The function that writes each format, by the extension of its files."""
-
 CURVES: Mapping[str, Callable[..., Any]] = {
     ".uff": universal_file,
     ".fmu": functional_mockup_unit,
 }
 """The same for files of curves, which are no tables."""
-
-_NEEDS = {
-    ".parquet": ("pyarrow.parquet", "pyarrow", "parquet"),
-    ".xlsx": ("openpyxl", "openpyxl", "excel"),
-    ".uff": ("pyuff", "pyuff", "exchange"),
-    ".fmu": ("pythonfmu", "pythonfmu", "exchange"),
-}
-"""Module, package and extra of ours that a format needs."""

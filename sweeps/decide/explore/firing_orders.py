@@ -50,11 +50,6 @@ CRITERIA: Mapping[str, str] = {
 }
 """Quantities that orders are ranked by, the least first, and what they are."""
 
-BESIDE = (
-    "delta", "torque_range", "torque_order", "phase_vector_sum", "first_mode_torque_order",
-    "first_mode_vector_sum", "main_journal_load_max", "main_journal_load_rms",
-)  # fmt: skip
-"""Quantities that are computed for every firing order besides those that rank it."""
 
 ALIKE = 1e-3
 """Relative difference up to which orders share a place: the model is no better than that."""
@@ -127,7 +122,12 @@ def firing_orders(
     own, tables = _one_engine(given, name, arrangement, dict(settings or {}), crank)
     orders, total = _orders(own, crank, sample, seed, name)
     tables["axes"] = {ARRANGEMENT: [_written(one.arrangement) for one in orders], **tables["axes"]}
-    wanted = dict.fromkeys([*CRITERIA, *BESIDE, *tables["output"].get("quantities", ()), *asked])
+    # Quantities that are computed for every firing order besides those that rank it
+    beside = (
+        "delta", "torque_range", "torque_order", "phase_vector_sum", "first_mode_torque_order",
+        "first_mode_vector_sum", "main_journal_load_max", "main_journal_load_rms",
+    )  # fmt: skip
+    wanted = dict.fromkeys([*CRITERIA, *beside, *tables["output"].get("quantities", ()), *asked])
 
     def read(quantities: Sequence[str]) -> Scene:
         output = {**tables["output"], "quantities": list(quantities)}

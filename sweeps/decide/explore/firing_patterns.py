@@ -27,9 +27,6 @@ MOST = 2000  # Patterns that are computed at most
 
 LONGEST = 24  # Firings after which a pattern repeats, at most
 
-ALIKE = 1e-3
-"""Part by which the factor that keeps the torque may differ from point to point of a scene."""
-
 
 def firing_patterns(
     engine: str | Path | Mapping[str, Any], density: float | str, *, longest: int = 12,
@@ -206,7 +203,8 @@ def _factor_of_torque(
     wanted, low, high = (torque.isel({FIRING_PATTERN: i}).values for i in range(3))
     factors = ends[0] + (ends[1] - ends[0]) * (wanted - low) / (high - low)
     factor = float(np.mean(factors))
-    if not np.ptp(factors) <= ALIKE:
+    # Part by which the factor that keeps the torque may differ from point to point of a scene
+    if not np.ptp(factors) <= 1e-3:
         others = ", ".join(str(dim) for dim in torque.dims if dim != FIRING_PATTERN)
         raise SceneError(
             f"{name}: no one factor on the pressure keeps the torque at every {others}; must be "

@@ -14,12 +14,6 @@ from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
-BASE_UNITS = {
-    "rad": {"rad": "1"},
-    "rad/s": {"rad": "1", "s": "-1"},
-    "N.m": {"kg": "1", "m": "2", "s": "-2"},
-}
-
 
 class CrankAngleCurves(Fmi2Slave):
     """Curves at crank_angle + mean_speed time."""
@@ -80,10 +74,15 @@ class CrankAngleCurves(Fmi2Slave):
         """Return the description of the model, with what pythonfmu leaves out: units, unknowns."""
         root = super().to_xml(model_options or {})
         defined = Element("UnitDefinitions")
+        base_units = {
+            "rad": {"rad": "1"},
+            "rad/s": {"rad": "1", "s": "-1"},
+            "N.m": {"kg": "1", "m": "2", "s": "-2"},
+        }
         for unit in dict.fromkeys(self.units.values()):
             one = SubElement(defined, "Unit", {"name": unit})
-            if unit in BASE_UNITS:
-                SubElement(one, "BaseUnit", BASE_UNITS[unit])
+            if unit in base_units:
+                SubElement(one, "BaseUnit", base_units[unit])
         root.insert(1, defined)  # after CoSimulation
         for variable in root.iter("ScalarVariable"):
             variable[0].set("unit", self.units[variable.attrib["name"]])

@@ -22,9 +22,6 @@ from sweeps.scene.conditions import Constraint, conditions_of, units_of
 if TYPE_CHECKING:
     import xarray as xr
 
-OF_KEPT = "; these are the designs that [reduce] kept, and not all"
-"""End of the message where none of them fulfils more conditions."""
-
 
 def kept_for(
     archive: xr.Dataset, wanted: Sequence[tuple[str, float]], conditions: Sequence[Constraint],
@@ -152,7 +149,8 @@ def best(
         if here == smallest:
             equal += int(np.count_nonzero(values == smallest))
     if best_place is None:
-        raise SceneError(search.nothing() + (OF_KEPT if REDUCTION in archive.attrs else ""))
+        kept = "; these are the designs that [reduce] kept, and not all"
+        raise SceneError(search.nothing() + (kept if REDUCTION in archive.attrs else ""))
     best = archive.isel(best_place)
     if at_every:
         best.attrs[TEXT] = told or search.text(equal)

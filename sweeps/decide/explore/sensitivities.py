@@ -58,12 +58,6 @@ LEAST_ROWS = 128  # Fewer designs do not tell indices
 
 SALTELLI, GRID, DATA, REDUCED = "saltelli", "grid", "data", "reduced"
 
-_METHODS = {
-    SALTELLI: "Saltelli's design (Saltelli et al. 2010, by SALib)",
-    GRID: "variances over the grid, all its values equally likely",
-    DATA: "from the data alone with RBD-FAST (Tarantola et al. 2006, Plischke 2010, by SALib)",
-    REDUCED: "Saltelli's design (Saltelli et al. 2010), reduced; intervals by the jackknife",
-}
 
 Indices = dict[str, Floats]  # Arrays over the parameters, by the keys of `NAMES`
 
@@ -184,7 +178,13 @@ def _titled(
     kept = ("engine", "engine_title", "title", "scene", "warnings")
     dataset.attrs = {key: archive.attrs[key] for key in kept if key in archive.attrs}
     dataset.attrs["title"] = f"Sobol' indices: {archive.attrs.get('title', '')}".strip(": ")
-    dataset.attrs["sensitivity_method"] = json.dumps({n: _METHODS[m] for n, m in methods.items()})
+    titles = {
+        SALTELLI: "Saltelli's design (Saltelli et al. 2010, by SALib)",
+        GRID: "variances over the grid, all its values equally likely",
+        DATA: "from the data alone with RBD-FAST (Tarantola et al. 2006, Plischke 2010, by SALib)",
+        REDUCED: "Saltelli's design (Saltelli et al. 2010), reduced; intervals by the jackknife",
+    }
+    dataset.attrs["sensitivity_method"] = json.dumps({n: titles[m] for n, m in methods.items()})
     dataset.attrs["confidence"] = confidence
     return dataset
 

@@ -23,11 +23,6 @@ OVER_LIMITS = (
 
 LEAST = ("shaft_torque_min",)  # Quantities whose lowest value is the worst
 
-NOT_WORST = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
-             "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
-             "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip
-"""Variables over discs or shafts that have no worst value."""
-
 
 @dataclass(frozen=True)
 class Worst:
@@ -151,10 +146,14 @@ def _crossing(speed: Any, values: Any, at: int) -> Any:
 
 def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     check_dataset(archive)
+    # Variables over discs or shafts that have no worst value
+    not_worst = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
+                 "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
+                 "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip
     extremes = {
         str(name): data for name, data in archive.data_vars.items()
         if not set(PLACES).isdisjoint(data.dims)
-        and name not in NOT_WORST and not str(name).endswith("_phase")
+        and name not in not_worst and not str(name).endswith("_phase")
     }  # fmt: skip
     if not extremes:
         raise SceneError("archive: has no quantities of discs or shafts")

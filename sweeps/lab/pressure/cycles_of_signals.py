@@ -31,8 +31,6 @@ LONGEST = 30.0
 """Degrees between points of a pressure over volume, beyond which they do not tell what is between.
 """
 
-GAP = 2.5  # A step is a gap where it is longer than this many of the steps on both its sides
-
 
 COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
 """Remark on an angle that was counted backward."""
@@ -324,7 +322,8 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         raise SceneError(f"{where}: {counted(len(angle), 'sample')}; must be 8 at least")
     steps = np.diff(angle, append=angle[0] + period)
     beside = np.maximum(np.roll(steps, 1), np.roll(steps, -1))
-    gap = np.flatnonzero(steps > GAP * beside)
+    # A step is a gap where it is longer than this many of the steps on both its sides
+    gap = np.flatnonzero(steps > 2.5 * beside)
     if len(gap):
         at = int(gap[0])
         raise SceneError(

@@ -26,8 +26,6 @@ from sweeps.base.errors import SceneError, counted, one_line, printable
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE
 from sweeps.scene.features.indicator_files import HEADER, NOT_PEGGED
 
-CYCLE_COLUMN = "cycle_{}_bar"  # Column of one of several recorded cycles
-
 MOST_CYCLES = 1000  # Each becomes a diagram with tables of its own, of some tenth of a megabyte
 
 
@@ -121,7 +119,8 @@ class ImportedPressure:
         if cycles:
             (only,) = self.cylinders.values()
             for number, pressure in enumerate(only.pressure, start=1):
-                columns[CYCLE_COLUMN.format(number)] = pressure / BAR
+                # Column of one of several recorded cycles
+                columns[f"cycle_{number}_bar"] = pressure / BAR
         lines.append(",".join(columns))
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
         lines += [",".join(f"{value:.10g}" for value in row) for row in rows]

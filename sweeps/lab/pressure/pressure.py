@@ -66,14 +66,6 @@ USUAL_CRANK_RATIO = 0.28  # Crank ratio where no engine says it; works depend on
 
 MOST_PRESSURE = 1e10  # [Pa]; no sensor has it
 
-REVERSED = -0.05
-"""Work over its absolute area below which an engine's diagram is taken for a reversed one."""
-
-MOTORED = (-0.12, -5.0)
-"""Work over its absolute area, and angle [degree] of the largest pressure: where both are more, a
-cycle that takes work is a motored one. A fired one that is reversed takes more, or has its largest
-pressure earlier."""
-
 
 @linear_algebra_on_one_thread()
 def imported(
@@ -209,10 +201,15 @@ def _cycles(
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
     # Falling rows of several cycles that are counted backward may as well be in reverse order; then
     # a fired cycle looks motored, but for its largest pressure.
-    earliest = -2.0 if found.backward else MOTORED[1]
-    if MOTORED[0] < sign < REVERSED and peak > earliest:
+    # Work over its absolute area, and angle [degree] of the largest pressure: where both are more,
+    # a cycle that takes work is a motored one. A fired one that is reversed takes more, or has its
+    # largest pressure earlier.
+    least_work, earliest = -0.12, -2.0 if found.backward else -5.0
+    # Work over its absolute area below which an engine's diagram is taken for a reversed one
+    against = -0.05
+    if least_work < sign < against and peak > earliest:
         said.append("the cycles consume work and their largest pressure is at dead centre: motored")
-    elif sign < REVERSED and options.direction is None and not late:
+    elif sign < against and options.direction is None and not late:
         if _falls(angles):
             if found.backward:
                 said.remove(COUNTED_BACKWARD)

@@ -22,27 +22,8 @@ from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import LONGEST
 from sweeps.lab.pressure.imported_pressure import EngineMeasures
 
-OUTSIDE = 1e-3
-"""Share of the stroke by which points may lie beyond a dead centre; they are taken to be there."""
-
-NEAR = 0.02  # Part of the stroke: how near to a dead centre a loop must come to turn back
-
-ALIKE = 0.02
-"""Share of the largest pressure by which points of one travel may differ; they are averaged."""
-
 SAME = 1e-9  # Part of the stroke: travels that are the same
 
-_VOLUMES = {
-    "m3": 1.0, "dm3": 1e-3, "l": 1e-3, "litre": 1e-3, "liter": 1e-3, "cm3": CUBIC_CENTIMETRE,
-    "ccm": CUBIC_CENTIMETRE, "cc": CUBIC_CENTIMETRE, "ml": CUBIC_CENTIMETRE, "mm3": 1e-9,
-    "in3": 0.0254**3,
-}  # fmt: skip
-"""Cubic metres of each unit."""
-
-_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # Metres of each unit
-
-_PARTS = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
-"""Parts of the stroke of each unit."""
 
 STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 """Numbers in a column of strokes; a two-stroke cycle has 2 and 3."""
@@ -180,7 +161,17 @@ def _travel(
     own = options.volume_unit if over_volume else options.travel_unit
     ending = re.search(r"[_\s]([A-Za-z]{1,7}[23]?)$", name)
     unit = own or recording.columns[name].unit or (ending[1] if ending else "")
-    known = _VOLUMES if over_volume else {**_PARTS, **_LENGTHS}
+    # Cubic metres of each unit
+    volumes = {
+        "m3": 1.0, "dm3": 1e-3, "l": 1e-3, "litre": 1e-3, "liter": 1e-3, "cm3": CUBIC_CENTIMETRE,
+        "ccm": CUBIC_CENTIMETRE, "cc": CUBIC_CENTIMETRE, "ml": CUBIC_CENTIMETRE, "mm3": 1e-9,
+        "in3": 0.0254**3,
+    }  # fmt: skip
+    # Metres of each unit
+    lengths = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+    # Parts of the stroke of each unit
+    parts = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
+    known = volumes if over_volume else {**parts, **lengths}
     plain = unit.strip().lower().replace("³", "3").replace("^", "").replace("**", "")
     if not plain and not over_volume:
         plain = "1"
@@ -198,7 +189,7 @@ def _travel(
             )
         volume = values * known[plain]
         return np.asarray((volume - geometry.clearance_volume) / geometry.swept_volume)
-    if plain in _PARTS:
+    if plain in parts:
         return np.asarray(values * known[plain])
     if engine is None or "stroke" not in engine.values:
         raise SceneError(f"{source}: in {unit}: needs an engine with its stroke")
@@ -209,7 +200,8 @@ def _inside(travel: Floats, source: _Source, said: list[str]) -> Floats:
     """Travels from 0 to 1; those a little beyond are at the dead centre."""
     beyond = np.maximum(-travel, travel - 1.0)
     worst = int(np.argmax(beyond))
-    if beyond[worst] > OUTSIDE:
+    # Share of the stroke by which points may lie beyond a dead centre; they are taken to be there
+    if beyond[worst] > 1e-3:
         raise SceneError(
             f"{source.at(worst)}, column '{one_line(source.name, 60)}': lies at "
             f"{travel[worst]:.4g} of the stroke from top dead centre; must be from 0 to 1 "
@@ -300,10 +292,12 @@ def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down
 
 def _check_turn(travel: float, at_top: bool, source: _Source, place: int) -> None:
     apart = travel if at_top else 1.0 - travel
-    if apart > NEAR:
+    # Part of the stroke: how near to a dead centre a loop must come to turn back
+    near = 0.02
+    if apart > near:
         raise SceneError(
             f"{source.at(place)}, column '{one_line(source.name, 60)}': turns back at {travel:.4g} "
-            f"of the stroke; must {'fall' if at_top else 'rise'} on to within {NEAR:g} of the "
+            f"of the stroke; must {'fall' if at_top else 'rise'} on to within {near:g} of the "
             f"stroke of {'top' if at_top else 'bottom'} dead centre"
         )
 
@@ -349,17 +343,19 @@ def _merged(
     group = np.cumsum(new) - 1
     size = np.bincount(group)
     found = {}
+    # Share of the largest pressure by which points of one travel may differ; they are averaged
+    alike = 0.02
     for name, values in columns.items():
         low, high = np.full(len(size), np.inf), np.full(len(size), -np.inf)
         np.minimum.at(low, group, values)
         np.maximum.at(high, group, values)
         most = float(np.abs(values).max())
         worst = int(np.argmax(high - low))
-        if high[worst] - low[worst] > ALIKE * most:
+        if high[worst] - low[worst] > alike * most:
             raise SceneError(
                 f"{source.recording.label}, '{one_line(name, 60)}': two pressures, "
                 f"{low[worst]:.4g} and {high[worst]:.4g}, at one piston position near crank angle "
-                f"{angle[np.argmax(group == worst)]:.4g} degree; must agree within {ALIKE:.0%} "
+                f"{angle[np.argmax(group == worst)]:.4g} degree; must agree within {alike:.0%} "
                 "of the largest"
             )
         found[name] = np.bincount(group, weights=values) / size

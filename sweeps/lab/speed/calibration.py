@@ -48,7 +48,6 @@ from sweeps.scene.engine.modelled_diagrams import modelled_cycle
 
 __all__ = ["Calibration", "calibrate", "fit"]
 
-STARTS = 9  # Starts of the combustion between which a largest pressure is looked for
 
 WALL_FACTORS = 0.2, 5.0  # Factors on Woschni's heat transfer that a fuel consumption is fitted by
 
@@ -252,7 +251,8 @@ class _Fitting:
             moved = free._replace(make=lambda number: _starting(free.make(number), start))
             return self._solved(moved, self.goal)
 
-        starts = np.linspace(*self.kind.starts, STARTS) * DEGREE
+        # Starts of the combustion between which a largest pressure is looked for
+        starts = np.linspace(*self.kind.starts, 9) * DEGREE
         try:
             found = peak_by_start(at, peak, starts.tolist())
         except NotReached as error:

@@ -264,18 +264,7 @@ def _key(key: str) -> str:
     return key if bare else json.dumps(key, ensure_ascii=False)
 
 
-LOADS = (10.0, 25.0, 50.0, 75.0, 100.0)
-"""Loads that get a diagram unless others are asked for [percent]."""
-
 LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 120.0, 20
-
-_RANGES = {
-    "power": (0.05, 2e5),
-    "speed": (10.0, 30000.0),
-    "peak": (5.0, 400.0),
-    "fuel_consumption": (100.0, 2000.0),
-}
-"""Least and largest of the numbers that data sheets have, in the units of `PUBLISHED`."""
 
 
 def published(
@@ -344,7 +333,14 @@ def published(
 
 def _inside(raw: Any, where: str, name: str, unit: str) -> float:
     """A published number, checked against its range."""
-    low, high = _RANGES[name]
+    # Least and largest of the numbers that data sheets have, in the units of `PUBLISHED`
+    ranges = {
+        "power": (0.05, 2e5),
+        "speed": (10.0, 30000.0),
+        "peak": (5.0, 400.0),
+        "fuel_consumption": (100.0, 2000.0),
+    }
+    low, high = ranges[name]
     value = number_with_unit(raw, where, unit)
     if not low <= value <= high:
         raise SceneError(f"{where} = {shown(raw)}: must be between {low:g} and {high:g} {unit}")
@@ -354,7 +350,8 @@ def _inside(raw: Any, where: str, name: str, unit: str) -> float:
 def _loads(raw: Any, where: str) -> tuple[float, ...]:
     """Loads, ascending and each once; the rated one is among them."""
     if raw is None:
-        return LOADS
+        # Loads that get a diagram unless others are asked for [percent]
+        return (10.0, 25.0, 50.0, 75.0, 100.0)
     if not isinstance(raw, list) or not 1 <= len(raw) <= MOST_LOADS:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")
     found = {100.0}

@@ -21,8 +21,6 @@ from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle, tabul
 from engine_dyn.units import BAR, RPM
 from sweeps.base.errors import SceneError
 
-GAS_CONSTANT = 287.0  # Gas constant of air [J/(kg K)]
-
 
 class NotReached(ValueError):
     """A goal that no value of the free number reaches.
@@ -136,7 +134,8 @@ def trapped_mass(cycle: FourStrokeCycle) -> float:
     values = {item.name: getattr(cycle, item.name) for item in fields(cycle)}
     pressure = float(tabulate(FourStrokeCycle, values).trapped_pressure)
     volume = float(cycle.volume(cycle.intake_closing))
-    return pressure * volume / (GAS_CONSTANT * cycle.charge_temperature)
+    # Gas constant of air [J/(kg K)]
+    return pressure * volume / (287.0 * cycle.charge_temperature)
 
 
 def with_charge(

@@ -55,16 +55,11 @@ FEWEST = 6  # Cycles: fewer do not tell their dispersion
 
 FEWEST_INTERVALS = 4  # Fewest intervals of a cycle, for each cylinder
 
-LASTING = 0.03  # Standard deviation of the mean imep of cylinders that are not weak, over the imep
-
-ROUNDS = 4  # Rounds of estimating the dispersion, and of leaving missed cycles out of the reference
 
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the size of a normally distributed number, over its standard deviation."""
 
 LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` takes
-
-DEAD = 0.5  # Part of the work of combustion: a weak cylinder that lacks more is called dead
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,12 +271,16 @@ def _judged(
     if not row.used.all():
         row = replace(row, speed=_bridged(row))
     good = np.isfinite(row.speed[:, 0])
-    dispersion = LASTING * missing
-    for _ in range(ROUNDS):
+    # Standard deviation of the mean imep of cylinders that are not weak, over the imep
+    lasting_share = 0.03
+    dispersion = lasting_share * missing
+    # Rounds of estimating the dispersion, and of leaving missed cycles out of the reference
+    rounds = 4
+    for _ in range(rounds):
         relative, count = _against_others(row.speed, good)
         passage = _passage(relative[good], wheel, count)
         noise = WheelNoise(0.0, 0.0, passage)
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             single = work_estimator(
                 cycle, wheel, row.start, noise, dispersion=dispersion, reference_cycles=count
             )
@@ -301,7 +300,7 @@ def _judged(
         good = kept
     lasting = work_estimator(
         cycle, wheel, row.start, WheelNoise(tooth_deviation, 0.0, passage),
-        dispersion=float(np.hypot(LASTING * missing, dispersion / np.sqrt(good.sum()))),
+        dispersion=float(np.hypot(lasting_share * missing, dispersion / np.sqrt(good.sum()))),
         averaged=int(good.sum()),
     )  # fmt: skip
     through = speed_through_wheel(cycle.angle, cycle.speed, wheel, row.start, cycle.period)
@@ -419,6 +418,7 @@ def _dataset(
     singles, lastings = (
         np.array([getattr(f, key) for f in found]) / BAR for key in ("single_std", "lasting_std")
     )
+    # Part of the work of combustion: a weak cylinder that lacks more is called dead
     data: dict[str, Any] = {
         "imep_deviation": (every, single + lasting[:, None, :], bar,
                            "deviation of imep from the mean of the other cylinders"),
@@ -447,7 +447,7 @@ def _dataset(
                            "weak"),
         "weak": (each, [f.weak.astype(float) for f in found], one,
                  "whether the cylinder is classified as weak (1)"),
-        "dead": (each, [(f.weak & (f.lasting < -DEAD * f.missing)).astype(float) for f in found],
+        "dead": (each, [(f.weak & (f.lasting < -0.5 * f.missing)).astype(float) for f in found],
                  one, "whether the cylinder lacks more than half of the work of combustion (1)"),
         "imep_of_combustion": (per, [f.missing / BAR for f in found], bar,
                                "imep missing in a misfire"),

@@ -55,9 +55,6 @@ if TYPE_CHECKING:
 
 ORDERS = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
 
-ROUNDS = 2
-"""Rounds of estimating errors: the first takes the computed speed between teeth without errors."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
@@ -284,7 +281,8 @@ def _errors_of(
         return zero, zero, None
     by_turn = raw.reshape(count, -1, wheel.teeth)
     every = none = ToothErrors(zero[0], zero[0])
-    for _ in range(ROUNDS):
+    # Rounds of estimating errors: the first takes the computed speed between teeth without errors
+    for _ in range(2):
         model = between(np.tile(every.error, (count, 1))).reshape(by_turn.shape)
         every = tooth_errors(by_turn[has], model[has], wheel)
     if how == "all":

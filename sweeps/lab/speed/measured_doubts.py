@@ -14,19 +14,11 @@ from engine_dyn.units import DEGREE, RPM
 LEAST_LIKENESS = float(np.sqrt(0.5))
 """Correlation below which less than half of what the measured speed does is in the computed one."""
 
-CLEARLY = 0.5
-"""More alike is what leaves less than this part of the share 1 - r^2 that is not explained."""
-
-FEW_HALF_ORDERS = 0.05
-"""Half orders over whole ones of the computed speed, root mean square, below which the speed is
-taken to repeat every turn."""
 
 INERTIA_STEP = 0.01  # Relative change of the inertia for the dependence of delta on it
 
 
 FAR_SPEED = 0.01  # Relative difference of the mean speeds from which a remark says that they differ
-
-WRONG_UNIT = 50.0  # Ratio of the mean speeds from which on the unit of the times seems wrong
 
 
 def gap_doubts(
@@ -121,7 +113,9 @@ def repeats_every_turn(speeds: Floats, period: float) -> bool:
     number = np.arange(size.size)
     whole = size[(number % turns == 0) & (number > 0)].sum()
     half = size[number % turns != 0].sum()
-    return bool(half < FEW_HALF_ORDERS**2 * whole or turns == 1)
+    # Half orders over whole ones of the computed speed, root mean square, below which the speed is
+    # taken to repeat every turn
+    return bool(half < 0.05**2 * whole or turns == 1)
 
 
 def even_firing_doubt(dependence: Floats) -> str:
@@ -162,7 +156,8 @@ def _likeness(found: GapAngle) -> float:
 
 def _clearly_more(one: float, other: float) -> bool:
     """Whether a correlation leaves clearly less unexplained than another one."""
-    return one > max(other, 0.0) and 1.0 - one**2 < CLEARLY * (1.0 - max(other, 0.0) ** 2)
+    # More alike is what leaves less than this part of the share 1 - r^2 that is not explained
+    return one > max(other, 0.0) and 1.0 - one**2 < 0.5 * (1.0 - max(other, 0.0) ** 2)
 
 
 def _whole_ratio(ratio: float) -> str:
@@ -179,12 +174,14 @@ def far_speed_remark(label: str, measured: float, computed: float, changing: str
     ratio = measured / computed
     if abs(ratio - 1.0) <= FAR_SPEED:
         return []
+    # Ratio of the mean speeds from which on the unit of the times seems wrong
+    wrong_unit = 50.0
     return [
         f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
         f"{changing} with the square of the speed; "
         + (
             "is the unit of the times right (unit = 'us', say)?"
-            if not 1.0 / WRONG_UNIT < ratio < WRONG_UNIT
+            if not 1.0 / wrong_unit < ratio < wrong_unit
             else f"is the wheel's pattern a whole turn? The ratio is {_whole_ratio(ratio)}"
             if _whole_ratio(ratio)
             else "use the measured speed in the scene"

@@ -27,11 +27,7 @@ from sweeps.lab.pressure.cycles_of_signals import SAME, unwrapped
 from sweeps.scene.features.measured import Measured, MeasuredTable
 
 ANGLE = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
-SPEED = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
-         "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
-         "deg/s": DEGREE}  # fmt: skip
 
-OF_ANGLE = ("angle", "crank", "°", "deg", "winkel", "角", "угол")
 OF_SPEED = (
     "speed",
     "rpm",
@@ -53,8 +49,6 @@ is smaller, but as large as a gap in every second turn makes it, they are if the
 RATES_DIFFER = 0.01
 """Relative difference of a given sample rate and that of the times beside it."""
 
-UNEVEN = 0.5
-"""Share of the time between samples by which a sample may be away from its place."""
 
 FEWEST = 12
 """Samples of a cycle of speed over angle."""
@@ -412,7 +406,8 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     interval = float(time[-1] - time[0]) / (time.size - 1)
     changes = np.count_nonzero(np.diff(signal)) / (time.size - 1)
     off = np.abs(time - time[0] - interval * np.arange(time.size))
-    uneven = off.max() > UNEVEN * interval
+    # Share of the time between samples by which a sample may be away from its place
+    uneven = off.max() > 0.5 * interval
     two_levels = bool(np.isin(signal, (signal.min(), signal.max())).all())
     # Evenly spaced rows are changes of the level, not samples of it, where nearly all change it:
     # with three samples from tooth to tooth, two thirds of them do.
@@ -464,12 +459,16 @@ def _speed_over_angle(
     recording: Recording, table: MeasuredTable, period: float
 ) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Cycles of speed on uniform angles from -period/2; angles may run on over many cycles."""
-    angle_name = _column(recording, table.angle_column, "angle_column", OF_ANGLE)
+    of_angle = ("angle", "crank", "°", "deg", "winkel", "角", "угол")
+    angle_name = _column(recording, table.angle_column, "angle_column", of_angle)
     column = _column(recording, table.column, "column", OF_SPEED, (angle_name,))
     angle = _flat(recording, angle_name)
     angle = angle * _factor(recording, angle_name, (), None, ANGLE, "angle")
     angle = angle + table.angle_shift * DEGREE
-    speed = recording.numbers(column) * _factor(recording, column, (), table.unit, SPEED, "speed")
+    units = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
+             "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
+             "deg/s": DEGREE}  # fmt: skip
+    speed = recording.numbers(column) * _factor(recording, column, (), table.unit, units, "speed")
     if speed.shape[-1] != angle.size:
         raise SceneError(
             f"{recording.label}: {angle.size} angles, {speed.shape[-1]} speeds in a cycle"

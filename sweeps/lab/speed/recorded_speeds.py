@@ -25,9 +25,6 @@ from sweeps.base.errors import SceneError
 from sweeps.lab.speed.measured_files import SpeedRecord, records_of
 from sweeps.scene.features.measured import Measured
 
-LEFT_OUT = 0.05
-"""Share of intervals in no whole cycle from which on it is said."""
-
 
 @dataclass(frozen=True, eq=False)
 class RecordedSpeeds:
@@ -255,7 +252,7 @@ def _drift_remarks(found: SteadySpeeds) -> list[str]:
             f"{last / RPM:.4g} rpm, by {abs(100.0 * found.drift.in_a_cycle):.2g} % in a cycle: "
             "this drift is taken out of the speeds; delta is that of no steady speed"
         )
-    if found.left_out > LEFT_OUT:
+    if found.left_out > 0.05:
         said.append(
             f"{100.0 * found.left_out:.2g} % of the intervals belong to no whole cycle and are "
             "left out"

@@ -58,19 +58,6 @@ CLOSE_ENOUGH, MOST_STEPS = 1e-12, 60
 MOST_SAMPLES = 10_000_000
 """Pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
 
-STEADY = (
-    "no speed is measured: the train starts from the steady state of the mean cycle at nominal "
-    "speed; the load coefficient makes the mean speed of the train equal to the nominal speed"
-)
-MEASURED = (
-    "initial speed and load coefficient fitted by least squares to the measured speeds between "
-    "teeth"
-)
-PRESSURES = (
-    "pressure recorded in cylinder 1; the other cylinders have the same cycles at their own "
-    "firing angles"
-)
-
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
@@ -166,8 +153,12 @@ def follow_cycles(
             f"and load_offset is {surplus:.3g} N m; must be above 0"
         )
     steady = _solved(close_train(one, nominal), "the mean cycle", name)
+    from_steady = (
+        "no speed is measured: the train starts from the steady state of the mean cycle at nominal "
+        "speed; the load coefficient makes the mean speed of the train equal to the nominal speed"
+    )
     if given.measured is None:
-        fit = _Fit(_at_mean_speed(train, steady, nominal, name), STEADY)
+        fit = _Fit(_at_mean_speed(train, steady, nominal, name), from_steady)
     else:
         fit = _fitted(given.measured, train, engine, steady, numbers[0], name)
     followed = fit.speed
@@ -305,7 +296,11 @@ def _fitted(
     if len(tried) > 1 and math.isfinite(tried[1][0]):
         said["rms_difference_of_cycles_next"] = tried[1][0]
     means = _cycle_means(row, begin, count, period)
-    return _Fit(found, MEASURED, middle, raw, means, said)
+    measured = (
+        "initial speed and load coefficient fitted by least squares to the measured speeds between "
+        "teeth"
+    )
+    return _Fit(found, measured, middle, raw, means, said)
 
 
 def _fit_from(
@@ -415,11 +410,15 @@ def _dataset(
         )  # fmt: skip
         said |= fit.said or {}
     alone = "pressure recorded in cylinder 1"
+    pressures = (
+        "pressure recorded in cylinder 1; the other cylinders have the same cycles at their own "
+        "firing angles"
+    )
     attributes = {
         **repeated.attrs,
         "title": scene.title,
         "first_speed_and_load_from": fit.how,
-        "pressures_of_cylinders": PRESSURES if cylinders > 1 else alone,
+        "pressures_of_cylinders": pressures if cylinders > 1 else alone,
         "friction_torque": float(repeated["friction_torque"].mean()),
         **said,
     }

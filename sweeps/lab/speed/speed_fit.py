@@ -23,19 +23,11 @@ Above it some change of the parameters together does less than a 300th of what a
 its size would be read from what the model does not know either.
 """
 
-NEIGHBOURS = 0.25
-"""Share of the intervals, to each side, whose variances are averaged: few cycles tell that of one
-interval badly, and weights that follow the noise make the 95 % intervals too narrow. Where noise is
-of low orders, as that of combustion, a tenth is too few: all its variances are then wrong alike."""
 
 DRAWS = 999  # Fits to noise that residuals are compared with
 
 LEAST_LIKELIHOOD = 1.0 / (1 + DRAWS)
 """Likelihood of noise where none of the draws leaves residuals as large; it may be any smaller."""
-
-TINY = 1e-300
-
-STEP = 1e-3  # Relative step of the central differences; their error is its square
 
 
 @dataclass(frozen=True)
@@ -114,7 +106,11 @@ class MeasuredCycles:
     def deviation(self) -> Floats:
         """Standard error of the mean over cycles at each interval, from it and its neighbours."""
         variance = self.shapes.var(axis=0, ddof=1)
-        reach = round(NEIGHBOURS * variance.size)
+        # Share of the intervals, to each side, whose variances are averaged: few cycles tell that
+        # of one interval badly, and weights that follow the noise make the 95 % intervals too
+        # narrow. Where noise is of low orders, as that of combustion, a tenth is too few: all its
+        # variances are then wrong alike.
+        reach = round(0.25 * variance.size)
         around = np.arange(-reach, reach + 1)
         near = variance[(np.arange(variance.size)[:, None] + around) % variance.size]
         deviation = np.sqrt(near.mean(axis=1) / len(self.speed))
@@ -356,7 +352,8 @@ class _Problem:
         low, high = (
             np.array([getattr(p, side) for p in self.parameters]) for side in ("low", "high")
         )
-        step = STEP * np.array([p.scale for p in self.parameters])
+        # Relative step of the central differences; their error is its square
+        step = 1e-3 * np.array([p.scale for p in self.parameters])
         up, down = np.minimum(value + step, high), np.maximum(value - step, low)
         batch = np.tile(value, (2 * count, 1))
         batch[np.arange(count), np.arange(count)] = up
@@ -397,7 +394,7 @@ class _Problem:
         length = np.sqrt(np.sum(left**2, axis=0))
         if not left.size:
             return 1.0
-        _, singular, rows = np.linalg.svd(left / np.maximum(length, TINY), full_matrices=False)
+        _, singular, rows = np.linalg.svd(left / np.maximum(length, 1e-300), full_matrices=False)
         condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
         if not condition <= largest:
             weak = np.zeros(slopes.shape[1])
@@ -456,11 +453,6 @@ class _Problem:
         """Residuals of each recording."""
         ends = np.cumsum([d.size for d in self.deviations])
         return tuple(np.split(residual[: self.measured], ends[:-1]))
-
-
-TAIL = 300.0
-"""Standard deviations beyond a bound from which on what is left of a normal distribution is an
-exponential one, to 1e-4."""
 
 
 def _inverse_of_curvature(slopes: Floats) -> Floats:
@@ -525,8 +517,9 @@ def beside_bounds(every: Unbound, held: Unbound, inside: Booleans) -> tuple[Floa
     ratio = np.exp(norm.logpdf(far) - norm.logsf(far))
     mean = -np.sign(beyond) * size * (ratio - far)  # from the bound inwards
     # Far beyond the bound the difference is lost in rounding: there the tail is an exponential one.
+    tail = 300.0  # standard deviations beyond the bound, from which on it is one to 1e-4
     variance = size**2 * np.where(
-        far < TAIL, 1.0 + far * ratio - ratio**2, np.maximum(far, TAIL) ** -2
+        far < tail, 1.0 + far * ratio - ratio**2, np.maximum(far, tail) ** -2
     )
     follow = np.zeros((inside.size, size.size))
     follow[bound] = np.eye(size.size)

@@ -35,7 +35,6 @@ from sweeps.scene.sample import parameters_of
 
 MOST = 1 << 30  # Positions along an axis of which an archive may claim to be a part
 
-_NEEDED = ("scene", "scene_name", "input_files", "identity")
 
 _MOVED = {
     1: {"sweeps/engines": "sweeps/catalogue/engines", "sweeps/scenes": "sweeps/catalogue/scenes"}
@@ -97,7 +96,8 @@ def read_contents(path: Path) -> Contents:
     """
     with damage_refused(path), opened_archive(path) as file:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-        missing = [name for name in _NEEDED if name not in attributes]
+        needed = ("scene", "scene_name", "input_files", "identity")
+        missing = [name for name in needed if name not in attributes]
         if missing:
             raise SceneError(
                 f"{path}: not an archive written by `run` of this version (no attribute "

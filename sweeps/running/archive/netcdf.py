@@ -37,8 +37,6 @@ CHUNK = 1 << 17  # Numbers in a chunk at most, about: a megabyte
 
 SMALLEST_CHUNK = 1 << 12
 
-WASTE = 0.02  # Fraction of the room of all chunks that may be unused, about
-
 
 def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> None:
     """Write a dataset as a netCDF-4 archive.
@@ -255,8 +253,9 @@ def chunks_of(
         if dimension in lengths:
             # Short ranges have few divisors; long ones are multiples of `blocks.STEP`.
             chunks[i] = lengths[dimension] if lengths[dimension] > STEP else 1
+    # Fraction of the room of all chunks that may be unused, about
     while (large := math.prod(chunks) > CHUNK) or (
-        _waste(shape, chunks) > WASTE and math.prod(chunks) > SMALLEST_CHUNK
+        _waste(shape, chunks) > 0.02 and math.prod(chunks) > SMALLEST_CHUNK
     ):
         halves = [
             i

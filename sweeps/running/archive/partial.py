@@ -77,7 +77,6 @@ MOST_OTHER = 1 << 20  # Bytes of a block that are not its values
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _SCENE, _TRIED = "scene.bin", "tried"
-_BLOCK = re.compile(r"block-(\d{6,})\.bin")
 _MAGIC = b"engine-dyn block 1 "
 _OWN = re.compile(
     rf"({_HEADER}|{_LOCK}|{_ARCHIVE}|{_ADDED}|{_SCENE}|{_TRIED}|block-\d{{6,}}\.bin)"
@@ -244,7 +243,8 @@ class Partial:
         """Numbers of the finished blocks, in order; whether they are damaged is not checked."""
         if not self.path.is_dir():
             return []
-        matches = (_BLOCK.fullmatch(path.name) for path in self.path.iterdir())
+        block = re.compile(r"block-(\d{6,})\.bin")
+        matches = (block.fullmatch(path.name) for path in self.path.iterdir())
         return sorted(int(match.group(1)) for match in matches if match)
 
     def write(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> int:

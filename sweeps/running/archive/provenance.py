@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 PACKAGES = ("engine-dyn", "numpy", "numba", "xarray", "netCDF4")
 
-LONG = 1 << 14  # Bytes from which on the text of a file is compressed
-
 
 def identity(plan: Plan, *, numbers: str = "float64") -> dict[str, Any]:
     """All that the numbers of a plan depend on, in JSON's types; long texts as hashes.
@@ -147,14 +145,12 @@ def differences(
     for key in dict.fromkeys((*one, *other)):
         if one.get(key) != other.get(key) and key not in (but, *named):
             unequal.append(f"values of {key}")
-    rest = [k for k in dict.fromkeys((*before, *now)) if k not in ("scene", *_TABLES)]
+    told = ("scene", "values", "files", "versions")
+    rest = [k for k in dict.fromkeys((*before, *now)) if k not in told]
     for key in rest:
         if before.get(key) != now.get(key):
             unequal.append(f"{key} ({earlier} {before.get(key)}, {later} {now.get(key)})")
     return unequal
-
-
-_TABLES = ("values", "files", "versions")
 
 
 def _unequal(
@@ -254,7 +250,7 @@ def files_text(folder: str, files: Mapping[str, bytes], confidential: Collection
         table[name] = {"sha256": sha256(data)}
         if name in confidential:
             table[name]["samples_sha256"] = samples_hash(data)
-        elif len(data) < LONG:
+        elif len(data) < (1 << 14):  # longer texts are compressed
             table[name]["text"] = data.decode("utf-8", "surrogateescape")
         else:
             table[name]["zlib"] = base64.b64encode(zlib.compress(data, 9)).decode("ascii")

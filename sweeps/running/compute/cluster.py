@@ -45,8 +45,6 @@ EACH = 4  # Blocks for each worker at least, so that none waits long for the las
 
 FEWEST = 64  # Blocks of a run at least: more workers may join later
 
-LATE = 60.0  # Seconds after which a file that another machine has written is visible
-
 
 _TICK = 0.05  # Seconds between two checks for finished blocks
 
@@ -312,7 +310,8 @@ class DaskWorkers:
 
 def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
     """Wait until finished blocks are visible: a network file system may show new files late."""
-    end = time.monotonic() + LATE
+    # Seconds after which a file that another machine has written is visible
+    end = time.monotonic() + 60.0
     while not set(numbers) <= set(partial.finished()) and time.monotonic() < end:
         time.sleep(_TICK)
 

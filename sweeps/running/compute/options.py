@@ -12,8 +12,6 @@ from engine_dyn.status import MEANINGS
 from engine_dyn.types import Integers
 from sweeps.base.errors import counted
 
-_COUNTED = 1_000_000  # Outcomes that are counted at a time
-
 
 class Stopped(Exception):
     """A run that did not come to its end; the message says how to go on."""
@@ -96,6 +94,8 @@ class Finished:
     def count(self, status: npt.NDArray[Any]) -> None:
         """Add the outcomes of some designs."""
         codes = status.reshape(-1)
-        for begin in range(0, codes.size, _COUNTED):
+        # Outcomes that are counted at a time
+        most_counted = 1_000_000
+        for begin in range(0, codes.size, most_counted):
             # Piece by piece: counting makes an index of eight bytes out of each code.
-            self.codes += np.bincount(codes[begin : begin + _COUNTED], minlength=len(MEANINGS))
+            self.codes += np.bincount(codes[begin : begin + most_counted], minlength=len(MEANINGS))

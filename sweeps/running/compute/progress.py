@@ -11,8 +11,6 @@ from typing import Any
 FIRST, BEAT = 2.0, 1.0
 """Seconds until a bar is shown, and from one look to the next where nothing was added."""
 
-WIDTH = 79  # Characters of a bar on a terminal that does not know its width
-
 
 def progress_bar(**options: Any) -> Any:
     """Return a bar of tqdm: a widget in a notebook that has ipywidgets, otherwise text.
@@ -55,4 +53,5 @@ def _width(file: Any) -> int | None:
         columns = os.get_terminal_size((file or sys.stderr).fileno()).columns
     except (OSError, ValueError, AttributeError):
         return None
-    return None if columns else WIDTH
+    # Characters of a bar on a terminal that does not know its width
+    return None if columns else 79

@@ -37,8 +37,6 @@ from sweeps.scene.plan.variations import (
     step_unit,
 )
 
-NOISE = 1e-9  # Relative errors of results that do not vary smoothly from one design to the next
-
 
 @dataclass(frozen=True)
 class Derivative:
@@ -67,7 +65,8 @@ def derivative(
     steps : sequence of ndarray
         The steps, each `RATIO` times as large as the next.
     """
-    noise = [NOISE * np.abs(middle) / step for step in steps]
+    # Relative errors of results that do not vary smoothly from one design to the next
+    noise = [1e-9 * np.abs(middle) / step for step in steps]
     central = [(up - down) / (2.0 * h) for (down, up), h in zip(sides, steps, strict=True)]
     below = [(middle - down) / h for (down, _), h in zip(sides, steps, strict=True)]
     above = [(up - middle) / h for (_, up), h in zip(sides, steps, strict=True)]

@@ -19,7 +19,6 @@ from sweeps.scene.reduce import Kept
 if TYPE_CHECKING:
     import xarray as xr
 
-FRONT = "front"  # Dimension along which the designs of a Pareto front lie
 
 AT_ONCE = 1 << 16  # Designs that are compared at a time, at least
 
@@ -74,9 +73,9 @@ class Front:
         import xarray as xr
 
         if not dims:
-            return archive.expand_dims(FRONT)
+            return archive.expand_dims("front")
         at = np.unravel_index(self.places, [archive.sizes[d] for d in dims])
-        return archive.isel({d: xr.Variable((FRONT,), i) for d, i in zip(dims, at, strict=True)})
+        return archive.isel({d: xr.Variable(("front",), i) for d, i in zip(dims, at, strict=True)})
 
 
 Rows = dict[str, npt.NDArray[Any]]

@@ -27,11 +27,6 @@ from engine_dyn.types import Floats, Integers
 
 MOST_BINS = 64  # Bins of a histogram for people
 
-WIDE = 16.0
-"""Positive values whose largest is so many times the smallest have bins of equal ratio, about."""
-
-AT_ONCE = 1 << 20  # Values that are added at a time, about
-
 
 def _bits_of(cells: int) -> int:
     """Bits of the mantissa that bins tell apart: 0.2 % of a value, 1.6 % where cells are many."""
@@ -72,7 +67,8 @@ class Statistics:
         """
         here = np.arange(math.prod(self.shape)).reshape(self.shape)[tuple(place)].reshape(-1)
         rows = np.asarray(values, np.float64).reshape(here.size, -1)
-        step = max(1, AT_ONCE // here.size)
+        # Values that are added at a time, about
+        step = max(1, (1 << 20) // here.size)
         for begin in range(0, rows.shape[1], step):
             self._add(np.ascontiguousarray(rows[:, begin : begin + step]), here)
 
@@ -160,7 +156,9 @@ class Statistics:
             return np.empty(0), np.empty(shape, np.int64)
         ends = bin_edges(self.bins, self.bits)
         low, high = float(self.low.min()), float(self.high.max())
-        if self.bins[0] > 0 and high >= WIDE * low:
+        # Positive values whose largest is so many times the smallest have bins of equal ratio,
+        # about
+        if self.bins[0] > 0 and high >= 16.0 * low:
             shift = 0
             while (self.bins[-1] - 1 >> shift) - (self.bins[0] - 1 >> shift) >= most:
                 shift += 1

@@ -36,8 +36,6 @@ from sweeps.scene.features.feature import GivenFeature
 from sweeps.scene.model import Scene
 from sweeps.scene.toml_tables import FAILURES, Output
 
-START_ANGLE = "start_angle"
-
 SMALLEST_STEP = 0.01  # Smallest [output] angle_step [degree]
 
 
@@ -98,17 +96,6 @@ def _check_quantities(output: Output, name: str) -> None:
 MECHANISM = frozenset({"crank_ratio", "offset_ratio", "cylinders_by_count"})
 """Needs of nodes that follow the mechanism of the cylinders."""
 
-OF_PRESSURE = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
-"""Nodes that an engine does not have whose torque is given."""
-
-PLACES = {
-    RATIO: "in [indicator], the same in each [[diagram]] of an engine file, or "
-    f"{GEOMETRIC} in [set] or [values]",
-    "family": "in its file, one for each load (`engine-dyn calibrate` makes them from "
-    "[data_sheet]), or [indicator]",
-}
-"""Where things belong that a scene may not always give in [set], [axes] or [designs]."""
-
 
 def check_needs(scene: Scene, name: str) -> None:
     """Check that scene and engine give everything that the asked quantities need.
@@ -145,7 +132,8 @@ def check_needs(scene: Scene, name: str) -> None:
                     "two-stroke engine has compression_duration and expansion_duration, and "
                     "interval_duration"
                 )
-            if need in _OF_PARTS and not _parts_known(words):
+            # Nodes that only parts of an inertia give
+            if need in ("sized_flywheel_inertia", "load_side_inertia") and not _parts_known(words):
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs the separate inertias of "
                     "flywheel and load, which are not known if inertia is given as a whole; give "
@@ -158,7 +146,9 @@ def check_needs(scene: Scene, name: str) -> None:
                 continue
             seen.add(need)
             node = scene.node(need)
-            if need in OF_PRESSURE and scene.engine.torque is not None:
+            # Nodes that an engine does not have whose torque is given
+            of_pressure = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
+            if need in of_pressure and scene.engine.torque is not None:
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs the pressure in the "
                     f"cylinders, but engine {scene.engine.name} gives its torque in place of it"
@@ -220,8 +210,15 @@ def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
     file = str(scene.source.get("engine"))
     own = f", or in [values] of {Path(file).name}" if file.endswith(".toml") else ""
     by_place: dict[str, list[str]] = {}
+    # Where things belong that a scene may not always give in [set], [axes] or [designs]
+    places = {
+        RATIO: "in [indicator], the same in each [[diagram]] of an engine file, or "
+        f"{GEOMETRIC} in [set] or [values]",
+        "family": "in its file, one for each load (`engine-dyn calibrate` makes them from "
+        "[data_sheet]), or [indicator]",
+    }
     for need in sorted(missing, key=lambda need: need in PARAMETERS):  # [[diagram]] first
-        place = PLACES.get(need, f"in [set], [axes] or [designs]{own}")
+        place = places.get(need, f"in [set], [axes] or [designs]{own}")
         by_place.setdefault(place, []).append(need)
     texts = []
     for place, needs in by_place.items():
@@ -249,10 +246,10 @@ def check_start(scene: Scene, name: str) -> None:
     """
     if AT_START not in scene.quantities:
         return
-    single = UNLESS_GIVEN[START_ANGLE] if scene.start_angle is None else scene.start_angle
+    single = UNLESS_GIVEN["start_angle"] if scene.start_angle is None else scene.start_angle
     table, angles = "solver", np.array([single])
-    if scene.gives(START_ANGLE):
-        table, angles, _ = scene.given[START_ANGLE]
+    if scene.gives("start_angle"):
+        table, angles, _ = scene.given["start_angle"]
     steps = (angles - 0.5 * math.degrees(scene.engine.period)) / scene.angle_step
     off = np.abs(steps - np.rint(steps)) > 1e-9
     if off.any():
@@ -261,10 +258,6 @@ def check_start(scene: Scene, name: str) -> None:
             f"speed curve; must be one of its angles, in steps of {scene.angle_step:g} degrees "
             "([output] angle_step)"
         )
-
-
-_OF_PARTS = ("sized_flywheel_inertia", "load_side_inertia")
-"""Nodes that only parts of an inertia give."""
 
 
 def _parts_known(words: tuple[str, ...]) -> bool:

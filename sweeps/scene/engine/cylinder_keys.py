@@ -205,13 +205,6 @@ def arrangement_of(given: str | ArrangementTable, period: float) -> Arrangement:
         raise ValueError(f"arrangement: {error}") from None
 
 
-_OTHER_WORDS = {
-    "i": "in-line", "l": "in-line", "r": "in-line", "row": "in-line", "straight": "in-line",
-    "flat": "boxer", "opposed": "boxer", "h": "boxer", "star": "radial",
-}  # fmt: skip
-"""Other names of arrangements, and the words that are understood."""
-
-
 def _meant(text: str, period: float) -> str:
     """Return "; did you mean 'in-line 3'?" for a text that is nearly an arrangement."""
     parts = re.match(r"([a-z][a-z -]*+)(\d.*+)$", text.strip().lower())
@@ -220,7 +213,12 @@ def _meant(text: str, period: float) -> str:
     kind = parts[1].rstrip(" -")
     understood = ("in-line", "boxer", "radial", "parallel twin", "v", "vr", "w")
     near = difflib.get_close_matches(kind, understood, n=1, cutoff=0.6)
-    word = _OTHER_WORDS.get(kind, near[0] if near else "")
+    # Other names of arrangements, and the words that are understood
+    other_words = {
+        "i": "in-line", "l": "in-line", "r": "in-line", "row": "in-line", "straight": "in-line",
+        "flat": "boxer", "opposed": "boxer", "h": "boxer", "star": "radial",
+    }  # fmt: skip
+    word = other_words.get(kind, near[0] if near else "")
     meant = f"{word.upper()}{parts[2]}" if word in ("v", "vr", "w") else f"{word} {parts[2]}"
     try:
         arrangement_from_text(meant, period)

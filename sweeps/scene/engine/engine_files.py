@@ -77,7 +77,6 @@ RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 """Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
 """
 
-CLEARANCE = "clearance_ratio"  # Key of the [[diagram]] of compressors: clearance over swept volume
 
 TORQUE = "torque"  # Kind of a [[diagram]] that gives the engine's torque in place of pressure
 
@@ -374,8 +373,8 @@ def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
     SceneError
         For a value that is no compression ratio.
     """
-    if CLEARANCE in table:
-        clearance = number(table[CLEARANCE], f"{where} {CLEARANCE}")
+    if "clearance_ratio" in table:  # of compressors: clearance over swept volume
+        clearance = number(table["clearance_ratio"], f"{where} clearance_ratio")
         return 1.0 + 1.0 / clearance if clearance > 0.0 else None
     if RATIO not in table:
         return None

@@ -58,7 +58,6 @@ KINDS: Mapping[str, Kind] = {
 }
 """Kinds of modelled diagrams by their names in files."""
 
-STEP = 0.5  # Degrees between two points of a diagram
 
 OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed", "crankcase_pressure")
 """Fields of cycles that come from [values] where a diagram does not have them."""
@@ -124,7 +123,8 @@ def modelled_cycle(
             )
         ratio = _offset_ratio(offset, fields_given["crank_ratio"], values, where)
         fields_given["offset_ratio"] = ratio
-    step = number(rest["step"], f"{where} step") if "step" in rest else STEP
+    # Degrees between two points of a diagram
+    step = number(rest["step"], f"{where} step") if "step" in rest else 0.5
     try:
         return kind.cycle(**fields_given), step
     except ValueError as error:

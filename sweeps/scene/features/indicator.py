@@ -53,7 +53,6 @@ _OF_ONE_CYLINDER = (
 """Nodes that have the diagram of a single cylinder in them, over angle or order."""
 
 _RESULT, _LEVEL = ": imep ", ": not pegged, "
-_VALUE = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
 
 
 def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
@@ -76,8 +75,9 @@ TELLING = _all_that_need(_OF_ONE_CYLINDER)
 
 def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
     """Notes without imep and largest pressure; warnings and level without pressures."""
+    value = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
     return tuple(
-        _VALUE.sub("...", note) if note.startswith("warning: ") or _LEVEL in note else note
+        value.sub("...", note) if note.startswith("warning: ") or _LEVEL in note else note
         for note in notes
         if _RESULT not in note
     )
@@ -89,7 +89,6 @@ _LABORATORY = EntryPoint(
 """Used as it stands by a checkout that was installed before pyproject.toml had this entry point."""
 
 _OWN_KEYS = frozenset(("file", "confidential", SPEEDS))
-_OWN_HEADER = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
 
 
 class Indicator(PressureOptions):
@@ -187,7 +186,8 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
         return True
     from sweeps.base.columns.recording import SUFFIXES
 
-    own = _OWN_HEADER.search(head) is not None
+    own_header = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
+    own = own_header.search(head) is not None
     text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
     return text and own and not table.model_fields_set - _OWN_KEYS
 

@@ -36,7 +36,6 @@ WARNING = "warning: "  # Beginning of a note that says what the checks of the re
 
 NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 WHAT = "an indicator diagram (CSV)"
-_CYCLE = re.compile(r"cycle_[1-9][0-9]*_bar")
 
 
 def read_indicator(path: Path, name: str | None = None, period: float = FOUR_STROKE) -> Diagram:
@@ -78,7 +77,8 @@ def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[D
         As `read_indicator`; empty without such columns.
     """
     table = csv_of_text(text, name, WHAT, NAMES)
-    columns = [column for column in table.header if _CYCLE.fullmatch(column)]
+    cycle = re.compile(r"cycle_[1-9][0-9]*_bar")
+    columns = [column for column in table.header if cycle.fullmatch(column)]
     return tuple(_diagram(table, period, column) for column in columns)
 
 

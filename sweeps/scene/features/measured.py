@@ -28,8 +28,6 @@ from sweeps.scene.values import GivenValues
 KINDS = ("speed", "teeth", "encoder")
 MOST_FILES = 1000
 
-ERRORS = ("others", "all", "none")
-
 
 class MeasuredTable(ReadingChoices):
     """Measured speed beside the computed one."""
@@ -217,11 +215,12 @@ def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -
         return "others" if wheel is not None and files > 1 else "none"
     if wheel is None:
         raise SceneError(f"{where} tooth_errors: not allowed with kind = 'speed'")
+    choices = ("others", "all", "none")
     if isinstance(errors, str):
-        if errors not in ERRORS:
+        if errors not in choices:
             raise SceneError(
-                f"{where} tooth_errors = {shown(errors)}: must be one of {', '.join(ERRORS)}, or a "
-                "list of numbers"
+                f"{where} tooth_errors = {shown(errors)}: must be one of {', '.join(choices)}, or "
+                "a list of numbers"
             )
         if errors == "others" and files < 2:
             raise SceneError(

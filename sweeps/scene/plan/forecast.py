@@ -27,19 +27,8 @@ from sweeps.scene.plan.shaft_modes import modes_kept
 DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
-OF_SHAFTS = {
-    "modes of shafts": 1e-5,
-    "damped modes of shafts": 1e-4,
-    "responses of shafts": 1.5e-5,
-    "cycles of shafts": 4e-5,
-}
-"""Seconds that one core takes for a shaft of nine discs and 180 orders: measured on one machine
-with scenes of 16,384 designs or more, not fitted as those of `sweeps.scene.plan.rates`."""
 
 FRONT = "fronts of three"
-OF_FRONTS = {FRONT: 1e-6}
-"""Seconds for a design of a Pareto front of three numbers: from 3e-7 where few are in the front to
-2.6e-6 where all are, measured with 2^20 designs on one machine."""
 
 
 def text(plan: Plan) -> str:
@@ -148,9 +137,20 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
     """
     cores = cores or psutil.cpu_count() or 1
     plans = [part.plan for part in plan.parts] or [plan]
-    serial = {*SERIAL, *OF_FRONTS}
+    # Seconds for a design of a Pareto front of three numbers: from 3e-7 where few are in the front
+    # to 2.6e-6 where all are, measured with 2^20 designs on one machine
+    of_fronts = {FRONT: 1e-6}
+    serial = {*SERIAL, *of_fronts}
+    # Seconds that one core takes for a shaft of nine discs and 180 orders: measured on one machine
+    # with scenes of 16,384 designs or more, not fitted as those of `sweeps.scene.plan.rates`
+    of_shafts = {
+        "modes of shafts": 1e-5,
+        "damped modes of shafts": 1e-4,
+        "responses of shafts": 1.5e-5,
+        "cycles of shafts": 4e-5,
+    }
     return sum(
-        count * {**SECONDS, **OF_SHAFTS, **OF_FRONTS}[name] / (1 if name in serial else cores)
+        count * {**SECONDS, **of_shafts, **of_fronts}[name] / (1 if name in serial else cores)
         for one in plans
         for name, count in work_of(one).items()
     )

@@ -39,9 +39,6 @@ LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 """Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
 none is is refused before it runs."""
 
-RESOLVED = 90.0
-"""Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period are
-what diagrams resolve. Loads and auxiliaries that turn faster than the crank have higher ones."""
 
 FIRST_SET = MOST_CYLINDERS + 1
 """Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
@@ -62,7 +59,10 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
     of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
-    highest = max(scene.highest_order, RESOLVED, math.ceil(_highest_of_fast_shafts(scene)))
+    # Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period
+    # are what diagrams resolve. Loads and auxiliaries that turn faster than the crank have higher
+    # ones.
+    highest = max(scene.highest_order, 90.0, math.ceil(_highest_of_fast_shafts(scene)))
     every = round(highest * finest)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),

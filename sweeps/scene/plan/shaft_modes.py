@@ -16,20 +16,6 @@ from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import mean_of
 
-AT_LEAST = 6
-"""Modes that are computed where nothing is asked for, even above the range of orders."""
-
-BEYOND = 1.25
-"""Frequencies over the range of orders that still count as within it: below its resonance a mode
-responds too, and masses that vary are looked at by their mean."""
-
-SOFT = (
-    "shaft_stiffness", "damper_stiffness", "disc_ground_stiffness", "shaft_diameter",
-    "shaft_shear_modulus",
-)  # fmt: skip
-HEAVY = ("disc_inertia", "damper_inertia", "pendulum_mass", "shaft_length", "shaft_bore")
-"""Numbers of shafts of which the least, and of which the largest, lower all frequencies."""
-
 
 class ModesKept(NamedTuple):
     """Number of modes that are computed, that of the system, and why so many, as people read it."""
@@ -79,13 +65,17 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     if "speed" not in scene.known:
         return ModesKept(total, total, "")
     speed = float(np.max(scene.known["speed"].si))
-    count = _below(soft, BEYOND * scene.highest_order * speed) - free
-    if count >= total or total <= AT_LEAST:
+    # Frequencies over the range of orders that still count as within it: below its resonance a mode
+    # responds too, and masses that vary are looked at by their mean
+    count = _below(soft, 1.25 * scene.highest_order * speed) - free
+    # Modes that are computed where nothing is asked for, even above the range of orders
+    at_least = 6
+    if count >= total or total <= at_least:
         return ModesKept(total, total, "")
     why = f"all that orders up to {scene.highest_order:g} can excite at {speed / RPM:.5g} rpm"
-    if count < AT_LEAST:
-        why += f", and {AT_LEAST} at least"
-    return ModesKept(max(count, AT_LEAST), total, f"{why}; [output] modes gives others")
+    if count < at_least:
+        why += f", and {at_least} at least"
+    return ModesKept(max(count, at_least), total, f"{why}; [output] modes gives others")
 
 
 def _below(systems: list[ShaftSystem], omega: float) -> int:
@@ -107,7 +97,15 @@ def _largest(what: str, values: Any) -> Any:
 
 def _lowest(what: str, values: Any) -> Any:
     """Give the end of values that lowers frequencies, or the mean where neither end does."""
-    return np.min(values) if what in SOFT else np.max(values) if what in HEAVY else np.mean(values)
+    # Of the first the least values lower all frequencies, of the second the largest.
+    softening = (
+        "shaft_stiffness", "damper_stiffness", "disc_ground_stiffness", "shaft_diameter",
+        "shaft_shear_modulus",
+    )  # fmt: skip
+    heavy = ("disc_inertia", "damper_inertia", "pendulum_mass", "shaft_length", "shaft_bore")
+    if what in softening:
+        return np.min(values)
+    return np.max(values) if what in heavy else np.mean(values)
 
 
 def _systems(

@@ -26,9 +26,6 @@ from sweeps.scene.plan.leaves import CYCLES, leaves_of_points, points_of
 from sweeps.scene.plan.plan import Part, Plan, make_plan
 from sweeps.scene.sample import Drawing
 
-OVER_CYCLES = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
-"""Dimensions whose points follow from the cycles after which firing patterns repeat."""
-
 
 def shard(plan: Plan, number: int, count: int) -> Plan:
     """Shard `number`, from 1 on, of `count` shards of about equal size, parts of the longest axis.
@@ -115,9 +112,11 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
     whole = _with_outputs(plan, reached)
     leaves = {name: value for name, value in plan.leaves.items() if name != CYCLES}
     parts = []
+    # Dimensions whose points follow from the cycles after which firing patterns repeat
+    over_cycles = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
     for own in np.unique(cycles).tolist():
         found = points_of(plan.scene, own)
-        points = {**plan.points, **{name: found[name] for name in OVER_CYCLES}}
+        points = {**plan.points, **{name: found[name] for name in over_cycles}}
         made = replace(
             whole,
             points=points,
@@ -125,7 +124,7 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
             leaves={**leaves, **leaves_of_points(points, plan.scene.engine.period)},
         )
         rows = np.flatnonzero(cycles == own)
-        own_points = {d: np.arange(len(plan.points[d])) % len(points[d]) for d in OVER_CYCLES}
+        own_points = {d: np.arange(len(plan.points[d])) % len(points[d]) for d in over_cycles}
         own_points["order"] = np.full(len(plan.points["order"]), -1)
         there = np.searchsorted(plan.points["order"], points["order"])
         own_points["order"][there] = np.arange(len(there))

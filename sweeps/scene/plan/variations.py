@@ -177,9 +177,6 @@ STEPS = (0.02, 0.02 / RATIO, 0.02 / RATIO**2)
 """Relative steps, the largest first. Rows of the load family, where results bend, are 10 % and more
 apart: a step of 2 % sees one of them at most."""
 
-_TYPICAL = {"m": 0.01, "degree": 10.0, "N m": 10.0, "rpm": 100.0, "percent": 10.0}
-"""Sizes in the units of files, of which steps are taken where a parameter is zero or an angle; of
-other units, one."""
 
 AGREE, DIFFER, ONE_SIDE, UNKNOWN = 0, 1, 2, 3
 KINDS = ("both_sides_agree", "sides_differ", "one_side_only", "not_known")
@@ -244,7 +241,10 @@ def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
     Only there is an elasticity; elsewhere it is a typical size.
     """
     relative = (values != 0.0) & (node.unit != "degree")
-    return np.where(relative, np.abs(values), _TYPICAL.get(node.unit, 1.0)), relative
+    # Sizes in the units of files, of which steps are taken where a parameter is zero or an angle;
+    # of other units, one
+    typical = {"m": 0.01, "degree": 10.0, "N m": 10.0, "rpm": 100.0, "percent": 10.0}
+    return np.where(relative, np.abs(values), typical.get(node.unit, 1.0)), relative
 
 
 def changed_values(scene: Scene, node: Node, values: Floats) -> Iterator[tuple[Floats, Booleans]]:

@@ -329,10 +329,8 @@ def _star(panel: Axes, throws: Sequence[Throw]) -> None:
 
 Look = dict[str, Any]
 
-POWER: Look = {"facecolor": "#e8b08f", "edgecolor": "black"}
 COMPRESSION: Look = {"facecolor": "#c9d6e8", "edgecolor": "black"}
 EXCHANGE: Look = {"facecolor": "white", "edgecolor": "black"}
-MISSING: Look = {"facecolor": "white", "edgecolor": "#999999", "hatch": "////"}
 
 DRIVEN = (("expansion, suction", EXCHANGE), ("compression, delivery", COMPRESSION))
 """Strokes of a compressor from its top dead centre on."""
@@ -368,12 +366,13 @@ def strokes(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _strokes_of(view: View, one: Mapping[str, Any]) -> Sequence[tuple[str, Look]]:
     """Names of the strokes from firing dead centre on."""
+    power = {"facecolor": "#e8b08f", "edgecolor": "black"}
     if one["period"] == 720.0:
-        return (("power", POWER), ("exhaust", EXCHANGE), ("intake", EXCHANGE),
+        return (("power", power), ("exhaust", EXCHANGE), ("intake", EXCHANGE),
                 ("compression", COMPRESSION))  # fmt: skip
     if "motor_breakdown_torque" in json.loads(view.data.attrs.get("parameters", "{}")):
         return DRIVEN
-    return (("expansion, gas exchange", POWER), ("gas exchange, compression", COMPRESSION))
+    return (("expansion, gas exchange", power), ("gas exchange, compression", COMPRESSION))
 
 
 def _range(view: View, period: float) -> tuple[xr.Variable, float, float]:
@@ -391,9 +390,10 @@ def _strokes_of_cylinder(
 ) -> None:
     """Draw one cylinder's strokes; those that the ends of the axis cut are in two parts."""
     period = 180.0 * len(named)
+    missing_look = {"facecolor": "white", "edgecolor": "#999999", "hatch": "////"}
     for number, (text, look) in enumerate(named):
         if number == 0 and not fires:
-            text, look = "no firing", MISSING
+            text, look = "no firing", missing_look
         start = (firing + 180.0 * number - low) % period + low
         parts = [(start, min(start + 180.0, low + period))]
         if start + 180.0 > low + period + 1e-6:
@@ -404,9 +404,9 @@ def _strokes_of_cylinder(
         if end - begin > 0.09 * period:
             panel.text(
                 0.5 * (begin + end), row, text, ha="center", va="center", fontsize=6.5,
-                color=GREY if look is MISSING else "black",
+                color=GREY if look is missing_look else "black",
                 bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-                if look is MISSING else None,
+                if look is missing_look else None,
             )  # fmt: skip
         if number == 0 and fires and named is not DRIVEN:
             panel.plot([start], [row - 0.35], marker="v", markersize=4.5, color="#8c2d04",

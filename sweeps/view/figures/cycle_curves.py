@@ -319,19 +319,18 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
 
 # ---- torques -------------------------------------------------------------------------------------
 
-TORQUES: dict[str, tuple[str, Any, float]] = {
-    "torque": ("", "-", 1.6),
-    "gas_torque": ("#d1541b", (0, (6, 1.5)), 1.2),
-    "inertia_torque": ("#1b4f9c", (0, (4, 1.2, 1, 1.2)), 1.2),
-    FRICTION: ("#c79a1e", (0, (1.2, 1)), 1.4),
-    "load_torque": ("#2f7d55", (0, (3, 1, 1, 1, 1, 1)), 1.6),
-}
-"""Colour (that of text if empty), dashes and width of each torque, in all figures; lightness
-differs as well as hue."""
-
 
 def _torque_look(name: str) -> dict[str, Any]:
-    colour, dashes, width = TORQUES[name]
+    # Colour (that of text if empty), dashes and width of each torque, in all figures; lightness
+    # differs as well as hue
+    torques = {
+        "torque": ("", "-", 1.6),
+        "gas_torque": ("#d1541b", (0, (6, 1.5)), 1.2),
+        "inertia_torque": ("#1b4f9c", (0, (4, 1.2, 1, 1.2)), 1.2),
+        FRICTION: ("#c79a1e", (0, (1.2, 1)), 1.4),
+        "load_torque": ("#2f7d55", (0, (3, 1, 1, 1, 1, 1)), 1.6),
+    }
+    colour, dashes, width = torques[name]
     return {"color": colour or rc("text.color"), "linestyle": dashes, "linewidth": width}
 
 

@@ -161,9 +161,6 @@ def _one(dataset: xr.Dataset, name: str) -> float:
         return 0.0
 
 
-FORMATS = ("png", "svg", "pdf")
-
-
 def draw(
     dataset: xr.Dataset,
     folder: str | Path,
@@ -203,8 +200,9 @@ def draw(
         For an unknown format or kind, for options that do not fit, and for an axis or a word in
         `select` that the archive lacks, or a number outside its axis.
     """
-    if format not in FORMATS:
-        raise SceneError(f"format is {shown(format)}, allowed: {', '.join(FORMATS)}")
+    formats = ("png", "svg", "pdf")
+    if format not in formats:
+        raise SceneError(f"format is {shown(format)}, allowed: {', '.join(formats)}")
     options = options or Options()
     if select is not None:
         options = replace(options, select=select)

@@ -303,9 +303,6 @@ MAIN = ("delta",)
 UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 """A variable whose unit depends on a parameter: it is not drawn along that parameter."""
 
-WHOLE = (*COUNTED, "cylinders", "passes", "truncation")
-"""Dimensions of whole numbers: there is nothing between them that a map could show."""
-
 
 def says_something(view: View, name: str) -> bool:
     """Whether a figure of a number shows more than a line of ``engine-dyn show``.
@@ -368,7 +365,9 @@ def _study_figures(view: View, name: str) -> NamedFigures:
     axes = [dim for dim in view.axes([name]) if dim not in idle]
     numbers = [dim for dim in axes if not view.axis(dim).words]
     # Lines show more than a map over an axis of few values.
-    wide = [d for d in numbers if view.data.sizes[d] >= 5 and d not in WHOLE]
+    # Between whole numbers there is nothing that a map could show.
+    whole = (*COUNTED, "cylinders", "passes", "truncation")
+    wide = [d for d in numbers if view.data.sizes[d] >= 5 and d not in whole]
     stem = name
     if len(wide) >= 2:
         # the two longest, in the order of the archive
@@ -385,7 +384,7 @@ def _study_figures(view: View, name: str) -> NamedFigures:
         return
     pool = [dim for dim in numbers if dim != "direction"] or axes
     along = max(
-        pool, key=lambda d: (d in COUNTED, d not in (*WHOLE, "direction"), view.data.sizes[d])
+        pool, key=lambda d: (d in COUNTED, d not in (*whole, "direction"), view.data.sizes[d])
     )
     second = facet_of(view, [name], (along,))
     facet = facet_of(view, [name], (along, second)) if second else None

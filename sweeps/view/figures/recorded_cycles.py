@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-DETAIL = 4  # Most cycles whose speed is drawn over the crank angle
-
-
 TRAINS = {
     "followed": ("cycles in sequence", 0.0, "-", "o"),
     "closed": ("train repeated periodically", 0.55, (0, (5, 1.5)), "s"),
@@ -70,7 +67,9 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
     """Speed over the angle of the first cycles, counted in cycles."""
-    number, angle = view.numbers("recorded_cycle")[:DETAIL], view.numbers("crank_angle")
+    # Most cycles whose speed is drawn over the crank angle
+    detail = 4
+    number, angle = view.numbers("recorded_cycle")[:detail], view.numbers("crank_angle")
     turn = 720.0 if angle[-1] - angle[0] > 365.0 else 360.0
     part = (angle - angle[0]) / turn
     at = number[:, None] - 0.5 + part
@@ -96,7 +95,7 @@ def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
         panel.axvline(edge, color="#b8b8b8", linewidth=0.6, zorder=0.5)
     y_label(panel, "Crank speed (rpm)", 1.6)
     count = view.data.sizes["recorded_cycle"]
-    what = "All" if count <= DETAIL else f"The first {DETAIL} of {count}"
+    what = "All" if count <= detail else f"The first {detail} of {count}"
     panel.set_title(f"{what} cycles, firing dead centre of cylinder 1 at each number")
     x_label(panel, "Recorded cycle", 6.0)
 

@@ -42,9 +42,6 @@ def with_kept_note(view: View) -> View:
     return replace(view, fixed={**view.fixed, DESIGN: text}, had=view.former_dims())
 
 
-BOOKKEEPING = ("case", "start_speed", "start_angle", "passes", *SEARCHED)
-"""Columns of a list of designs that say how a design was computed and not what it is."""
-
 FOLLOWERS = {
     "crank_ratio": ("reciprocating_mass", "rod_length"),
     "rod_length": ("reciprocating_mass", "crank_ratio"),
@@ -105,11 +102,13 @@ class Study:
 
 def parameters_of(data: xr.Dataset) -> list[str]:
     """Parameters that vary over the designs."""
+    # Columns of a list of designs that say how a design was computed and not what it is
+    bookkeeping = ("case", "start_speed", "start_angle", "passes", *SEARCHED)
     return [
         str(key)
         for key, coordinate in data.coords.items()
         if coordinate.dims == ("design",)
-        and key not in ("design", *BOOKKEEPING)
+        and key not in ("design", *bookkeeping)
         and _codes(coordinate.variable).any()
     ]
 

@@ -64,9 +64,6 @@ PASSES = "result after the requested number of cycles, not a steady state"
 """Words for designs that were solved for a number of cycles, as [solver] `passes` asks."""
 
 
-RECORDED_CYCLE = "recorded_cycle"
-
-
 MOST_READ = 2_000_000
 """Most values of a quantity that are read to tell the smallest and the largest."""
 
@@ -182,16 +179,17 @@ def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None =
     quantities may be told in units that are chosen.
     """
     lines = []
+    cycle = "recorded_cycle"
     for name, data in dataset.data_vars.items():
-        if RECORDED_CYCLE not in data.dims or data.dtype.kind != "f":
+        if cycle not in data.dims or data.dtype.kind != "f":
             continue
-        others = [d for d in data.dims if d != RECORDED_CYCLE]
-        if set(others) & set(DIMENSIONS) or data.size > 12 * dataset.sizes[RECORDED_CYCLE]:
+        others = [d for d in data.dims if d != cycle]
+        if set(others) & set(DIMENSIONS) or data.size > 12 * dataset.sizes[cycle]:
             continue
         unit = str(data.attrs.get("units", "1"))
         wanted = (chosen or {}).get(str(name), unit)
         times, unit = factor(unit, wanted), wanted
-        each = np.moveaxis(times * data.values, data.dims.index(RECORDED_CYCLE), -1)
+        each = np.moveaxis(times * data.values, data.dims.index(cycle), -1)
         for place in np.ndindex(each.shape[:-1]):
             values = each[place][np.isfinite(each[place])]
             if values.size < 2:

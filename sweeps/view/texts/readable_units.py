@@ -25,8 +25,6 @@ SHOWN = {
 
 
 _WORD = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
-_UNIT = re.compile(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}")
-"""Units of words with small exponents: pint would compute 9**9**9, which takes for ever."""
 
 
 def _parsed(text: str) -> Any:
@@ -34,7 +32,8 @@ def _parsed(text: str) -> Any:
     plain = " ".join(text.split())
     for sign, word in zip("²³·%°^", ("2", "3", "*", "percent", "degree", "**"), strict=True):
         plain = plain.replace(sign, word)
-    if _UNIT.fullmatch(plain):
+    # Only words with small exponents: pint would compute 9**9**9, which takes for ever
+    if re.fullmatch(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}", plain):
         words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
         try:
             return unit_registry().Unit(words)

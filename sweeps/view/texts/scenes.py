@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from sweeps.scene.model import Scene
 
 
-FEW = 8  # Most values that are listed; of more, the ends and the number are told
-
-
 def scene_text(scene: Scene, name: str) -> str:
     """Describe a scene, read from what the user named, without computing anything."""
     lines = [f"{name}: {as_name(scene.title)}"]
@@ -131,12 +128,14 @@ def _listed(values: Any) -> str:
     texts = [f"{v:.6g}" for v in array] if array.dtype.kind in "iuf" else [str(v) for v in array]
     texts = [one_line(text, 60) for text in texts]
     distinct = list(dict.fromkeys(texts))
-    if len(distinct) <= FEW:
+    # Most values that are listed; of more, the ends and the number are told
+    few = 8
+    if len(distinct) <= few:
         return ", ".join(distinct)
     if array.dtype.kind in "iuf":
         low, high = np.nanmin(array), np.nanmax(array)
         return f"{len(distinct)} values from {low:.6g} to {high:.6g}"
-    return f"{', '.join(distinct[:FEW])} ... ({len(distinct)})"
+    return f"{', '.join(distinct[:few])} ... ({len(distinct)})"
 
 
 def engine_text(engine: Engine) -> str:

@@ -28,8 +28,6 @@ DIGITS = 4  # Significant digits of a table for reading; `export` writes all of 
 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
-WIDTH = 100  # Characters of a line where the output is no terminal
-
 
 def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
     """Write a number with some significant digits; of large ones all before the point.
@@ -98,12 +96,14 @@ def rows_text(
     lines = []
     if rows.fixed:
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
+    # Characters of a line where the output is no terminal
+    line_width = 100
     if rows.number <= 3:  # so few designs are columns of one table
-        lines.append(_upright(columns, rows, width or WIDTH))
+        lines.append(_upright(columns, rows, width or line_width))
     else:
         same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
         columns = {n: c for n, c in columns.items() if n not in same}
-        lines.append(_wide(columns, rows, width or WIDTH))
+        lines.append(_wide(columns, rows, width or line_width))
         if same:
             told = (f"{n} {c.cells[0]} {c.unit}".rstrip() for n, c in same.items())
             lines.append(f"the same in all of these rows: {', '.join(told)}")
