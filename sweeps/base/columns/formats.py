@@ -9,8 +9,6 @@ from __future__ import annotations
 import io
 import os
 import re
-import struct
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,10 +19,10 @@ from engine_dyn.types import Floats
 from sweeps.base.columns.headers import names_and_units, split_unit, start_of_numbers
 from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.columns.recorded_columns import Column, Contents, check_size
-from sweeps.base.errors import SceneError, counted, not_known, one_line, shown, size_text
+from sweeps.base.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.base.files.libraries import library, library_reading
 from sweeps.base.files.sheets import sheets
-from sweeps.base.netcdf.netcdf_files import check_chunks, opened_table
+from sweeps.base.netcdf.netcdf_files import opened_table
 
 
 def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
@@ -84,9 +82,6 @@ def _sheet_columns(rows: list[list[Any]], start: tuple[int, int], label: str) ->
     return Contents(columns, first + 1)
 
 
-MOST_INFLATED = 1 << 31  # Bytes of all variables, which are compressed in the file
-
-
 def read_mat(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
     """Columns of a .mat file: vectors, and matrices (cycles by samples or samples by cycles).
 
@@ -100,8 +95,6 @@ def read_mat(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
         )
     scipy_io = library("scipy.io", "scipy", label)
     with library_reading(label, "a .mat file of versions 4 to 7"):
-        if data[:6] == b"MATLAB":
-            _check_inflated(data, label)
         shapes = scipy_io.whosmat(io.BytesIO(data))
         total = sum(float(np.prod(shape, dtype=float)) for _, shape, _ in shapes)
         check_size(total, len(shapes), label)
@@ -111,23 +104,6 @@ def read_mat(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
     if not columns:
         raise SceneError(f"{label}: no arrays of real numbers; must have angle and pressure")
     return Contents(columns)
-
-
-def _check_inflated(data: bytes, label: str) -> None:
-    """Refuse variables that inflate to more than may be read, before they are."""
-    order = "<" if data[126:128] == b"IM" else ">"
-    place, total = 128, 0
-    while place + 8 <= len(data):
-        kind, size = struct.unpack_from(f"{order}II", data, place)
-        if kind == 15:  # miCOMPRESSED of the MAT-file format, version 5
-            stream = zlib.decompressobj()
-            rest = data[place + 8 : place + 8 + size]
-            while rest and not stream.eof:
-                total += len(stream.decompress(rest, 1 << 24))
-                rest = stream.unconsumed_tail
-                if total > MOST_INFLATED:
-                    raise SceneError(f"{label}: more than {size_text(MOST_INFLATED)} when inflated")
-        place += 8 + size
 
 
 def _matlab_columns(name: str, value: Any, depth: int) -> Iterator[Column]:
@@ -214,7 +190,6 @@ def read_netcdf(path: Path, data: bytes, label: str, choices: ReadingChoices) ->
         check_size(total, len(variables), label)
         columns = []
         for name, variable in variables.items():
-            check_chunks(variable, variable.dtype.itemsize, label)
             values = np.ma.filled(np.ma.asarray(variable[...], np.float64), np.nan)
             unit = one_line(getattr(variable, "units", ""), 60)
             columns.append(Column(one_line(name, 200), unit, values))
