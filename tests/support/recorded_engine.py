@@ -4,6 +4,7 @@ One cylinder of 100 x 120 mm. Its closed part follows from the first law with Wi
 heat loss and a ratio of specific heats that falls with the temperature, integrated by scipy.
 """
 
+import functools
 import math
 from typing import Any
 
@@ -52,6 +53,17 @@ def pressure(
     heats falls from `gamma` by `fall` for each time that p V, and so the temperature, rises by its
     first value.
     """
+    grid, closed = _closed(heat, gamma, fall, loss, inlet)
+    angle = np.asarray(angle, dtype=float)
+    found = np.interp(angle, grid, closed)
+    exhaust = 1.05 * inlet + (closed[-1] - 1.05 * inlet) * np.exp(-(angle - OPENS) / (8.0 * DEGREE))
+    found = np.where(angle > OPENS, exhaust, found)
+    return np.where(angle < CLOSES, inlet, found)
+
+
+@functools.cache
+def _closed(heat: float, gamma: float, fall: float, loss: float, inlet: float) -> tuple[Any, Any]:
+    """Angles of the closed part and the pressures there; integrated once for the same numbers."""
     grid = np.linspace(CLOSES, OPENS, 2701)
 
     def change(phi: float, p: Any) -> Any:
@@ -66,12 +78,7 @@ def pressure(
     solution = solve_ivp(
         change, (CLOSES, OPENS), [inlet], t_eval=grid, rtol=1e-9, atol=1.0, max_step=0.5 * DEGREE
     )
-    closed = solution.y[0]
-    angle = np.asarray(angle, dtype=float)
-    found = np.interp(angle, grid, closed)
-    exhaust = 1.05 * inlet + (closed[-1] - 1.05 * inlet) * np.exp(-(angle - OPENS) / (8.0 * DEGREE))
-    found = np.where(angle > OPENS, exhaust, found)
-    return np.where(angle < CLOSES, inlet, found)
+    return grid, solution.y[0]
 
 
 def cycles(
