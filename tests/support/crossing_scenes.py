@@ -181,6 +181,9 @@ FRAGMENTS: dict[str, list[Fragment]] = {
         {"mounts": [{"lateral": -0.3}, {"lateral": 0.3}]},
         {"mounts": [{"lateral": x, "position": z, "stiffness": 1.0}
                     for x in (-0.25, 0.25) for z in (-0.2, 0.6)]}],
+    "idler gears": [
+        {"idler_gears": [{"inertia": 0.01, "ratio": -2.0, "friction_torque": 0.5}]},
+        {"idler_gears": [{"inertia": 0.02, "ratio": 0.5}, {"inertia": 0.001, "ratio": 3.0}]}],
     "grid": [{"set": {"synchronising_power": 60e3}},
              {"set": {"synchronising_torque": 3e3, "damping_torque": 20.0}}],
     "shaft": [{"shaft": shaft()}, {"shaft": shaft(6e5, loss_factor=0.02)}],
@@ -222,6 +225,7 @@ NEUTRAL: dict[str, Fragment] = {
     "counterweights on webs": {"counterweights": [
         {"mass": 0.0, "radius": 0.05, "angle": 175.0, "position": 0.0}]},
     "balance shaft": {"set": {"balance_shaft_mass": 0.0, "balance_shaft_radius": 0.02}},
+    "idler gears": {"idler_gears": [{"inertia": 0.0, "ratio": 1.0}]},
     "method newton": {"solver": {"method": "auto"}},
 }  # fmt: skip
 """Features with numbers at which they must not matter."""
