@@ -13,8 +13,8 @@ import sweeps
 from engine_dyn.geometry.slider_crank import position
 from sweeps.lab.speed.usual_engines import KINDS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from tests.support.commands import refused
-from tests.support.scenes import computed, refusal_of
+from tests.support.commands import invoke, refused
+from tests.support.scenes import computed, refusal_of, toml
 
 RPM = math.pi / 30.0
 GASOLINE = 0.97 * 44.0e6
@@ -152,6 +152,15 @@ def test_known_numbers_are_found_again(kind: str, tmp_path: Path) -> None:
     for key in ("combustion_start", "heat", "intake_pressure"):
         assert table[key] == pytest.approx(first.table[key], rel=1e-3)
     assert set(second.fitted) >= {"combustion_start", "wall_factor", "heat"}
+
+
+def test_a_load_in_closed_form_is_no_file_beside_the_sheet(tmp_path: Path) -> None:
+    load = {"mean": 5.0, "harmonics": [{"order": 2.0, "sine": 1.0}]}
+    path = sheet(tmp_path, f"\n[load_table]\nmean = 5.0\nharmonics = {toml(load['harmonics'])}\n")
+    (tmp_path / "elsewhere").mkdir()
+    output = tmp_path / "elsewhere" / "fitted.toml"
+    invoke("calibrate", path, "--power", "60", "--speed", "5000", "-o", output)
+    assert tomllib.loads(output.read_text("utf-8"))["load_table"] == load
 
 
 def test_every_number_says_where_it_comes_from(tmp_path: Path) -> None:
