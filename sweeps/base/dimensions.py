@@ -34,6 +34,13 @@ FIRING_PATTERN = "firing_pattern"
 COUNTED = ("throw", "bay", "piston", "main_bearing", "mount", "cylinder")
 """Dimensions whose points are parts of an engine, between which there is nothing."""
 
+POLAR = {
+    ("tangential", "radial"): "in axes that turn with the crank",
+    ("x", "y"): "in axes of the engine",
+    ("side", "down"): "in axes of the engine",
+}
+"""Endings of two variables that are the components of one load: to the right, and up."""
+
 METHOD, INERTIA_MODEL = "method", "inertia_model"
 """Dimensions of [solver] method and inertia_model where they are lists: axes of words."""
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.types import Floats
+from sweeps.base.dimensions import POLAR
 from sweeps.view.figures.angle_lines import over_angle, trace
 from sweeps.view.figures.marks import line_style
 from sweeps.view.figures.sheet import WIDTH, Entries, NamedFigures, columns_for, multiples, rc
@@ -23,12 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-POLAR = {
-    ("tangential", "radial"): "in axes that turn with the crank",
-    ("x", "y"): "in axes of the engine",
-    ("side", "down"): "in axes of the engine",
-}
-"""Endings of two variables that are the components of one load: to the right, and up."""
 MARKED = 30.0  # Degrees between the marks of a polar diagram
 
 

@@ -38,7 +38,7 @@ LONGEST_WORD = 120  # Most characters of a name in the page
 
 @dataclass
 class Embedded:
-    """Axes, columns and quantities that a page draws from, as `drawing.js` reads them."""
+    """Axes, columns and quantities that a page draws from, as `program.js` reads them."""
 
     axes: dict[str, dict[str, Any]] = field(default_factory=dict)
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -265,6 +265,7 @@ def _axis(
 ) -> dict[str, Any]:  # fmt: skip
     own = [key for key, (of, _) in columns.items() if of == dim and key != dim]
     names = [key for key in (dim, *own) if key in columns and is_words(columns[key][1])]
+    part = dim == "misfire" or (dim in DIMENSIONS and DIMENSIONS[dim].whole)
     return {
         "size": archive.sizes[dim],
         "count": len(places),
@@ -273,6 +274,8 @@ def _axis(
         "named_by": names[0] if names else None,
         "of_curves": dim in ("crank_angle", "order"),
         "of_designs": dim not in DIMENSIONS,
+        # Between designs of a list, words, parts, modes and orders there is nothing.
+        "joined": not (part or names or dim == "order" or is_list(archive, dim)),
     }
 
 

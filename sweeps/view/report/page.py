@@ -13,9 +13,10 @@ from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.base.files.libraries import library
 from sweeps.decide.explore.attributes import of_designs
 from sweeps.running.archive.netcdf import replaced
+from sweeps.view.report.charts import Specification, charts
 from sweeps.view.report.embedding import Embedded, choices_of, embedded
 from sweeps.view.report.html import listed, paragraph, text
-from sweeps.view.report.key_figures import key_figures, paths, starting_places
+from sweeps.view.report.key_figures import key_figures, starting_places, views
 from sweeps.view.report.sections import SECTIONS
 
 if TYPE_CHECKING:
@@ -114,11 +115,12 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     template = Template(_resource("page.html"))
     while True:
         content = embedded(archive, choices, room)
-        data = {**content.json(), "figures": key_figures(content), "paths": paths(content),
-                "start": starting_places(content)}  # fmt: skip
+        figures, explored = key_figures(content), views(content)
+        data = {**content.json(), "figures": figures, "views": explored,
+                "start": starting_places(content), **charts(figures, explored)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
-            before=parts["before"], after=parts["after"], figures=_figures(data),
+            before=parts["before"], after=parts["after"], figures=_figures(figures),
             left=_left(content), contents=_contents(),
         )  # fmt: skip
         over = len(written.encode(errors="replace")) - limit
@@ -139,8 +141,8 @@ def _contents() -> str:
     return "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in entries)
 
 
-def _figures(data: Mapping[str, Any]) -> str:
-    if data["figures"]:
+def _figures(figures: list[Specification]) -> str:
+    if figures:
         return ""
     return paragraph("No quantity varies, so there is nothing to draw.")
 
@@ -166,8 +168,8 @@ def _json(data: Mapping[str, Any]) -> str:
 def _code() -> str:
     """BokehJS, and our own program."""
     resources = library("bokeh.resources", "bokeh", "report", extra="report")
-    inline = resources.Resources(mode="inline", components=["bokeh", "bokeh-api"])
-    scripts = [*inline.js_raw, _resource("drawing.js"), _resource("explorer.js")]
+    inline = resources.Resources(mode="inline", components=["bokeh"])
+    scripts = [*inline.js_raw, _resource("program.js")]
     return "".join(f"<script>\n{script}\n</script>\n" for script in scripts)
 
 

@@ -1,0 +1,130 @@
+"""Figures of reports and of the explorer in notebooks, in Bokeh.
+
+Each is made empty. A notebook fills their sources with what it reads of an archive; a page holds
+them as JSON of `bokeh.embed`, and `program.js` fills them with what its numbers say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sweeps.base.files.libraries import library
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
+
+CELLS = ("x", "y", "left", "right", "bottom", "top", "value", "told")
+"""Columns of a map."""
+
+MISSING = "#c8c8c8"
+"""Colour of cells without a value."""
+
+
+NAMED = {"lines": ("x", "y", "legend", "hover"), "map": ("x", "y", "hover")}
+"""Parts of figures that have names, by which the program of a page finds them."""
+
+Specification = dict[str, Any]
+
+
+def charts(figures: Sequence[Specification], views: Sequence[Specification]) -> dict[str, Any]:
+    """Return figures of each kind that a page needs, as JSON of Bokeh, and their colours."""
+    from bokeh.embed import json_item
+    from bokeh.palettes import Viridis256
+
+    made = {
+        kind: cells() if kind == "map" else lines(stems=kind == "stems")
+        for kind in {one["kind"] for one in (*figures, *views)}
+    }
+    return {
+        "charts": {kind: json_item(figure) for kind, figure in made.items()},
+        "named": {kind: NAMED.get(kind, NAMED["lines"]) for kind in made},
+        "colours": Viridis256, "series": COLOURS, "missing": MISSING,
+    }  # fmt: skip
+
+
+def models(extra: str) -> Any:
+    """Return Bokeh's models; without Bokeh, an error says which extra installs it."""
+    return library("bokeh.models", "bokeh", extra, extra=extra)
+
+
+def _figure(height: int, **options: Any) -> Any:
+    from bokeh.plotting import figure
+
+    options = {"sizing_mode": "stretch_width"} | options
+    made = figure(height=height, tools="pan,box_zoom,wheel_zoom,reset,save", active_scroll=None,
+                  active_drag="box_zoom", toolbar_location="above", min_border_right=12,
+                  outline_line_color="#bbb", **options)  # fmt: skip
+    made.toolbar.logo = None
+    for side, axis, grid in (
+        ("x", made.xaxis[0], made.xgrid[0]),
+        ("y", made.yaxis[0], made.ygrid[0]),
+    ):
+        axis.name, axis.axis_label_text_font_style, axis.axis_label_text_color = (
+            side,
+            "normal",
+            "#333",
+        )
+        grid.grid_line_color = "#e5e5e5"
+    return made
+
+
+def lines(count: int = 1, *, stems: bool = False, height: int = 330, **options: Any) -> Any:
+    """Return a figure of some series; each has a source (x, y), a line or stems, and points.
+
+    They are its renderers, by turns. The legend, below, hides them.
+    """
+    from bokeh import models as bokeh
+
+    made = _figure(height, **options)
+    for place in range(count):
+        colour = COLOURS[place % len(COLOURS)]
+        source = bokeh.ColumnDataSource({"x": [], "y": []})
+        line = (
+            bokeh.Segment(x0="x", y0={"value": 0.0}, x1="x", y1="y", line_color=colour, line_width=2)
+            if stems else bokeh.Line(x="x", y="y", line_color=colour, line_width=2)
+        )  # fmt: skip
+        made.add_glyph(source, line)
+        made.add_glyph(
+            source,
+            bokeh.Scatter(
+                x="x", y="y", size=7, line_color=colour, fill_color=colour, fill_alpha=0.85
+            ),
+        )
+    made.add_layout(
+        bokeh.Legend(name="legend", click_policy="hide", border_line_color=None, orientation="horizontal",
+                     label_text_font_size="12px", margin=2, padding=2, spacing=8, location="top_left"),
+        "below",
+    )  # fmt: skip
+    made.add_tools(bokeh.HoverTool(name="hover", visible=False))
+    return made
+
+
+def cells(*, height: int = 380, **options: Any) -> Any:
+    """Return a map: cells (left, right, bottom, top), points (x, y) and a mark, with their colours.
+
+    The numbers are the column `value` of the first source, which cells and points share.
+    """
+    from bokeh import models as bokeh
+
+    made = _figure(height, **options)
+    source, mark = (
+        bokeh.ColumnDataSource({name: [] for name in names}) for names in (CELLS, ("x", "y"))
+    )
+    mapper = bokeh.LinearColorMapper("Viridis256", nan_color=MISSING)
+    fill = {"field": "value", "transform": mapper}
+    made.add_glyph(
+        source,
+        bokeh.Quad(left="left", right="right", bottom="bottom", top="top",
+                   fill_color=fill, line_color=fill),
+    )  # fmt: skip
+    made.add_glyph(source, bokeh.Scatter(x="x", y="y", size=6, fill_color=fill, line_color=fill))
+    for colour, size, width in (("white", 16, 5), ("black", 14, 2)):
+        made.add_glyph(
+            mark,
+            bokeh.Scatter(
+                x="x", y="y", marker="cross", size=size, line_color=colour, line_width=width
+            ),
+        )
+    made.add_layout(bokeh.ColorBar(name="bar", color_mapper=mapper, width=14, padding=4), "right")
+    made.add_tools(bokeh.HoverTool(name="hover", visible=False, renderers=made.renderers[:2]))
+    return made
