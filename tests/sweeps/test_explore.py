@@ -30,9 +30,9 @@ def axis(layout: Any, label: str) -> Any:
 
 
 def drawn(layout: Any, name: str) -> list[dict[str, Any]]:
-    """Data of each line or cell of a figure."""
+    """Data of each line of a figure, or of the cells and the mark of a map."""
     found = part(layout, name).select(panel.pane.Bokeh)[0].object
-    return [r.data_source.data for r in found.renderers]
+    return [r.data_source.data for r in found.renderers[::2]]
 
 
 def test_curves_follow_the_sliders(archive: xr.Dataset) -> None:
@@ -41,13 +41,13 @@ def test_curves_follow_the_sliders(archive: xr.Dataset) -> None:
     assert list(inertia.options) == ["0.05", "2", "3", "5"]
     for i, j in ((0, 1), (2, 3), (1, 2)):
         load.value, inertia.value = i, j
-        torque, gas = drawn(layout, "crank_angle")
+        torque, gas = drawn(layout, "Curves of this design")
         at = {"load": i, "inertia": j}
         assert_allclose(torque["y"], _of(archive.torque, at))
         assert_allclose(gas["y"], _of(archive.gas_torque, at))
         assert_allclose(torque["x"], archive.crank_angle)
-        (line,) = drawn(layout, "line")
-        assert_allclose(line["y"], archive.delta.isel(load=i))
+        lines = drawn(layout, "Numbers over an axis")
+        assert_allclose([line["y"] for line in lines], archive.delta)
         table = part(layout, "numbers").select(panel.pane.DataFrame)[0].object
         told = dict(zip(table["quantity"], table["value"], strict=True))
         assert float(told["delta"]) == pytest.approx(float(archive.delta[i, j]), rel=1e-3)
@@ -64,27 +64,27 @@ def _of(data: xr.DataArray, at: dict[str, int]) -> xr.DataArray:
 def test_selectors_draw_other_quantities_in_readable_units(archive: xr.Dataset) -> None:
     layout = explore(archive, units="brake_power=hp")
     axis(layout, "load [%]").value = axis(layout, "inertia [kg m²]").value = 0
-    choices = part(layout, "line").select(panel.widgets.Select)
-    choices[0].value = "omega_max"
-    (line,) = drawn(layout, "line")
+    choices = part(layout, "Numbers over an axis").select(panel.widgets.Select)
+    choices[0].value, choices[2].value = "omega_max", "no other axis"
+    (line,) = drawn(layout, "Numbers over an axis")
     assert_allclose(line["y"], archive.omega_max.isel(load=0) * 30.0 / np.pi)
     choices[2].value = "load"
-    lines = drawn(layout, "line")
+    lines = drawn(layout, "Numbers over an axis")
     for place, line in enumerate(lines):
         wanted = archive.omega_max.isel(load=place) * 30.0 / np.pi
         assert_allclose(line["y"], wanted)
     assert len(lines) == 3
     choices[2].value = "no other axis"
     choices[1].value = "load"
-    (line,) = drawn(layout, "line")
+    (line,) = drawn(layout, "Numbers over an axis")
     assert_allclose(line["x"], archive["load"])
-    group = part(layout, "crank_angle").select(panel.widgets.Select)[0]
-    group.value = "rpm"
-    (speed,) = drawn(layout, "crank_angle")
+    group = part(layout, "Curves of this design").select(panel.widgets.Select)[0]
+    group.value = "omega in rpm"
+    (speed,) = drawn(layout, "Curves of this design")
     assert_allclose(speed["y"], archive.omega.isel(load=0, inertia=0) * 30.0 / np.pi)
-    (cells,) = drawn(layout, "map")
+    cells, _ = drawn(layout, "Map over two axes")
     at = {"inertia": cells["x"][5], "load": cells["y"][5]}
     assert cells["value"][5] == archive.delta.sel(at)
-    part(layout, "map").select(panel.widgets.Select)[1].value = "load"
-    found = part(layout, "map").select(panel.pane.Bokeh)[0].object
+    part(layout, "Map over two axes").select(panel.widgets.Select)[1].value = "load"
+    found = part(layout, "Map over two axes").select(panel.pane.Bokeh)[0].object
     assert "Choose two different axes" in found.text

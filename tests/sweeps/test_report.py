@@ -89,7 +89,10 @@ def test_a_report_has_every_section_and_number_and_asks_for_nothing(
     assert_array_equal(numbers_of(quantities["status"]), archive.status)
     inertia = np.frombuffer(base64.b64decode(found["columns"]["inertia"]["values"]), "<f8")
     assert_array_equal(inertia, archive.inertia)
-    assert {f["kind"] for f in found["figures"]} == {"numbers", "map", "curves"}
+    drawn = {(f["kind"], f["x"]) for f in found["figures"]}
+    assert drawn == {("lines", "inertia"), ("map", "inertia"), ("lines", "crank_angle"),
+                     ("lines", "load")}  # fmt: skip
+    assert set(found["charts"]) == {"lines", "map"}  # Bokeh's figures, for all of these
     lost = int((archive.status == 1).sum())
     assert 0 < lost < archive.status.size
     told = section(written, "outcomes")

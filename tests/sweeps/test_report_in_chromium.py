@@ -30,6 +30,13 @@ def opened(chromium: Browser, archive: xr.Dataset, folder: Path, **options: Any)
     assert chromium.requests() == []
 
 
+ALL_ELEMENTS = (
+    "const all = (node) => [...node.querySelectorAll('*')]"
+    ".flatMap(e => [e, ...(e.shadowRoot ? all(e.shadowRoot) : [])]);"
+)
+"""JavaScript that gives the elements below one, with those in the shadow roots of Bokeh."""
+
+
 def moved(chromium: Browser, place: int, value: int) -> None:
     """Move the slider in a place, or choose there."""
     chromium.run(
@@ -71,7 +78,14 @@ def test_legends_hide_lines_and_selectors_draw_anew(chromium: Browser, tmp_path:
     opened(chromium, sweeps.run(SCENE), tmp_path)
     where = card("Curves of this design")
     before = chromium.picture(where)
-    chromium.run("document.querySelector(arguments[0] + ' .legend button').click()", where)
+    names = chromium.run(
+        ALL_ELEMENTS + "const items = all(document.querySelector(arguments[0]))"
+        ".filter(e => e.classList.contains('bk-item'));"
+        "items[0].dispatchEvent(new PointerEvent('pointerdown', {bubbles: true}));"
+        "return items.map(e => e.textContent)",
+        where,
+    )
+    assert names == ["torque", "gas_torque"]
     assert chromium.picture(where) != before
     titles = chromium.run(
         "return [...document.querySelectorAll('#explorer .card')].map(c => c.dataset.title)"
@@ -159,11 +173,8 @@ def test_pointing_at_a_cell_tells_the_values_of_all_axes(chromium: Browser, tmp_
     ActionChains(chromium.driver).move_to_element_with_offset(place, 20, 20).perform()
     chromium.settled()
     told = chromium.run(
-        "const found = [];"
-        "(function walk(node) { for (const e of node.querySelectorAll('*')) {"
-        "  if (e.classList.contains('bk-tooltip-row-value')) found.push(e.textContent);"
-        "  if (e.classList.contains('bk-tooltip-row-label')) found.push(e.textContent);"
-        "  if (e.shadowRoot) walk(e.shadowRoot); } })(document);"
-        "return found.join('')"
+        ALL_ELEMENTS + "const kinds = ['bk-tooltip-row-value', 'bk-tooltip-row-label'];"
+        "return all(document).filter(e => kinds.some(k => e.classList.contains(k)))"
+        ".map(e => e.textContent).join('')"
     )
     assert "delta" in told and "inertia" in told and "load" in told and "%" in told

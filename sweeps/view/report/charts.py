@@ -42,9 +42,9 @@ def charts(figures: Sequence[Specification], views: Sequence[Specification]) -> 
     }  # fmt: skip
 
 
-def models(extra: str) -> Any:
-    """Return Bokeh's models; without Bokeh, an error says which extra installs it."""
-    return library("bokeh.models", "bokeh", extra, extra=extra)
+def models() -> Any:
+    """Return Bokeh's models; without Bokeh, an error says how to install it."""
+    return library("bokeh.models", "bokeh", "report", extra="report")
 
 
 def _figure(height: int, **options: Any) -> Any:
@@ -73,58 +73,46 @@ def lines(count: int = 1, *, stems: bool = False, height: int = 330, **options: 
 
     They are its renderers, by turns. The legend, below, hides them.
     """
-    from bokeh import models as bokeh
-
+    bokeh = models()
     made = _figure(height, **options)
     for place in range(count):
-        colour = COLOURS[place % len(COLOURS)]
         source = bokeh.ColumnDataSource({"x": [], "y": []})
-        line = (
-            bokeh.Segment(x0="x", y0={"value": 0.0}, x1="x", y1="y", line_color=colour, line_width=2)
-            if stems else bokeh.Line(x="x", y="y", line_color=colour, line_width=2)
-        )  # fmt: skip
-        made.add_glyph(source, line)
+        colour = COLOURS[place % len(COLOURS)]
+        line = {"line_color": colour, "line_width": 2}
+        if stems:
+            made.add_glyph(source, bokeh.Segment(x0="x", y0={"value": 0.0}, x1="x", y1="y", **line))
+        else:
+            made.add_glyph(source, bokeh.Line(x="x", y="y", **line))
         made.add_glyph(
-            source,
-            bokeh.Scatter(
-                x="x", y="y", size=7, line_color=colour, fill_color=colour, fill_alpha=0.85
-            ),
+            source, bokeh.Scatter(x="x", y="y", size=7, line_color=colour, fill_color=colour)
         )
-    made.add_layout(
-        bokeh.Legend(name="legend", click_policy="hide", border_line_color=None, orientation="horizontal",
-                     label_text_font_size="12px", margin=2, padding=2, spacing=8, location="top_left"),
-        "below",
+    legend = bokeh.Legend(
+        name="legend", click_policy="hide", border_line_color=None, orientation="horizontal",
+        label_text_font_size="12px", margin=2, padding=2, spacing=8, location="top_left",
     )  # fmt: skip
+    made.add_layout(legend, "below")
     made.add_tools(bokeh.HoverTool(name="hover", visible=False))
     return made
 
 
-def cells(*, height: int = 380, **options: Any) -> Any:
+def cells(*, log: bool = False, height: int = 380, **options: Any) -> Any:
     """Return a map: cells (left, right, bottom, top), points (x, y) and a mark, with their colours.
 
     The numbers are the column `value` of the first source, which cells and points share.
     """
-    from bokeh import models as bokeh
-
+    bokeh = models()
     made = _figure(height, **options)
-    source, mark = (
-        bokeh.ColumnDataSource({name: [] for name in names}) for names in (CELLS, ("x", "y"))
-    )
-    mapper = bokeh.LinearColorMapper("Viridis256", nan_color=MISSING)
-    fill = {"field": "value", "transform": mapper}
-    made.add_glyph(
-        source,
-        bokeh.Quad(left="left", right="right", bottom="bottom", top="top",
-                   fill_color=fill, line_color=fill),
-    )  # fmt: skip
-    made.add_glyph(source, bokeh.Scatter(x="x", y="y", size=6, fill_color=fill, line_color=fill))
+    source = bokeh.ColumnDataSource({name: [] for name in CELLS})
+    mark = bokeh.ColumnDataSource({"x": [], "y": []})
+    scale = bokeh.LogColorMapper if log else bokeh.LinearColorMapper
+    mapper = scale("Viridis256", nan_color=MISSING)
+    of = {name: {"field": "value", "transform": mapper} for name in ("fill_color", "line_color")}
+    sides = {name: name for name in ("left", "right", "bottom", "top")}
+    made.add_glyph(source, bokeh.Quad(**sides, **of))
+    made.add_glyph(source, bokeh.Scatter(x="x", y="y", size=6, **of))
     for colour, size, width in (("white", 16, 5), ("black", 14, 2)):
-        made.add_glyph(
-            mark,
-            bokeh.Scatter(
-                x="x", y="y", marker="cross", size=size, line_color=colour, line_width=width
-            ),
-        )
+        cross = {"marker": "cross", "size": size, "line_color": colour, "line_width": width}
+        made.add_glyph(mark, bokeh.Scatter(x="x", y="y", **cross))
     made.add_layout(bokeh.ColorBar(name="bar", color_mapper=mapper, width=14, padding=4), "right")
     made.add_tools(bokeh.HoverTool(name="hover", visible=False, renderers=made.renderers[:2]))
     return made

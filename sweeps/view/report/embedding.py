@@ -104,7 +104,7 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     for dim, picked in of_curves.items():
         places.setdefault(dim, picked)
     for dim, picked in places.items():
-        page.axes[dim] = _axis(archive, dim, picked, columns)
+        page.axes[dim] = _axis(archive, dim, len(picked), columns)
         if len(picked) < archive.sizes[dim]:
             page.left_out.append(_thinned_text(archive, dim, picked))
     for key, (dim, variable) in columns.items():
@@ -124,6 +124,24 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
         )
     page.flat = _flat(page, spans)
     page.left_out += _coarser_text(archive, of_curves, places)
+    return page
+
+
+def described(archive: xr.Dataset, choices: Mapping[str, str]) -> Embedded:
+    """Return axes, columns and quantities of a whole archive, without their numbers."""
+    page = Embedded()
+    names = [str(n) for n, v in archive.data_vars.items() if v.dtype.kind in "fiu" and v.size > 0]
+    columns = columns_along(archive, names)
+    for dim in dict.fromkeys(dim for dim, _ in columns.values()):
+        page.axes[dim] = _axis(archive, dim, archive.sizes[dim], columns)
+    for key, (_, variable) in columns.items():
+        kind = "words" if is_words(variable) else "values"
+        page.columns[key] = {**_about(variable, key, choices.get(key)), kind: None}
+    for name in names:
+        variable = archive[name].variable
+        page.quantities[name] = _about(variable, name, choices.get(name))
+        if "direction" in variable.dims and archive.sizes["direction"] > 1:
+            page.planes.add(name)
     return page
 
 
@@ -260,7 +278,7 @@ def _places_of_curves(
 
 
 def _axis(
-    archive: xr.Dataset, dim: str, places: Places,
+    archive: xr.Dataset, dim: str, count: int,
     columns: Mapping[str, tuple[str, xr.Variable]],
 ) -> dict[str, Any]:  # fmt: skip
     own = [key for key, (of, _) in columns.items() if of == dim and key != dim]
@@ -268,7 +286,7 @@ def _axis(
     part = dim == "misfire" or (dim in DIMENSIONS and DIMENSIONS[dim].whole)
     return {
         "size": archive.sizes[dim],
-        "count": len(places),
+        "count": count,
         "list": is_list(archive, dim),
         "columns": own,
         "named_by": names[0] if names else None,
@@ -279,13 +297,22 @@ def _axis(
     }
 
 
+def _about(variable: xr.Variable, name: str, choice: str | None) -> dict[str, Any]:
+    """What a page says of a column or of a quantity, without its numbers."""
+    dims = [str(d) for d in variable.dims]
+    about = {"dim": dims[0] if dims else "", "dims": dims, "title": text_of(variable, name)}
+    if is_words(variable) or name == "status":
+        return {**about, "unit": ""}
+    unit = converted(str(variable.attrs.get("units", "1")), choice)[1]
+    return {**about, "unit": one_line(unit, 40)}
+
+
 def _column(variable: xr.Variable, key: str, places: Places, choice: str | None) -> dict[str, Any]:
-    about = {"dim": str(variable.dims[0]), "title": text_of(variable, key), "unit": ""}
-    read = variable[_index(places)].values
+    about, read = _about(variable, key, choice), variable[_index(places)].values
     if is_words(variable):
         return {**about, "words": [one_line(text, LONGEST_WORD) for text in read]}
-    factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
-    return {**about, "unit": one_line(unit, 40), "values": _base64(read * factor, "<f8")}
+    factor, _ = converted(str(variable.attrs.get("units", "1")), choice)
+    return {**about, "values": _base64(read * factor, "<f8")}
 
 
 def _span(values: npt.NDArray[Any]) -> tuple[float, float]:
@@ -321,21 +348,18 @@ def _quantity(
     variable: xr.Variable, read: npt.NDArray[Any], name: str, places: Mapping[str, Places],
     of_axes: Mapping[str, Places], choice: str | None,
 ) -> dict[str, Any]:  # fmt: skip
-    about: dict[str, Any] = {
-        "title": text_of(variable, name),
-        "dims": [str(d) for d in variable.dims],
+    about = {
+        **_about(variable, name, choice),
         "shape": list(read.shape),
         "at": {
             d: _base64(np.searchsorted(of_axes[d], picked), "<i4")
             for d, picked in places.items()
             if len(picked) < len(of_axes[d])
         },
-        "unit": "",
     }
     if name == "status":
         return {**about, "type": "u1", "data": _base64(read, "u1")}
-    factor, unit = converted(str(variable.attrs.get("units", "1")), choice)
-    about["unit"] = one_line(unit, 40)
+    factor, _ = converted(str(variable.attrs.get("units", "1")), choice)
     return {**about, "type": "f4", "data": _base64(read * factor, "<f4")}
 
 

@@ -7,6 +7,7 @@ be larger than memory.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,11 +15,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.libraries import library
-from sweeps.view.report.embedding import choices_of, columns_along, is_list, is_words, text_of
+from sweeps.view.report import charts
+from sweeps.view.report.charts import COLOURS, Specification
+from sweeps.view.report.embedding import (
+    choices_of,
+    columns_along,
+    described,
+    is_list,
+    is_words,
+    text_of,
+)
+from sweeps.view.report.key_figures import views
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.tables import number_text
 
@@ -36,7 +46,7 @@ MOST_OPTIONS = 1000
 MOST_POINTS = 5000  # Most points of a line
 
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
+MOST_CELLS = 200  # Along a side of a map
 
 
 def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> Any:
@@ -79,17 +89,15 @@ class _Explorer:
 
     def __init__(self, archive: xr.Dataset, units: str | None, panel: Any) -> None:
         self.archive, self.panel = archive, panel
-        self.names = [
-            str(n) for n, v in archive.data_vars.items()
-            if v.dtype.kind in "fiu" and v.size and n != "status"
-        ]  # fmt: skip
+        self.choices = choices_of(archive, units)
+        self.page = described(archive, self.choices)
+        self.names = [name for name in self.page.quantities if name != "status"]
         if not self.names:
             raise SceneError("explore: the archive has no numbers")
         self.columns = columns_along(archive, self.names)
-        self.choices = choices_of(archive, units)
         self.axes = {
-            d: self._slider(d) for d in dict.fromkeys(dim for dim, _ in self.columns.values())
-            if d not in OF_CURVES and archive.sizes[d] > 1
+            dim: self._slider(dim) for dim, axis in self.page.axes.items()
+            if not axis["of_curves"] and axis["count"] > 1
         }  # fmt: skip
 
     # ---- reading ---------------------------------------------------------------------------------
@@ -125,9 +133,7 @@ class _Explorer:
         return f"{one_line(key, 60)} [{unit}]" if unit else one_line(key, 60)
 
     def _unit(self, key: str) -> str:
-        if key in self.columns and is_words(self.columns[key][1]):
-            return ""
-        return one_line(self._converted(key)[1], 30)
+        return str((self.page.columns.get(key) or self.page.quantities[key])["unit"])
 
     def thinned(self, dim: str, most: int) -> slice:
         """Every n-th place of an axis, so that there are at most `most`."""
@@ -152,52 +158,20 @@ class _Explorer:
             return widgets.Select(label=label, options=options, value=0, width=250)
         return widgets.DiscreteSlider(label=label, options=options, value=size // 2, width=250)
 
-    def _select(self, name: str, options: Sequence[str], value: str | None = None) -> Any:
-        first = value if value in options else options[0]
-        return self.panel.widgets.Select(label=name, options=list(options), value=first,
-                                         width=155)  # fmt: skip
-
-    def _varying(self, name: str) -> list[str]:
-        dims = [str(d) for d in self.archive[name].dims if str(d) in self.axes]
-        return sorted(dims, key=lambda d: (d in DIMENSIONS, -self.archive.sizes[d]))
-
-    def _keys(self, name: str) -> list[str]:
-        """Axes and columns along which a quantity can be drawn; numbers of lists last."""
-        dims = self._varying(name)
-        keys = [k for d in dims for k, (of, _) in self.columns.items() if of == d]
-        return sorted(keys, key=lambda k: k in dims and is_list(self.archive, k))
-
     # ---- views -----------------------------------------------------------------------------------
 
     def layout(self) -> Any:
         """All of it below each other."""
         panel = self.panel
         single = [n for n in self.names if not set(self.archive[n].dims) & set(OF_CURVES)]
-        varied = [n for n in single if self._varying(n)]
-        views = []
-        if single:
-            views.append(self._numbers(single))
-        if varied:
-            views.append(self._line(varied))
-        maps = [n for n in varied if len(self._numeric(n)) > 1]
-        if maps:
-            views.append(self._map(maps))
-        for over in OF_CURVES:
-            curves = [n for n in self.names if over in self.archive[n].dims]
-            if curves and self.archive.sizes[over] > 1:
-                views.append(self._curves(curves, over))
+        parts = [self._numbers(single)] if single else []
+        parts += [self._view(view) for view in views(self.page)]
         title = one_line(self.archive.attrs.get("title") or "Archive", 200)
         return panel.Column(
             panel.pane.Str(title, styles={"font-size": "18px", "font-weight": "600"}),
             panel.FlexBox(*self.axes.values()),
-            panel.FlexBox(*views),
+            panel.FlexBox(*parts),
         )
-
-    def _numeric(self, name: str) -> list[str]:
-        return [
-            k for k in self._keys(name)
-            if not is_words(self.columns[k][1]) or k in self.axes
-        ]  # fmt: skip
 
     def _watched(self, widgets: Sequence[Any], update: Callable[[], None]) -> None:
         update()
@@ -229,143 +203,143 @@ class _Explorer:
         self._watched(list(self.axes.values()), update)
         return self.panel.Column(pane, name="numbers")
 
-    def _line(self, names: list[str]) -> Any:
-        start = "delta" if "delta" in names else names[0]
-        keys = list(dict.fromkeys(k for n in names for k in self._keys(n)))
-        quantity = self._select("quantity", names, start)
-        over = self._select("over", keys, self._keys(start)[0])
-        others = [d for d in self.axes if self.archive.sizes[d] <= MOST_OPTIONS]
-        each = self._select("a line for each", ["no other axis", *others])
-        pane = self.panel.pane.Bokeh()
-
-        def update() -> None:
-            name, key, lines = quantity.value, over.value, each.value
-            dim, dims = self.columns[key][0], self.archive[name].dims
-            if dim not in dims:
-                pane.object = _message(f"{name} does not depend on {key}")
-                return
-            index = self.thinned(dim, MOST_POINTS)
-            places: list[tuple[str, dict[str, Any]]] = [(name, {})]
-            if lines in dims and lines != dim:
-                of_lines = self.thinned(lines, len(COLOURS))
-                values = self.along(lines, of_lines)
-                numbers = range(*of_lines.indices(self.archive.sizes[lines]))
-                places = [
-                    (f"{lines} {_text(v)}", {lines: i})
-                    for i, v in zip(numbers, values, strict=True)
-                ]
-            curves = {
-                label: self.read(name, {dim: index, **place}, [dim]) for label, place in places
-            }
-            draw_line = not is_words(self.columns[key][1]) and not is_list(self.archive, dim)
-            pane.object = _lines(
-                self.head(key), self.head(name), self.along(key, index), curves, line=draw_line
+    def _view(self, view: Specification) -> Any:
+        """Selectors above a figure; each option of them says a part of what is drawn."""
+        choices = [dict(choice["options"]) for choice in view["choices"]]
+        selects = [
+            self.panel.widgets.Select(
+                label=choice["label"], options=[*options], width=155,
+                value=choice["options"][choice["chosen"]][0],
             )
-
-        self._watched([quantity, over, each, *self.axes.values()], update)
-        return self.panel.Column(self.panel.Row(quantity, over, each), pane, name="line")
-
-    def _map(self, names: list[str]) -> Any:
-        start = "delta" if "delta" in names else names[0]
-        keys = list(dict.fromkeys(k for n in names for k in self._numeric(n)))
-        quantity = self._select("quantity", names, start)
-        across = self._select("across", keys, self._numeric(start)[0])
-        up = self._select("up", keys, self._numeric(start)[1])
+            for choice, options in zip(view["choices"], choices, strict=True)
+        ]  # fmt: skip
         pane = self.panel.pane.Bokeh()
 
         def update() -> None:
-            name = quantity.value
-            one, other = (self.columns[k.value][0] for k in (across, up))
-            if across.value == up.value or not {one, other} <= set(self.archive[name].dims):
-                pane.object = _message("Choose two different axes that the quantity depends on")
-                return
-            if one == other:
-                index = self.thinned(one, MOST_POINTS)
-                x, y = self.along(across.value, index), self.along(up.value, index)
-                values = self.read(name, {one: index}, [one])
-            else:
-                cells = {d: self.thinned(d, 200) for d in (one, other)}
-                xs, ys = self.along(across.value, cells[one]), self.along(up.value, cells[other])
-                values = self.read(name, cells, [other, one]).reshape(-1)
-                x, y = xs * len(ys), [v for v in ys for _ in xs]
-            heads = (self.head(across.value), self.head(up.value), self.head(name))
-            pane.object = _map(heads, x, y, values, cells=one != other)
+            spec: Specification = {}
+            for select, options in zip(selects, choices, strict=True):
+                spec |= options[select.value]
+            pane.object = self._drawn(view["kind"], spec)
 
-        self._watched([quantity, across, up, *self.axes.values()], update)
-        return self.panel.Column(self.panel.Row(quantity, across, up), pane, name="map")
+        self._watched([*selects, *self.axes.values()], update)
+        return self.panel.Column(self.panel.Row(*selects), pane, name=view["title"])
 
-    def _curves(self, names: list[str], over: str) -> Any:
-        groups: dict[str, list[str]] = {}
-        for name in names:
-            groups.setdefault(self._converted(name)[1] or name, []).append(name)
-        start = next((g for g in ("N m", "rpm") if g in groups), next(iter(groups)))
-        group = self._select("in", list(groups), start)
-        pane = self.panel.pane.Bokeh()
-        x = self.along(over, slice(None))
+    def _drawn(self, kind: str, spec: Specification) -> Any:
+        name, keys = spec["quantities"][0], [spec[side] for side in "xy" if side in spec]
+        dims = self.archive[name].dims
+        for key in keys:
+            if self.page.columns[key]["dim"] not in dims:
+                return charts.models().PreText(text=f"{name} does not depend on {key}.")
+        if keys == keys[:1] * 2:
+            return charts.models().PreText(text="Choose two different axes.")
+        return (
+            self._map(keys[0], keys[1], name)
+            if kind == "map"
+            else self._lines(spec, stems=kind == "stems")
+        )
 
-        def update() -> None:
-            curves = {n: self.read(n, {over: slice(None)}, [over]) for n in groups[group.value]}
-            label = self.head(next(iter(curves))) if len(curves) == 1 else f"[{group.value}]"
-            pane.object = _lines(self.head(over), label, x, curves, line=over == "crank_angle")
+    def _figure(
+        self, make: Any, heads: Sequence[str], axes: Mapping[str, list[Any]], **options: Any
+    ) -> Any:
+        """Make a figure; words along an axis are known to it."""
+        words = {
+            f"{side}_range": list(dict.fromkeys(values))
+            for side, values in axes.items() if values and isinstance(values[0], str)
+        }  # fmt: skip
+        made = make(width=520, sizing_mode="fixed", x_axis_label=heads[0], y_axis_label=heads[1],
+                    **words, **options)  # fmt: skip
+        return made, not words
 
-        self._watched([group, *self.axes.values()], update)
-        return self.panel.Column(group, pane, name=over)
+    def _lines(self, spec: Specification, *, stems: bool) -> Any:
+        names, key = spec["quantities"], spec["x"]
+        dim, dims = self.page.columns[key]["dim"], self.archive[names[0]].dims
+        index = self.thinned(dim, MOST_POINTS)
+        x = self.along(key, index)
+        heads = [
+            self.head(key),
+            self.head(names[0]) if len(names) == 1 else f"[{self._unit(names[0])}]",
+        ]
+        series: list[tuple[str, str, dict[str, Any]]] = [(name, name, {}) for name in names]
+        lines = str(spec.get("lines"))
+        if lines in dims and lines != dim:
+            of_lines = self.thinned(lines, len(COLOURS))
+            values = self.along(lines, of_lines)
+            numbers = range(*of_lines.indices(self.archive.sizes[lines]))
+            series = [
+                (f"{lines} {_text(v)}", names[0], {lines: i})
+                for i, v in zip(numbers, values, strict=True)
+            ]
+        loop = [spec[side] for side in ("right", "up") if side in spec]
+        if loop:
+            heads = [self.head(name) for name, _ in loop]
+        made, numeric = self._figure(
+            partial(charts.lines, len(series), stems=stems), heads, {} if loop else {"x": x}
+        )
+        made.match_aspect = bool(loop)
+        joined = stems or (self.page.axes[dim]["joined"] and numeric)
+        item = charts.models().LegendItem
+        pairs = list(zip(made.renderers[::2], made.renderers[1::2], strict=True))
+        for (label, name, place), (line, scatter) in zip(series, pairs, strict=True):
+            values = [
+                self.read(
+                    one, {dim: index, **place} | ({} if at is None else {"direction": at}), [dim]
+                )
+                for one, at in loop or [(name, None)]
+            ]
+            if loop:  # closed
+                values = [np.append(v, v[:1]) for v in values]
+            line.data_source.data = {"x": values[0] if loop else x, "y": values[-1]}
+            line.visible, scatter.visible = joined, stems or not joined
+            line.name = scatter.name = one_line(label, 60)
+            used = [r for r in (line, scatter) if r.visible]
+            if len(series) > 1:
+                made.legend.items.append(item(label=line.name, renderers=used))
+        made.legend.ncols = 4
+        made.select_one({"name": "hover"}).update(
+            renderers=[line if joined else scatter for line, scatter in pairs],
+            tooltips=[("", "$name"), (heads[0], "@x"), (heads[1], "@y{0.00000}")],
+        )
+        return made
+
+    def _map(self, across: str, up: str, name: str) -> Any:
+        one, other = (self.page.columns[key]["dim"] for key in (across, up))
+        if one == other:
+            index = self.thinned(one, MOST_POINTS)
+            x, y = self.along(across, index), self.along(up, index)
+            values = self.read(name, {one: index}, [one])
+        else:
+            places = {d: self.thinned(d, MOST_CELLS) for d in (one, other)}
+            xs, ys = self.along(across, places[one]), self.along(up, places[other])
+            values = self.read(name, places, [other, one]).reshape(-1)
+            x, y = xs * len(ys), [v for v in ys for _ in xs]
+        finite = values[np.isfinite(values)]
+        low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+        heads = [self.head(key) for key in (across, up, name)]
+        # Where numbers go over more than a decade, most of a map would have one colour.
+        made, numeric = self._figure(
+            charts.cells, heads, {"x": x, "y": y}, log=low > 0.0 and high / low > 20.0
+        )
+        bar, (quads, points) = made.select_one({"name": "bar"}), made.renderers[:2]
+        bar.title = heads[2]
+        bar.color_mapper.update(low=low, high=high)
+        quads.visible = (
+            one != other and numeric and bool(np.isfinite(x).all() and np.isfinite(y).all())
+        )
+        points.visible = not quads.visible
+        points.glyph.update(marker="square", size=9, line_color=None)
+        (left, right), (bottom, top) = (_edges(v) if quads.visible else (v, v) for v in (x, y))
+        quads.data_source.data = {
+            "x": x, "y": y, "left": left, "right": right, "bottom": bottom, "top": top,
+            "value": values, "told": values,
+        }  # fmt: skip
+        made.select_one({"name": "hover"}).tooltips = [
+            (heads[0], "@x"), (heads[1], "@y"), (heads[2], "@value{0.00000}"),
+        ]  # fmt: skip
+        return made
 
 
 def _text(value: Any) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"
-
-
-# ---- figures -------------------------------------------------------------------------------------
-
-
-def _models() -> Any:
-    return library("bokeh.models", "bokeh", "explore", extra="explore")
-
-
-def _figure(x: str, y: str, **options: Any) -> Any:
-    from bokeh.plotting import figure
-
-    made = figure(width=520, height=330, x_axis_label=x, y_axis_label=y,
-                  tools="pan,box_zoom,wheel_zoom,reset,save", **options)  # fmt: skip
-    made.toolbar.logo = None
-    return made
-
-
-def _message(text: str) -> Any:
-    return _models().PreText(text=text)
-
-
-def _ranged(options: dict[str, Any], name: str, values: list[Any]) -> None:
-    """Words along an axis need to be known to it."""
-    if values and isinstance(values[0], str):
-        options[name] = list(dict.fromkeys(values))
-
-
-def _lines(
-    x_head: str, y_head: str, x: list[Any], curves: Mapping[str, Values], *, line: bool
-) -> Any:
-    """Curves over one axis, with a legend that hides them."""
-    models = _models()
-
-    options: dict[str, Any] = {}
-    _ranged(options, "x_range", x)
-    made = _figure(x_head, y_head, **options)
-    for place, (name, values) in enumerate(curves.items()):
-        source = models.ColumnDataSource({"x": x, "y": values})
-        colour = COLOURS[place % len(COLOURS)]
-        label = {"legend_label": one_line(name, 60)} if len(curves) > 1 else {}
-        if line:
-            drawn = made.line("x", "y", source=source, color=colour, line_width=2, **label)
-        else:
-            drawn = made.scatter("x", "y", source=source, color=colour, size=6, **label)
-        tips = [(x_head, "@x"), (one_line(name, 60), "@y{0.00000}")]
-        made.add_tools(models.HoverTool(renderers=[drawn], tooltips=tips, visible=False))
-    if len(curves) > 1:
-        made.legend.click_policy = "hide"
-        made.legend.ncols = 4
-        made.add_layout(made.legend[0], "below")
-    return made
 
 
 def _edges(values: list[Any]) -> tuple[list[float], list[float]]:
@@ -378,35 +352,3 @@ def _edges(values: list[Any]) -> tuple[list[float], list[float]]:
         middles = [2.0 * points[0] - inner[0], *inner, 2.0 * points[-1] - inner[-1]]
     place = {value: i for i, value in enumerate(points)}
     return [middles[place[v]] for v in values], [middles[place[v] + 1] for v in values]
-
-
-def _map(
-    heads: tuple[str, str, str], x: list[Any], y: list[Any], values: Values, *, cells: bool
-) -> Any:
-    """One number over two axes in colours: cells of a grid, or points."""
-    x_head, y_head, head = heads
-    models = _models()
-
-    options: dict[str, Any] = {}
-    _ranged(options, "x_range", x)
-    _ranged(options, "y_range", y)
-    made = _figure(x_head, y_head, **options)
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    # Where numbers go over more than a decade, most of a map would have one colour.
-    scale = models.LogColorMapper if low > 0.0 and high / low > 20.0 else models.LinearColorMapper
-    mapper = scale("Viridis256", low=low, high=high, nan_color="#c8c8c8")
-    fill = {"field": "value", "transform": mapper}
-    source = models.ColumnDataSource({"x": x, "y": y, "value": values})
-    if cells and not options and np.isfinite(x).all() and np.isfinite(y).all():
-        for name, (left, right) in (("x", _edges(x)), ("y", _edges(y))):
-            source.data[f"{name}_low"], source.data[f"{name}_high"] = left, right
-        drawn = made.quad(left="x_low", right="x_high", bottom="y_low", top="y_high",
-                          source=source, fill_color=fill, line_color=fill)  # fmt: skip
-    else:
-        drawn = made.scatter("x", "y", source=source, marker="square", size=9, line_color=None,
-                             fill_color=fill)  # fmt: skip
-    tips = [(x_head, "@x"), (y_head, "@y"), (head, "@value{0.00000}")]
-    made.add_tools(models.HoverTool(renderers=[drawn], tooltips=tips, visible=False))
-    made.add_layout(models.ColorBar(color_mapper=mapper, title=head), "right")
-    return made

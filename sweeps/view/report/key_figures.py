@@ -55,12 +55,16 @@ def _varying(page: Embedded, name: str) -> list[str]:
     )
 
 
+def _is_curve(page: Embedded, name: str) -> bool:
+    return any(page.axes[d]["of_curves"] for d in page.quantities[name]["dims"])
+
+
 def _single(page: Embedded) -> list[str]:
     """Quantities without curves, the most wanted first."""
     names = [
-        n for n, q in page.quantities.items()
+        n for n in page.quantities
         if n not in page.flat | {"status"} and not n.endswith("_published") and _varying(page, n)
-        and not any(page.axes[d]["of_curves"] for d in q["dims"])
+        and not _is_curve(page, n)
     ]  # fmt: skip
     return sorted(names, key=lambda n: FIRST_QUANTITIES.index(n) if n in FIRST_QUANTITIES else 99)
 
@@ -213,10 +217,7 @@ def views(page: Embedded) -> list[Specification]:
     An option of a selector is its text and what it says of the figure.
     """
     names = [n for n in page.quantities if n != "status"]
-    varied = [
-        n for n in names
-        if _varying(page, n) and not any(page.axes[d]["of_curves"] for d in page.quantities[n]["dims"])
-    ]  # fmt: skip
+    varied = [n for n in names if _varying(page, n) and not _is_curve(page, n)]
     result = [*_views_of_numbers(page, varied)]
     for over in ("crank_angle", "order"):
         if over in page.axes and page.axes[over]["count"] > 1:
