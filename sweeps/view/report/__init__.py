@@ -3,7 +3,8 @@
 page                      the file, put together
 sections                  words and tables, with key_results, failures and model_limits
 embedding                 numbers as they lie in the page
-key_figures               which figures are shown
-drawing.js, explorer.js   draw them, and the explorer, with BokehJS
+key_figures               which figures are shown, and which selectors the explorer has
+charts                    how figures look, in Bokeh, without numbers
+program.js                fills them in a page, as sliders and selectors say
 explore                   the same over a whole archive, in a notebook
 """

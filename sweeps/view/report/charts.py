@@ -20,7 +20,7 @@ MISSING = "#c8c8c8"
 """Colour of cells without a value."""
 
 
-NAMED = {"lines": ("x", "y", "legend", "hover"), "map": ("x", "y", "hover")}
+NAMED = {"lines": ("x", "y", "legend", "hover", "across", "up"), "map": ("x", "y", "hover")}
 """Parts of figures that have names, by which the program of a page finds them."""
 
 Specification = dict[str, Any]
@@ -91,6 +91,10 @@ def lines(count: int = 1, *, stems: bool = False, height: int = 330, **options: 
         label_text_font_size="12px", margin=2, padding=2, spacing=8, location="top_left",
     )  # fmt: skip
     made.add_layout(legend, "below")
+    for name, along in (("across", "width"), ("up", "height")):  # through the origin, of a locus
+        made.add_layout(
+            bokeh.Span(name=name, dimension=along, location=0.0, line_color="#aaa", visible=False)
+        )
     made.add_tools(bokeh.HoverTool(name="hover", visible=False))
     return made
 

@@ -283,7 +283,7 @@ def _axis(
 ) -> dict[str, Any]:  # fmt: skip
     own = [key for key, (of, _) in columns.items() if of == dim and key != dim]
     names = [key for key in (dim, *own) if key in columns and is_words(columns[key][1])]
-    part = dim == "misfire" or (dim in DIMENSIONS and DIMENSIONS[dim].whole)
+    part = dim in ("misfire", "cylinders") or (dim in DIMENSIONS and DIMENSIONS[dim].whole)
     return {
         "size": archive.sizes[dim],
         "count": count,

@@ -276,6 +276,8 @@ class _Explorer:
             partial(charts.lines, len(series), stems=stems), heads, {} if loop else {"x": x}
         )
         made.match_aspect = bool(loop)
+        for name in ("across", "up"):
+            made.select_one({"name": name}).visible = bool(loop)
         joined = stems or (self.page.axes[dim]["joined"] and numeric)
         item = charts.models().LegendItem
         pairs = list(zip(made.renderers[::2], made.renderers[1::2], strict=True))

@@ -247,7 +247,8 @@ def _choice(label: str, options: list[tuple[str, Specification]], text: str = ""
 
 def _quantity(page: Embedded, names: list[str]) -> tuple[str, Specification]:
     """The selector of a quantity, and what it begins with: what the figures above begin with."""
-    wanted = [n for n in (*_single(page), "omega", "delta", *names) if n in names]
+    varied = [n for n in names if _varying(page, n)]
+    wanted = [n for n in (*_single(page), "omega", "delta", *varied, *names) if n in names]
     options = [(name, {"quantities": [name]}) for name in names]
     return wanted[0], _choice("quantity", options, wanted[0])
 

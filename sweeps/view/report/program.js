@@ -262,7 +262,7 @@
       setAxis(chart, "x", x, spec.up ? {} : { key: spec.x, log: isLogarithmic(spec.x), ...(dim === "crank_angle" ? cycleOf(along) : {}) })
       setAxis(chart, "y", y)
     }
-    figure.match_aspect = Boolean(spec.up)
+    figure.match_aspect = chart.across.visible = chart.up.visible = Boolean(spec.up)
     for (let i = figure.renderers.length / 2; i < series.length; i++) {
       const data_source = model("ColumnDataSource")
       const both = figure.renderers.slice(0, 2).map(({ glyph }) => model("GlyphRenderer", { data_source, glyph: model(glyph.type, glyph.attributes) }))
@@ -274,7 +274,7 @@
       const [line, scatter] = figure.renderers.slice(2 * i, 2 * i + 2)
       const name = plain(place === null ? q.name : nameAt(spec.lines, place))
       const colour = over.length > 1 ? data.colours[Math.round((0.85 * 255 * i) / (series.length - 1))] : data.series[i % data.series.length]
-      const hollow = points && spec.label && i > 0
+      const hollow = points && list.length > 1 && !stems && i > 0
       const size = stems ? 7 : !points ? 5 : (places.length > 500 ? 4 : 9) + (hollow ? 5 : 0)
       line.glyph.line_color = colour
       scatter.glyph.setv({ size, line_color: colour, fill_color: colour, fill_alpha: hollow ? 0 : 0.85, marker: hollow ? "diamond" : "circle" })
@@ -293,7 +293,7 @@
     figure.height = chart.height + (many ? 28 * Math.ceil(items.length / across) : 0)
     chart.hover.renderers = told
     const notes = [
-      over.length > 1 ? `A line for each value of ${spec.lines}${over.length < apart.length ? `, ${over.length} of ${apart.length}` : ""}.` : "",
+      over.length > 1 ? `A ${points ? "colour" : "line"} for each value of ${spec.lines}${over.length < apart.length ? `, ${over.length} of ${apart.length}` : ""}.` : "",
       !axis.of_curves && places.length < axis.count ? `${places.length} of ${axis.count} points are drawn.` : "",
     ]
     const step = stems ? Math.min(1, ...along.slice(1).map((v, i) => Math.abs(v - along[i]))) : 0
