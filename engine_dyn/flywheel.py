@@ -479,8 +479,6 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
 
 MOST_CROSSINGS = 64  # Crossings that are told of a design; further ones are left out
 
-STEPS = 3  # Newton steps behind a linear interpolation: the error is that of the polynomial then
-
 
 def net_torque(torque: Any, load: Any) -> Floats:
     """Torque less load, without the mean, along the last axis [N m]."""
@@ -535,7 +533,8 @@ def crossings(net: Floats, first: float, step: float) -> tuple[Floats, Floats]:
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         t = b / (b - c)
-        for _ in range(STEPS):
+        # Newton steps behind a linear interpolation: the error is that of the polynomial then
+        for _ in range(3):
             # The cubic through a, b, c, d at -1, 0, 1, 2.
             linear, square = c - a / 3.0 - b / 2.0 - d / 6.0, (a + c) / 2.0 - b
             cube = (d - a) / 6.0 + (b - c) / 2.0

@@ -116,13 +116,10 @@ def pack(folder: str, archive: Path) -> None:
 
 
 # Rounding may differ from strict IEEE order; NaN and infinity keep their meaning (numba#2919).
-FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
-OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": FAST_MATH, "error_model": "numpy"}
-
-# A kernel has all that it calls inlined: else that would be optimised apart from a new kernel, but
-# together with one from the disk, and last digits would tell. Without what only Python needs, it
-# takes a sixth less time to compile.
-PART = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
+OPTIONS: dict[str, Any] = {
+    "nogil": True, "fastmath": {"reassoc", "contract", "nsz", "arcp", "afn"},
+    "error_model": "numpy",
+}  # fmt: skip
 
 
 class _Compiled:
@@ -140,7 +137,11 @@ class _Compiled:
         """The arrays that kernels see in its place."""
         import numba
 
-        return numba.njit(**PART)(self.py_func)
+        # A kernel has all that it calls inlined: else that would be optimised apart from a new
+        # kernel, but together with one from the disk, and last digits would tell. Without what only
+        # Python needs, it takes a sixth less time to compile.
+        part = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return numba.njit(**part, **OPTIONS)(self.py_func)
 
     def __call__(self, *given: Any) -> Any:
         if self._process != os.getpid():  # at first, and in a fork, whose folder is another

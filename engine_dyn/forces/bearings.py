@@ -87,7 +87,6 @@ def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
 PARTS = 5  # Gas pressure, crankcase pressure, reciprocating and rotating masses, throws
 
 DESIGNS_AT_ONCE = 65536
-BYTES_OF_TABLE = 32e6  # Bytes of the pressures that are tabulated at a time
 
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Largest and mean size of a load [N], crank angle of the largest [rad], root mean square [N]."""
@@ -448,7 +447,8 @@ def _of_engine(
     along = load == "main_journal"
     below = np.floor(columns[2]).astype(np.int64)
     curves = len({(m.phase, m.pressure_factor) for m in engine.members}) if along else 1
-    at_once = max(1, int(BYTES_OF_TABLE // (16 * curves * phi.size)))
+    # Bytes of the pressures that are tabulated at a time
+    at_once = max(1, int(32e6 // (16 * curves * phi.size)))
     order = np.argsort(below, kind="stable")
     begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::at_once]
     for some in np.split(order, begins[1:]) if order.size else ():

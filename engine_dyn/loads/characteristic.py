@@ -81,9 +81,6 @@ CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
 )
 """Curves by name; "diesel" has an undivided combustion chamber."""
 
-SAME = 1e-9
-"""Relative difference by which a torque may lie beyond those of the diagrams, which is rounding."""
-
 
 def load_for_torque(
     torque_of: Callable[[Floats, Integers], Any], loads: npt.ArrayLike, wanted: npt.ArrayLike,
@@ -114,7 +111,8 @@ def load_for_torque(
     knots = np.asarray(loads, dtype=np.float64)
     every = np.arange(goal.size)
     miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
-    slack = SAME * np.abs(goal)
+    # Relative difference by which a torque may lie beyond those of the diagrams, which is rounding
+    slack = 1e-9 * np.abs(goal)
     found = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
         found = np.where(np.abs(here) <= slack, load, found)

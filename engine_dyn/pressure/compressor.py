@@ -47,7 +47,6 @@ LARGEST_STEP = 0.5 * DEGREE
 STEPS_OF_LAG = 6.0
 STEPS_OF_RAMP = 12.0
 MOST_PASSES = 60
-REPEATS = 1e-12
 
 FILE_FIELDS: dict[str, FileField] = {
     "clearance_ratio": FileField("1", 0.0, 0.5),
@@ -377,7 +376,7 @@ def follow(case: Case, angle: Floats, pressure: Floats, slope: Floats, breaks: F
             for i in range(steps):
                 p = advance(phi + i * h, h, p, case)
             phi = target
-        if abs(p - begin) <= REPEATS * begin:
+        if abs(p - begin) <= 1e-12 * begin:
             return status.CONVERGED
     return status.NOT_CONVERGED
 

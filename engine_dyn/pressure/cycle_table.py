@@ -43,15 +43,11 @@ from engine_dyn.pressure.first_law import tabulate
 from engine_dyn.status import CONVERGED
 from engine_dyn.types import Booleans, Floats, Integers
 
-BYTES_KEPT = 100e6  # Size of the rows that are kept beyond those of the last request
-
 PLACES = 2.0**24
 """Fractions of rows are multiples of 1/PLACES. A place is the sum of a row and its fraction, which
 so is the same whatever the number of the combination is; loads are rounded to 2e-8 percent."""
 
 EXAMPLES = 256  # Combinations that are looked at where something has to be decided for all
-
-COMMON_STEP = 0.25  # Step [degree] of the diagrams of an engine that gives them different ones
 
 
 class ModelledDiagram(NamedTuple):
@@ -90,7 +86,8 @@ class _Kept:
         if old is None or not still.any():
             self.numbers, self.curves = missing, made
             return
-        if old.pressure.nbytes + made.pressure.nbytes > 0.5 * BYTES_KEPT:
+        # Size of the rows that are kept beyond those of the last request
+        if old.pressure.nbytes + made.pressure.nbytes > 0.5 * 100e6:
             index = old.rows[still]
             self.numbers = self.numbers[still]
             old = Curves(
@@ -178,7 +175,8 @@ class CycleTable(Family):
     @cached_property
     def _step(self) -> float:
         steps = {cycle.step for cycle in self.cycles}
-        return steps.pop() if len(steps) == 1 else COMMON_STEP
+        # Step [degree] of the diagrams of an engine that gives them different ones
+        return steps.pop() if len(steps) == 1 else 0.25
 
     def place(self, load: ArrayLike, speed: ArrayLike) -> Floats:
         """Places of loads and speeds in the table of one combination, where they have speeds."""

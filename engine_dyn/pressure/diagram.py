@@ -24,13 +24,6 @@ from engine_dyn.pressure.point_checks import checked_points
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
 
-SMOOTH = 1e-6
-"""Part of the pressure's range that cubics through every other knot may miss where all are smooth:
-all of them are then on one smooth curve."""
-
-AT_ONCE = 65536
-"""Values of several diagrams that are computed together, which fit in a processor's cache."""
-
 
 def never_burns() -> Diagram:
     """In place of `Diagram.motored`: cylinders of compressors and pumps have no combustion.
@@ -139,7 +132,9 @@ class Diagram:
         while pressure.size % 2 == 0 and pressure.size > 8:
             near, between = pressure[::2], pressure[1::2]
             predicted = 9.0 * (near + np.roll(near, -1)) - np.roll(near, 1) - np.roll(near, -2)
-            if np.abs(between - predicted / 16.0).max() > SMOOTH * np.ptp(self.pressure):
+            # Part of the pressure's range that cubics through every other knot may miss where all
+            # are smooth: all of them are then on one smooth curve
+            if np.abs(between - predicted / 16.0).max() > 1e-6 * np.ptp(self.pressure):
                 break
             gap, pressure = 2.0 * gap, near
         return gap
@@ -246,7 +241,8 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
         Whether slopes are wanted.
     """
     formula = _slope_of if slopes else _pressure_of
-    most = max(1, AT_ONCE // phi.size)
+    # Values of several diagrams that are computed together, which fit in a processor's cache
+    most = max(1, 65536 // phi.size)
     angle, at = None, None
     first = 0
     while first < len(diagrams):

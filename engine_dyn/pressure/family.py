@@ -33,7 +33,6 @@ WARP_BEFORE = 40.0 * DEGREE
 WARP_AFTER = 80.0 * DEGREE
 WARP_PER_SHIFT = 2.5
 LARGEST_SHIFT = 60.0 * DEGREE
-COMMON_STEP = 0.25 * DEGREE
 
 ROWS_AT_ONCE = 256
 """Rows whose largest pressures are looked for together, so that memory stays in bounds."""
@@ -345,7 +344,7 @@ def on_common_knots(diagrams: Sequence[Diagram]) -> tuple[Diagram, ...]:
     first = diagrams[0]
     if all(np.array_equal(d.angle, first.angle) for d in diagrams):
         return tuple(diagrams)
-    count = round(first.period / COMMON_STEP)
+    count = round(first.period / (0.25 * DEGREE))
     phi: Floats = np.arange(-(count // 2), count - count // 2, dtype=np.float64)
     phi *= first.period / count
     common = [(d(phi), d.period, d.motored) for d in diagrams]

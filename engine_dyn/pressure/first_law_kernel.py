@@ -70,7 +70,6 @@ NEAR = 1e-10
 
 MOST_PASSES = 60
 """Cycles that are followed until the pressure repeats."""
-REPEATS = 1e-12
 
 
 Blown = tuple[float, float, float]
@@ -500,7 +499,7 @@ def follow(
             case.opening, p, angle, step, period, case, points, fired, pressure, slope, blown,
             breaks,
         )  # fmt: skip
-        if abs(p - trapped) <= REPEATS * trapped:
+        if abs(p - trapped) <= 1e-12 * trapped:
             return status.CONVERGED
     return status.NOT_CONVERGED
 

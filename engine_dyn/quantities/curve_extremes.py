@@ -93,9 +93,6 @@ def _with_last_axis(value: Any) -> Any:
     return value[..., None] if _varies(value) else value
 
 
-RMS, MEAN = "_rms", "_mean"  # Endings of the names
-
-
 def root_mean_square(curve: Any) -> Any:
     """Root of the mean square along the last axis, whose points are equal steps of one cycle.
 
@@ -162,8 +159,9 @@ def means_of_curves(quantities: Iterable[Node]) -> tuple[Node, ...]:
     means = []
     for curve in curves.values():
         plain = replace(curve, when="")
+        # Endings of the names
         means += [
-            _of_curve(plain, RMS, "root mean square", "({})_{{rms}}", root_mean_square),
-            _of_curve(plain, MEAN, "mean", r"\langle {} \rangle", curve_mean),
+            _of_curve(plain, "_rms", "root mean square", "({})_{{rms}}", root_mean_square),
+            _of_curve(plain, "_mean", "mean", r"\langle {} \rangle", curve_mean),
         ]
     return tuple(node for node in means if node.name not in known)

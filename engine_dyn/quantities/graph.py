@@ -269,17 +269,20 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIME
 ALONG_SHAFT = frozenset({"throw", "bay", "main_bearing"})
 """Dimensions of what needs to know the throws of an engine."""
 
-_POINTS = tuple(
-    Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
-    for d in _DIMENSIONS
-)
-"""Leaves that hold the points of the dimensions."""
 
 NODES: Mapping[str, tuple[Node, ...]]
 """Every node by name; a name with variants has one node for each."""
 
 _by_name: dict[str, tuple[Node, ...]] = {}
-for _node in (*_PARAMETERS, *_POINTS, *_CONSTANTS, *_QUANTITIES, *_CURVE_MEANS):
+for _node in (
+    *_PARAMETERS,
+    # Leaves that hold the points of the dimensions.
+    *(
+        Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
+        for d in _DIMENSIONS
+    ),
+    *_CONSTANTS, *_QUANTITIES, *_CURVE_MEANS,
+):  # fmt: skip
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
 NODES = MappingProxyType(_by_name)
 check_needs(NODES)

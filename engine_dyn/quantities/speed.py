@@ -31,11 +31,6 @@ CLOSE_CURVES = {f"{name}_close": name for name in CURVE_NAMES}
 AT_START = "omega_start"
 """Speed at the start angle: taken from the curve of the speed, no kernel gives it."""
 
-_KERNEL_NAMES = {
-    **NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"
-}  # fmt: skip
-"""Names of nodes in the kernels' front. Of a load over angle, the mean is part of the offset."""
-
 
 def _cycle_delta(
     *, omega_close: Any, angular_acceleration_close: Any, omega_mean: Any, period: float,
@@ -48,7 +43,9 @@ def _cycle_delta(
 
 def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
     """Needs of a stage under the names that the kernels' front has for them."""
-    return {_KERNEL_NAMES.get(name, name): value for name, value in needs.items()}
+    # The mean of a load over angle is part of the offset.
+    names = {**NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"}
+    return {names.get(name, name): value for name, value in needs.items()}
 
 
 def _keywords(needs: dict[str, Any]) -> dict[str, Any]:
@@ -238,11 +235,6 @@ def _result(name: str, symbol: str, unit: str, long_name: str, source: str, **mo
     return Node(name, symbol, unit, long_name, source, needs=("speed_solution",), **more)
 
 
-_EXTREMES = {
-    "omega_max": ("omega", "largest"), "omega_min": ("omega", "smallest"),
-    "delta": ("omega", "over_mean"), "delta_midrange": ("omega", "over_middle"),
-}  # fmt: skip
-
 _SOLUTIONS = tuple(
     _solution(law, angle, by_torque)
     for law in _LAWS for angle in _ANGLES for by_torque in (False, True)
@@ -261,7 +253,13 @@ NODES: tuple[Node, ...] = (
         "speed_found", "", "rad s-1", "nominal speed that an extreme belongs to", public=False,
         needs=("speed_search",),
     ),
-    *(_result(*row, extreme_of=_EXTREMES.get(row.name)) for row in RESULTS),
+    *(
+        _result(*row, extreme_of={
+            "omega_max": ("omega", "largest"), "omega_min": ("omega", "smallest"),
+            "delta": ("omega", "over_mean"), "delta_midrange": ("omega", "over_middle"),
+        }.get(row.name))
+        for row in RESULTS
+    ),
     *(_result(*row, adds=("crank_angle",), kind="curve") for row in CURVES),
     *(
         _result(close, row.symbol, row.unit, f"{row.long_name}, at close points", "",

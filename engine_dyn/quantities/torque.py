@@ -14,8 +14,6 @@ from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, kernel_inputs, 
 from engine_dyn.speed.fields import FRICTION_NAMES, TORQUE_NAMES, TORQUE_RESULTS
 
 _OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
-_EXTREMES = tuple(n for n in _OF_CYLINDERS if n not in (*FRICTION_NAMES, "friction_torque"))
-"""Nodes that the extremes of the torque need without friction."""
 
 _INDICATED = {"indicated_torque_max": "torque_max", "indicated_torque_min": "torque_min"}
 """Extremes of the torque without friction, and what their kernel calls them."""
@@ -128,7 +126,9 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "indicated_torque_solution", "", "", "extremes of the indicated torque",
-        kind="stage", public=False, gives=tuple(_INDICATED), needs=_EXTREMES,
+        kind="stage", public=False, gives=tuple(_INDICATED), needs=tuple(
+            n for n in _OF_CYLINDERS if n not in (*FRICTION_NAMES, "friction_torque")
+        ),
         make=_indicated_solution,
     ),
     *(

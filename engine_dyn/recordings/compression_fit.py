@@ -37,7 +37,6 @@ LAST_END = -10.0 * DEGREE
 """Where the compression ends in the fit, at the earliest and at the latest: combustion begins."""
 
 
-ITERATIONS = 10
 GAS_START, WALL = 380.0, 430.0
 """Temperatures of the charge and of the walls [K], for the shape of the heat loss alone."""
 
@@ -241,7 +240,7 @@ class _Fit:
         """The unknowns that make the sum of squares least."""
         unknowns = self.means.copy()
         steps = 1e-3 * np.maximum(self.deviations, 1e-12)
-        for _ in range(ITERATIONS):
+        for _ in range(10):
             probes = np.concatenate([[unknowns], unknowns + np.diag(steps),
                                      unknowns - np.diag(steps)])  # fmt: skip
             residuals = self._residuals(probes)

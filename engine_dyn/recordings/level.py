@@ -37,17 +37,6 @@ TOLD, ANGLE_TOLD = 0.035 * BAR, 0.15 * DEGREE
 to 0.3 degree."""
 
 
-LEAST_LOSS = -0.1 * DEGREE
-"""Loss angle of a motored cycle, at least: less, and less than its uncertainty, is heat added."""
-
-
-LOWEST = 0.05 * BAR
-"""No cylinder has less, absolute."""
-
-STEPS, ENOUGH = 20, 10.0
-"""Fits, each about the level of the one before, until it changes by less [Pa]."""
-
-
 @dataclass(frozen=True)
 class Level:
     """Level and dead centre as a recording tells them; uncertainties are standard ones."""
@@ -136,16 +125,18 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
     known = geometry
     if known.compression_ratio is None:
         known = geometry.with_compression_ratio(1.0 + UNKNOWN_RATIO[0])
-    lowest = LOWEST - float(cycles.mean.min())
+    # No cylinder has less, absolute
+    lowest = 0.05 * BAR - float(cycles.mean.min())
     missing = max(float(peg_by_compression(cycles, known).offset.mean()), lowest)
     priors, motored = LEVEL_PRIORS, _is_motored(replace(cycles, pressure=cycles.pressure + missing))
-    for _ in range(STEPS):
+    # Fits, each about the level of the one before, until it changes by less [Pa]
+    for _ in range(20):
         moved = replace(cycles, pressure=cycles.pressure + missing)
         if motored:
             priors = replace(LEVEL_PRIORS, shift=symmetric_shift(moved)[:2])
         fit = fitted_shift(lines_of(moved), geometry, priors)
         before, missing = missing, max(missing + fit.pegging, lowest)
-        if abs(missing - before) < ENOUGH:
+        if abs(missing - before) < 10.0:
             break
     else:
         raise ValueError("the compression is not that of a gas")
@@ -169,7 +160,8 @@ def _is_motored(absolute: RecordedCycles) -> bool:
     if not looks_motored(absolute):
         return False
     _, uncertainty, loss = symmetric_shift(absolute)
-    return loss > min(LEAST_LOSS, -2.0 * uncertainty)
+    # Loss angle of a motored cycle, at least: less, and less than its uncertainty, is heat added
+    return loss > min(-0.1 * DEGREE, -2.0 * uncertainty)
 
 
 def _changes(
@@ -188,8 +180,6 @@ def _changes(
 EXPONENT, EXPONENT_DEVIATION = 1.33, 0.02
 """Polytropic exponent of a compression and its standard deviation where it is not fitted: 1.32 to
 1.35 of spark-ignition engines, 1.34 to 1.38 of diesel engines (judgement after Randolph 1990)."""
-
-COMPRESSION = (-100.0 * DEGREE, -40.0 * DEGREE)  # Valves closed, not yet burning
 
 
 class Pegged(NamedTuple):
@@ -254,7 +244,7 @@ def peg_by_compression(
     cycles: RecordedCycles,
     geometry: CylinderGeometry,
     exponent: float | None = EXPONENT,
-    interval: tuple[float, float] = COMPRESSION,
+    interval: tuple[float, float] = (-100.0 * DEGREE, -40.0 * DEGREE),  # closed, not yet burning
     exponent_deviation: float = EXPONENT_DEVIATION,
 ) -> Pegged:
     """Make the compression polytropic: least squares of p + dp = C V^-n, docs/method.md (126).

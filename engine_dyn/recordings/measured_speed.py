@@ -345,11 +345,6 @@ def speed_over_angle(means: Floats, edges: Floats, angle: Floats) -> Floats:
     return np.asarray(1.0 / (slow + derivative))
 
 
-LEAST = 0.05
-"""Change of the speed in a cycle, over the fluctuation that is left without it, from which on it is
-taken out."""
-
-
 FEWEST = 8
 """Intervals of a single cycle whose ends tell a drift."""
 
@@ -508,4 +503,6 @@ def _without(cycles: Floats, level: Floats, width: Floats) -> Floats:
 def _is_little(cycles: Floats, level: Floats, width: Floats, drift: Drift) -> bool:
     """Whether a drift hardly changes what repeats."""
     mean = _without(cycles, level, width).mean(axis=0)
-    return abs(drift.in_a_cycle) < LEAST * float(np.ptp(mean) / mean.mean())
+    # Change of the speed in a cycle, over the fluctuation that is left without it, from which on it
+    # is taken out
+    return abs(drift.in_a_cycle) < 0.05 * float(np.ptp(mean) / mean.mean())

@@ -22,9 +22,6 @@ from engine_dyn.recordings.heat_release import (
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-NORMAL = 1.4826
-"""Standard deviation over the median of the absolute values, of a normal distribution."""
-
 
 def noise(cycles: RecordedCycles) -> Floats:
     """Standard deviation of the noise of each cycle [Pa], docs/method.md (127).
@@ -32,7 +29,8 @@ def noise(cycles: RecordedCycles) -> Floats:
     From what each sample differs from the cubic through its four neighbours: what varies over a
     few samples counts as noise, steps of a converter too. The median keeps combustion out of it.
     """
-    return np.asarray(NORMAL * np.median(np.abs(misfit_of_neighbours(cycles)), axis=1))
+    # Standard deviation over the median of the absolute values, of a normal distribution
+    return np.asarray(1.4826 * np.median(np.abs(misfit_of_neighbours(cycles)), axis=1))
 
 
 def even_step(cycles: RecordedCycles) -> float | None:

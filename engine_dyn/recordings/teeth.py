@@ -16,15 +16,9 @@ pulse too many cuts it to half or less; speed and tooth errors change it far les
 NAMED = 5
 """Faults that are told one by one."""
 
-LEAST_SHARE = 0.75
-"""Share of the time that must be whole turns for a pattern to count as found."""
 
 SHORTEST, LONGEST = 1e-9, 1e6
 """Intervals between teeth [s] that are taken."""
-
-
-NEIGHBOURS = 11
-"""Intervals whose median is the usual one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +174,8 @@ def _whole_turns(time: Floats, wheel: Wheel, first: int | None = None) -> Intege
         return none
     whole = float(np.sum(time[starts + wheel.teeth] - time[starts]))
     # of what lies before the first and behind the last turn, up to a turn is natural
-    if whole < LEAST_SHARE * (time[-1] - time[0]) - 2.0 * whole / starts.size:
+    # Share of the time that must be whole turns for a pattern to count as found
+    if whole < 0.75 * (time[-1] - time[0]) - 2.0 * whole / starts.size:
         return none
     # a tooth more in each turn than the pattern has may leave all its intervals alike
     extra = np.diff(starts) - wheel.teeth * np.diff(_between(time, starts, wheel)[0])
@@ -272,7 +267,8 @@ def _even_starts(gaps: Floats, wheel: Wheel, first: int | None) -> Integers:
 
 def _usual(gaps: Floats) -> Floats:
     """Median of the neighbours of each interval; both ends take the nearest whole group."""
-    count = min(NEIGHBOURS, gaps.size - (gaps.size + 1) % 2)
+    # Intervals whose median is the usual one
+    count = min(11, gaps.size - (gaps.size + 1) % 2)
     middle = np.median(np.lib.stride_tricks.sliding_window_view(gaps, count), axis=1)
     half = count // 2
     return np.concatenate(

@@ -57,13 +57,6 @@ Both were measured with benchmarks.stress: the error of none of 800 rough diagra
 estimate, and columns missed up to 7.7e-10 of delta, most with 10 and 12 cylinders."""
 
 
-ITERATED = 1e-2
-"""Fraction of the tolerance that the iteration of the load term may leave of the range of q."""
-
-ITERATED_FINER = 0.025 * LEAST_ERROR
-"""Error that the iteration of the finer solution may leave. Both solutions may stop after the same
-number of passes; an error that they have in common is no part of their difference."""
-
 CHUNK_OF_ARRAYS = 1 << 16
 
 
@@ -255,8 +248,9 @@ def solve(
         ("cylinders", "method", "inertia_model"), angles.size > 0,
         PIECE if card is None else card.piece,
     )  # fmt: skip
+    # Fraction of the tolerance that the iteration of the load term may leave of the range of q
     sweep = Sweep(
-        grouping, CLOSURES.index(closure), ITERATED * tolerance if iterated is None else iterated,
+        grouping, CLOSURES.index(closure), 1e-2 * tolerance if iterated is None else iterated,
         angles, threads, results, tally_in_use(), finer, general, card,
     )  # fmt: skip
     for done in sweep.solve_at():
@@ -334,10 +328,12 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         return
     results, refined = _results_for(known.size, COMPARED, 0)
     results.scalars.fill(np.nan)
+    # Error that the iteration of the finer solution may leave. Both solutions may stop after the
+    # same number of passes; an error that they have in common is no part of their difference.
     second = replace(
         sweep, second=True, finer=FINER, general=False, angles=NOWHERE,
         results=results._replace(deferred=sweep.results.deferred),
-        iterated=min(0.01 * sweep.iterated, ITERATED_FINER),
+        iterated=min(0.01 * sweep.iterated, 0.025 * LEAST_ERROR),
     )  # fmt: skip
     list(second.solve_at(None if known.all() else np.flatnonzero(known)))
     compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)

@@ -45,9 +45,7 @@ ROUGHNESS, ROUGHEST = 20.0, 32
 """Times the tolerance that every other node may miss of the work between them, docs/solver.md (62);
 largest factor on the nodes because of a rough diagram."""
 
-CRANK = ("crank_ratio", "offset_ratio")
-OVER_ANGLE = ("gear_ratio", "load_phase", "load_scale", "torque_factor", "bore", "double_radius")
-"""Inputs that the box follows from; those that the work of torques over an angle depends on too."""
+CRANK = ("crank_ratio", "offset_ratio")  # Inputs that the box follows from
 
 
 @dataclass(frozen=True)
@@ -161,7 +159,10 @@ class Grouping:
         columns of its own, which miss nothing.
         """
         every = self.inputs.size if places is None else places.size
-        names = (*TABLE_NAMES, *(OVER_ANGLE if self.driven.over_angles else ()))
+        names: tuple[str, ...] = TABLE_NAMES
+        if self.driven.over_angles:  # whose work depends on these too
+            names += ("gear_ratio", "load_phase", "load_scale", "torque_factor", "bore")
+            names += ("double_radius",)
         common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))
         for begin in range(0, every, SLAB):
             slab = np.arange(begin, min(begin + SLAB, every))

@@ -21,17 +21,11 @@ from engine_dyn.types import Floats
 Codes = npt.NDArray[np.int8]
 Places = npt.NDArray[np.intp]
 
-ENOUGH = 0.1
-"""Fraction of the tolerance within which delta must be the wanted one."""
 
 MOST_STEPS = 60
 LONGEST_STEP = np.log(16.0)
 SLOPES = -4.0, -0.25
 """Range of slopes of log delta over log Theta; a secant outside it is replaced by -1."""
-
-
-FEW = 0.25
-"""Fraction of the designs: when no more than that remain, only these are solved."""
 
 
 _WHOLE = (
@@ -86,7 +80,8 @@ def solve_for_inertia(
     def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
         places: Any = active
         given: dict[str, Any] = {**columns, "inertia": inertia.reshape(shape)}
-        if active.size <= FEW * math.prod(shape):
+        # Fraction of the designs: when no more than that remain, only these are solved
+        if active.size <= 0.25 * math.prod(shape):
             places, along = slice(None), np.unravel_index(active, shape) if shape else ()
             given = {
                 name: np.broadcast_to(one, shape)[along].reshape(-1) if one.ndim else one
@@ -165,7 +160,8 @@ def search(
         high[active[below]], high_miss[active[below]] = here[below], miss[below]
         last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
         left, right, stops = low[active], high[active], low_code[active]
-        done = number & (np.abs(miss) <= ENOUGH * tolerance)
+        # Fraction of the tolerance within which delta must be the wanted one
+        done = number & (np.abs(miss) <= 0.1 * tolerance)
         # The bracket has the width of rounding: delta jumps there by more than the tolerance,
         # or the engine stops before delta is the wanted one.
         narrow = right - left <= 4e-16 * np.maximum(np.abs(here), 1.0)

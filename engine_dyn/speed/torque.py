@@ -45,12 +45,6 @@ from engine_dyn.types import Floats, Integers
 CLOSE, ROUNDS = np.pi / 18000.0, 3
 """Distance of the points of a parabola, 0.01 degree, and how many are drawn at most."""
 
-OF_CURVE = (
-    "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "scale", "crankcase_pressure",
-    "mass", "speed", "friction_torque", "torque_factor", *FRICTION_NAMES,
-)  # fmt: skip
-"""Inputs that the torque depends on."""
-
 
 def torque_extremes(
     *,
@@ -192,7 +186,11 @@ def _places(
 def _torque_of(piece: Piece) -> CurveOfDesigns:
     """The torque of a piece's designs [N m], these once or more often, at any angles."""
     source, driven, key = piece.source, piece.grouping.driven, piece.key[0]
-    given = {name: np.broadcast_to(piece.chosen.take(name), piece.size) for name in OF_CURVE}
+    depends_on = (
+        "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "scale",
+        "crankcase_pressure", "mass", "speed", "friction_torque", "torque_factor", *FRICTION_NAMES,
+    )  # fmt: skip
+    given = {name: np.broadcast_to(piece.chosen.take(name), piece.size) for name in depends_on}
     levels = [given[name] for name in FRICTION_NAMES]
     uniform = not any(level.any() for level in levels[:-1])
     known: dict[tuple[Any, ...], Floats] = {}

@@ -32,8 +32,6 @@ from engine_dyn.torsion.graded import critical_squares, graded_modes
 from engine_dyn.torsion.system import ShaftSystem, matrices
 from engine_dyn.types import Complexes, Floats, Integers
 
-WIDE = 1e6  # Largest over least omega^2 that is left to eigenvalues, which then have ten digits
-
 
 class Modes(NamedTuple):
     """Elastic modes, from the lowest; NaN where a design has fewer than others."""
@@ -99,7 +97,8 @@ def elastic_modes(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floa
     angle = _fromelastic_modes(angle, free)[..., :count, :]
     twist = angle - angle[..., np.maximum(system.parent, 0)]
     if count:
-        wide = ~(largest < WIDE * squares[..., 0]) & (free < inertia.shape[-1])
+        # Largest over least omega^2 that is left to eigenvalues, which then have ten digits
+        wide = ~(largest < 1e6 * squares[..., 0]) & (free < inertia.shape[-1])
         own = (
             np.broadcast_to(values, inertia.shape)[wide]
             for values in (inertia, system.stiffness_at(speed), system.ground_stiffness)

@@ -32,7 +32,6 @@ mean square of the curve."""
 MISSED = 1.5 * 1.5 * 2.5 * 0.5 * 0.5 / 120.0
 """Error of the polynomial half a step away, over d^5 |x'''''|."""
 
-SAMPLES = 16  # Samples a period of the highest order that are always enough for `BEND`
 
 LOW = 32
 """Samples of a block: within it cosines are of a table, from block to block they are turned on."""
@@ -57,7 +56,8 @@ def synthesis(orders: Floats, period: float) -> Synthesis:
     if orders.size and np.abs(harmonic - whole).max() > 1e-9 * whole.max():
         wrong = orders[np.abs(harmonic - whole) > 1e-9 * whole.max()][0]
         raise ValueError(f"orders: {wrong:g}: must have whole periods in the cycle")
-    most = math.ceil(SAMPLES * whole.max(initial=1.0) / (4.0 * LOW))
+    # Samples a period of the highest order that are always enough for `BEND`
+    most = math.ceil(16 * whole.max(initial=1.0) / (4.0 * LOW))
     doubled = 2 ** np.arange(math.ceil(math.log2(max(most, 2))))
     quarters = LOW * np.unique(np.concatenate([[1], 2 * doubled, 3 * doubled]))
     turns = whole[None, :, None] * (0.5 * math.pi / quarters[:, None, None])

@@ -41,11 +41,6 @@ from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.types import Floats
 
-CANCELLED = 1e-13  # Part of the sum of sizes below which a vector sum is rounding
-
-
-Pins = Callable[[Cylinders], list[Any]]  # Forces on the throws of the cylinders of an engine [N]
-
 
 @dataclass(frozen=True, eq=False)
 class WebWeights:
@@ -138,7 +133,9 @@ def largest_bending(shaft: Crankshaft, bays: Any) -> Any:
     return _of_bays(shaft, bays, lambda engine: _loads(engine, shaft))
 
 
-def bending_over_angle(shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: Pins) -> Any:
+def bending_over_angle(
+    shaft: Crankshaft, bays: Any, speed: Any, phi: Any, pins: Callable[[Cylinders], list[Any]]
+) -> Any:
     """Largest bending moment within bays at crank angles [N m], with the forces on crank pins.
 
     All arrays have a last axis for the angles `phi` [rad]. `pins` gives the force on the throw of
@@ -214,7 +211,8 @@ def _summed(shaft: Crankshaft, engine: Cylinders, weights: list[Any]) -> Any:
     most: Any = 0.0
     for vector, weight in zip(_vectors(shaft, engine), weights, strict=True):
         total, most = total + vector * weight, most + np.abs(vector * weight)
-    return np.where(np.abs(total) < CANCELLED * most, 0.0, total)
+    # Part of the sum of sizes below which a vector sum is rounding
+    return np.where(np.abs(total) < 1e-13 * most, 0.0, total)
 
 
 def _vectors(shaft: Crankshaft, engine: Cylinders) -> list[Any]:

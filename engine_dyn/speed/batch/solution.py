@@ -43,16 +43,6 @@ REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES)
 """Largest half-width of the range, over its centre, with which each number is tried: terms of a
 power of the speed fall by 1/(z + sqrt(z^2 - 1)), where z is 1 over that half-width."""
 
-MARGIN = 0.3
-"""Part of the range of u by which the range of the polynomial is wider on both sides."""
-
-NARROWEST = 0.01
-"""Least half-width of that range."""
-
-
-WITHIN = 1e-10
-"""Largest of the last coefficients, over the range of the law."""
-
 
 def _tables() -> tuple[Floats, Floats]:
     """Points, and matrices from values there to coefficients of powers."""
@@ -83,7 +73,9 @@ def fit_laws(
     scratch.
     """
     low, high, state = read(lanes.low, 0), read(lanes.high, 0), read(lanes.state, 0)
-    centre, half = 0.5 * (low + high), np.maximum((0.5 + MARGIN) * (high - low), NARROWEST)
+    # The range of the polynomial is wider than that of u by 0.3 of it on both sides, and has a
+    # half-width of at least 0.01.
+    centre, half = 0.5 * (low + high), np.maximum((0.5 + 0.3) * (high - low), 0.01)
     # Designs that come below q = 0.04 are left to the general solver.
     solving = (state > 0.0) & (1.0 + centre - half > 0.04)
     write(lanes.centre, 0, centre)
@@ -140,7 +132,8 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
         write(law, n, where(tried, total, read(law, n)))
     # T_n begins with 2^(n - 1) x^n: so much smaller are the last two Chebyshev coefficients.
     missed = np.abs(total) + 2.0 * np.abs(last)
-    return missed * 0.5 ** (size - 2) <= WITHIN * (most - least)
+    # The last coefficients may reach 1e-10 of the range of the law.
+    return missed * 0.5 ** (size - 2) <= 1e-10 * (most - least)
 
 
 MOST_PASSES = 40

@@ -26,9 +26,6 @@ from engine_dyn.speed.vectors import LANES, Rows, read, where, write
 from engine_dyn.speed.work.columns import SQUARE
 from engine_dyn.types import Floats
 
-LIGHTEST = 0.4
-"""Least inertia over its mean at any node; a design with less is left to the general solver."""
-
 
 @inlined
 def add_columns(part: int, coarse: Rows, table: WorkTable, curve: Rows, missed: Rows) -> None:
@@ -98,7 +95,8 @@ def fill_work(
             write(curves.light, i, 1.0 / (1.0 + v))
     repeat_ends(curves.work)
     if variable:
-        state = where(lightest > LIGHTEST, state, LEFT)
+        # Least inertia over its mean at any node; a design with less is left to the general solver
+        state = where(lightest > 0.4, state, LEFT)
     write(scratch.lanes.state, 0, state)
 
 

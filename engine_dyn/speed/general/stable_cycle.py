@@ -39,17 +39,9 @@ MOST_CYCLES = 80
 MOST_STEPS = 600
 """Largest number of Radau's steps for each node of a design; most need less than 100."""
 
-SLOW = 1e-2
-"""Smallest (omega/omega_n)^2 below which the cycle's time grows with its logarithm."""
 
 GROWTH = 4.0
 """Margin on that growth, for curves that are flat where they are lowest."""
-
-COARSE, FINE = 1e-6, 1e-13
-"""Relative errors of an interval: until a cycle is found, and then."""
-
-CLOSED_COARSE, CLOSED_FINE = 1e-5, 1e-12
-"""Relative distances of begin and end from the cycle that repeats, likewise."""
 
 
 @inlined
@@ -97,7 +89,9 @@ def _follow(
     is above every steady cycle. Returns what comes of them, the energy at node 0, what the last one
     may miss, their number, and that of steps, which are `most` or hardly more.
     """
-    tolerance, closed = (FINE, CLOSED_FINE) if fine else (COARSE, CLOSED_COARSE)
+    # Relative error of an interval, and relative distance of begin and end from the cycle that
+    # repeats: until a cycle is found, and then.
+    tolerance, closed = (1e-13, 1e-12) if fine else (1e-6, 1e-5)
     e, plain, hurried, steps = start, start, True, 0
     for cycle in range(1, MOST_CYCLES + 1):
         fate, end, factor, missed, more = _pass_cycle(
@@ -218,7 +212,8 @@ def stable_cycle(
         if fate == REPEATS:
             e, late = node, _late(motion)
             before, slowest = slowest, _slowest(motion)
-            near = late_slow == math.inf and slowest < before < SLOW
+            # Smallest (omega/omega_n)^2 below which the cycle's time grows with its logarithm
+            near = late_slow == math.inf and slowest < before < 1e-2
             if near and late_before < late < 0.0 and sure:
                 grows = (late - late_before) / math.log(before / slowest)
                 if late + GROWTH * grows * math.log(slowest / FLOOR) < 0.0:
