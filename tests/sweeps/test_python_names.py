@@ -3,11 +3,7 @@
 import importlib
 import inspect
 import pydoc
-import re
-import subprocess
-import sys
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,7 +17,6 @@ from engine_dyn.units import BAR
 from sweeps.scene.keywords import OPTIONS, Tables, TablesButOutput
 from sweeps.scene.toml_tables import SceneFile
 from tests.support.scenes import refusal_of
-from tests.sweeps.processes import ROOT
 
 
 def test_names_help_and_wrong_names() -> None:
@@ -55,29 +50,6 @@ def test_keywords_are_the_tables_of_a_scene() -> None:
     for name in sweeps.__all__:
         asked = getattr(getattr(sweeps, name), "__annotations__", {})
         assert ("scene" not in asked) or getattr(sweeps, name) in (*of_scenes, sweeps.Plan), name
-
-
-@pytest.mark.slow
-def test_type_checkers_know_what_functions_return(tmp_path: Path) -> None:
-    program = tmp_path / "program.py"
-    program.write_text(
-        "import sweeps\n"
-        "reveal_type(sweeps.run('first', axes={'inertia': range(2, 4)}))\n"
-        "reveal_type(sweeps.plan('first').designs)\n"
-        "reveal_type(sweeps.__version__)\n"
-        "sweeps.run(engin='ntua')\n"
-    )
-    pytest.importorskip("mypy")
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--follow-imports=silent", "--no-incremental",
-         "--config-file", str(ROOT / "pyproject.toml"), str(program)],
-        cwd=ROOT, capture_output=True, text=True,
-    )  # fmt: skip
-    kinds = re.findall(r'Revealed type is "([\w.]+)"', done.stdout)
-    assert [kind.removeprefix("builtins.") for kind in kinds] == [
-        "xarray.core.dataset.Dataset", "int", "str",
-    ]  # fmt: skip
-    assert 'Unexpected keyword argument "engin" for "run"' in done.stdout
 
 
 def results() -> xr.Dataset:
