@@ -29,27 +29,19 @@ def command(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
     return python(REFUSED, *words, cwd=folder)
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("without_laboratory")
-
-
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_the_demo_a_plot_and_a_report(tmp_path: Path) -> None:
+    for words in (
         ("run", "thesis", "-q", "-o", "thesis.nc"),
         ("plot", "thesis.nc", "-o", "figures"),
         ("report", "thesis.nc", "-o", "thesis.html"),
-    ],
-)
-def test_the_demo_a_plot_and_a_report(words: tuple[str, ...], folder: Path) -> None:
-    if words[0] == "report":
-        pytest.importorskip("bokeh")
-    done = command(*words, folder=folder)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert any((folder / words[-1]).iterdir() if words[0] == "plot" else [folder / words[-1]])
+    ):
+        if words[0] == "report":
+            pytest.importorskip("bokeh")
+        done = command(*words, folder=tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+    assert any((tmp_path / "figures").iterdir()) and (tmp_path / "thesis.html").exists()
 
 
 MISSING = "the evaluation of recordings (sweeps.lab) is not installed; python -m pip install"
