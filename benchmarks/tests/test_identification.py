@@ -20,4 +20,4 @@ def test_a_simulated_case() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS[1:], ids=lambda kind: kind.name)
 def test_every_kind_is_fitted(kind: Kind) -> None:
-    assert len(covered(kind, 2)) == (6 if kind.name == "own" else 4)
+    assert len(covered(kind, 1)) == (6 if kind.name == "own" else 4)
