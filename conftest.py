@@ -39,6 +39,11 @@ def pytest_configure(config: pytest.Config) -> None:
         _keep_temporary_files_apart(config)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with slow tests: at the end, processes then share short ones, and none waits long."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
 def _keep_temporary_files_apart(config: pytest.Config) -> None:
     """Remove temporary files at the end, also those of processes that tests kill.
 
