@@ -93,11 +93,11 @@ DESIGNS = {
         3, 2.0, "constant", offset=0.35, radius_factors=(1.0, 0.8, 1.15)
     ),
     "unequal throws, offset, friction, variable": unequal(
-        3, 1.6, "variable", offset=-0.3, radius_factors=(1.0, 1.2, 0.9),
-        pressure_factors=(1.0, 0.0, 1.0), mass_factors=(1.0, 1.1, 0.9), friction_shares=SHARES,
+        2, 1.6, "variable", offset=-0.3, radius_factors=(1.0, 0.9),
+        pressure_factors=(1.0, 0.5), mass_factors=(1.0, 1.1), friction_shares=SHARES,
     ),
     "friction, 1 cyl": unequal(1, 2.0, "constant", friction_shares=SHARES),
-    "friction, 4 cyl": unequal(4, 1.0, "variable", friction_shares=SHARES),
+    "friction, 2 cyl, variable": unequal(2, 1.0, "variable", friction_shares=SHARES),
     "friction, offset": unequal(2, 1.6, "constant", offset=0.3, friction_shares=SHARES),
     "friction, unequal throws, cycle_time": unequal(
         3, 2.0, "constant", "cycle_time", radius_factors=(1.0, 1.0, 0.9),
