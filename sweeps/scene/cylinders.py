@@ -19,7 +19,6 @@ from sweeps.scene.engine.cylinder_keys import (
     name_of,
     read_arrangement,
 )
-from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 from sweeps.scene.word_keys import WordKey
 
@@ -74,14 +73,6 @@ def cylinders_along_axis(
         raise refused(*two, f"{where}arrangement")
     made = (own_cylinders(replace(keys, arrangement=a), values, where) for a in several)
     return tuple(cylinders for cylinders in made if cylinders is not None)
-
-
-def cylinders_of_count(scene: Scene, count: int) -> Cylinders:
-    """Cylinders of engines with so many: the scene's or engine's own, or the customary ones."""
-    own = scene.own_cylinders
-    if own is not None and len(own.members) == count:
-        return own
-    return even_cylinders(count, scene.engine.period)
 
 
 def read_arrangement_axis(

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from engine_dyn.engine import Engine
-from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
@@ -311,6 +311,18 @@ class Scene(GivenValues):
         over = " x ".join(f"{d} ({n})" for d, n in self.sizes.items())
         designs = counted(math.prod(self.sizes.values()), "design")
         return f"{over}, {designs}" if over else designs
+
+    @cached_property
+    def cylinders_by_count(self) -> dict[int, Cylinders]:
+        """Cylinders of engines with so many: the scene's or engine's own, or the customary ones."""
+        own, period = self.own_cylinders, self.engine.period
+        of_own = {} if own is None else {len(own.members): own}
+        return {z: of_own[z] if z in of_own else even_cylinders(z, period) for z in self.counts}
+
+    @property
+    def all_cylinders(self) -> tuple[Cylinders, ...]:
+        """Cylinders of each arrangement; without several, of each number of cylinders."""
+        return self.arrangements or tuple(self.cylinders_by_count.values())
 
     @property
     def described(self) -> tuple[Cylinders, ...]:

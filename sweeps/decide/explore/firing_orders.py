@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.geometry.arrangement import Arrangement
-from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.possible_orders import (
     CRANKS,
@@ -27,7 +26,6 @@ from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, OF_ORDERS
 from sweeps.base.errors import SceneError, counted, not_known, shown
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.cylinder_keys import arrangement_of, read_arrangement
 from sweeps.scene.engine.engine_files import catalogue
 from sweeps.scene.engine_choices import those_possible
@@ -246,7 +244,7 @@ def _arrangement(own: Scene, given: str | Mapping[str, Any] | None, name: str) -
             return arrangement_of(read_arrangement(given, "arrangement"), own.engine.period)
         except ValueError as error:
             raise SceneError(mentioned(error)) from None
-    cylinders: Cylinders = cylinders_of_count(own, own.counts[0])
+    cylinders = own.cylinders_by_count[own.counts[0]]
     if cylinders.arrangement is None:
         raise SceneError(
             f"{name}: {counted(cylinders.count, 'cylinder')} in line: no firing order and so no "

@@ -19,7 +19,6 @@ from engine_dyn.units import BAR, DEGREE
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, did_you_mean
 from sweeps.running.compute.in_memory import compute
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.features import GIVEN_FEATURES, indicator, measured
 from sweeps.scene.features.feature import with_part
 from sweeps.scene.model import Scene
@@ -311,7 +310,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
             raise SceneError(f"{where}: {must}")
     if len(scene.counts) > 1 or scene.arrangements:
         raise SceneError(f"{where}: the scene has several engines; must be one")
-    cylinders = cylinders_of_count(scene, scene.counts[0])
+    cylinders = scene.cylinders_by_count[scene.counts[0]]
     period = float(scene.engine.period)
     names = ("bore", "stroke", "crank_ratio", "reciprocating_mass", "inertia", "crankcase_pressure")
     bore, stroke, crank_ratio, mass, inertia, crankcase = values_of(scene, names)

@@ -38,7 +38,6 @@ from sweeps.base.errors import printable
 from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.provenance import provenance
 from sweeps.running.archive.warnings import ATTRIBUTE, Watch
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.features.indicator_files import NOT_PEGGED
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.plan import Part, Plan
@@ -472,7 +471,7 @@ def _arrangements(scene: Scene) -> str:
         return json.dumps(each)
     if len(scene.counts) > 1:
         return ""
-    own = _arrangement(with_values(cylinders_of_count(scene, scene.counts[0]), fixed))
+    own = _arrangement(with_values(scene.cylinders_by_count[scene.counts[0]], fixed))
     return json.dumps(own) if own else ""
 
 

@@ -12,7 +12,6 @@ from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
@@ -28,9 +27,8 @@ def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
     keys = scene.cylinder_keys
     if not keys:
         return scene.described
-    engines = scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),)
-    found = []
-    for engine in engines:
+    extremes = []
+    for engine in scene.all_cylinders:
         for end in (np.min, np.max):
             values = {}
             for key in keys:
@@ -41,8 +39,8 @@ def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
                 except ValueError as error:
                     text = mentioned(error).removeprefix(f"{key}: ")
                     raise SceneError(f"{name}: [{table}] {key}: {text}") from None
-            found.append(with_values(engine, values))
-    return tuple(found)
+            extremes.append(with_values(engine, values))
+    return tuple(extremes)
 
 
 def check_misfire(values: GivenValues, name: str) -> None:
@@ -68,11 +66,10 @@ def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
     """
     from engine_dyn.forces.balance.shaking_forces import hangs_on_bank_offset
 
-    engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
     order = {"shaking_moment_first": 1, "shaking_moment_second": 2}.get(
         quantity.removesuffix(ELASTICITY)
     )
-    for engine in engines:
+    for engine in scene.all_cylinders:
         if engine.arrangement is None:
             continue  # `check_throws` refuses these
         boxer = is_boxer(engine)

@@ -29,7 +29,6 @@ from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
 from sweeps.scene.crossings import refused
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.features import BY_CONSTANT
 from sweeps.scene.features.feature import GivenFeature
@@ -195,8 +194,7 @@ def _of_another_crank(scene: Scene, feature: GivenFeature) -> bool:
     if feature.part_of(scene) is None or feature.given_in(scene.source):
         return False
     own = engine.own_cylinders or even_cylinders(int(engine.values["cylinders"]), engine.period)
-    made = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
-    return any(_throws(one) != _throws(own) for one in made)
+    return any(_throws(one) != _throws(own) for one in scene.all_cylinders)
 
 
 def _throws(engine: Cylinders) -> object:

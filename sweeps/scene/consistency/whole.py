@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.flywheel import mean_diameter
 from engine_dyn.geometry.arrangement import FOUR_STROKE
+from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio
 from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS
@@ -29,7 +30,6 @@ from sweeps.scene.consistency.features import check_crossings
 from sweeps.scene.consistency.outputs import check_needs, check_start
 from sweeps.scene.consistency.pressure import check_diagram_count, check_motored, check_ranges
 from sweeps.scene.crossings import exclusive_pair, refused
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.features.shaft import SHAFT_KEYS
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
@@ -48,9 +48,9 @@ def check_scene(scene: Scene, name: str) -> None:
     check_diagram_count(scene, name)
     check_rod(scene, name)
     check_ring(scene, name)
-    extreme_cylinders(scene, name)  # refuses values that no cylinder can have
-    check_offset(scene, name)
-    check_throw_radii(scene, name)
+    extremes = extreme_cylinders(scene, name)  # refuses values that no cylinder can have
+    check_offset(scene, extremes, name)
+    check_throw_radii(scene, extremes, name)
     check_misfire(scene, name)
     check_friction_law(scene, name)
     check_friction_fractions(scene, name)
@@ -218,7 +218,7 @@ def check_ring(values: GivenValues, name: str) -> None:
         raise SceneError(f"{name}: {error}") from None
 
 
-def check_offset(scene: Scene, name: str) -> None:
+def check_offset(scene: Scene, extremes: Sequence[Cylinders], name: str) -> None:
     """Check that the crank turns in every combination of the scene: |e| + r < l."""
     if "centred" in scene.words:
         return
@@ -237,7 +237,7 @@ def check_offset(scene: Scene, name: str) -> None:
                 ratio = radius / length
             else:
                 radius, ratio = crank_radius_of_ratio(stroke, length, pin + crank), length
-            for engine in extreme_cylinders(scene, name):
+            for engine in extremes:
                 engine.check_turning(ratio, (pin + crank) / radius)
         except ValueError as error:
             offset = "pin_offset" if pin.any() else "crank_offset"
@@ -258,7 +258,7 @@ def _worst(values: GivenValues, parameter: str) -> list[Floats]:
     return [np.array([value]) for value in {found.values.min(), found.values.max()}]
 
 
-def check_throw_radii(scene: Scene, name: str) -> None:
+def check_throw_radii(scene: Scene, extremes: Sequence[Cylinders], name: str) -> None:
     """Check that the crank turns on throws of unequal radius; see `check_offset` for offsets."""
     words = scene.words
     if "equal_throws" in words or "offset" in words:
@@ -268,7 +268,7 @@ def check_throw_radii(scene: Scene, name: str) -> None:
         ratio = 0.5 * stroke / float(scene.given["rod_length"].values.min())
     else:
         ratio = float(scene.given_or_own("crank_ratio", 0.0).values.max())
-    for engine in extreme_cylinders(scene, name):
+    for engine in extremes:
         try:
             engine.check_turning(ratio)
         except ValueError as error:
@@ -370,8 +370,7 @@ def _check_shapes(scene: Scene, name: str) -> None:
 
 
 def _check_throws(scene: Scene, shaft: Shaft, name: str) -> None:
-    engines = scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),)
-    for engine in engines:
+    for engine in scene.all_cylinders:
         along = engine.along_shaft
         count = engine.count if along is None else len(along)
         if count != len(shaft.throws):

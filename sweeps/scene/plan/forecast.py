@@ -19,10 +19,9 @@ from engine_dyn.speed.mechanisms import BATCH, GENERAL
 from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, TORSION_STATUS
 from sweeps.base.errors import counted, size_text
 from sweeps.scene.plan.blocks import block_count, divided
-from sweeps.scene.plan.leaves import LOOKED_AT, cycles_known
+from sweeps.scene.plan.leaves import LOOKED_AT, cycles_known, modes_kept
 from sweeps.scene.plan.plan import Plan, Stage
 from sweeps.scene.plan.rates import SECONDS, SERIAL, START, WRITING
-from sweeps.scene.plan.shaft_modes import modes_kept
 
 DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,9 +26,11 @@ from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.each_cylinder import with_values
 from engine_dyn.quantities.features import FEATURES
 from engine_dyn.quantities.graph import CONSTANTS, DIMENSIONS
+from engine_dyn.torsion.shaft import Shaft
+from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Booleans, Floats, Integers
+from engine_dyn.units import RPM
 from sweeps.base.errors import SceneError
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
@@ -106,8 +108,7 @@ def _highest_of_fast_shafts(scene: Scene) -> float:
 
 def _throws(scene: Scene) -> int:
     """Throws of the engine with most of them; none where their order is unknown."""
-    engines = scene.arrangements or [cylinders_of_count(scene, count) for count in scene.counts]
-    return max(len(engine.along_shaft or ()) for engine in engines)
+    return max(len(engine.along_shaft or ()) for engine in scene.all_cylinders)
 
 
 def _crank_angles(period: float, cycles: int, step: float) -> Floats:
@@ -265,7 +266,7 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
     if not (arrangements or keys or np.any(misfire.data) or patterns):
-        return count, {n: cylinders_of_count(scene, n) for n in scene.counts}
+        return count, scene.cylinders_by_count
     which = Value(np.zeros(()))
     if arrangements:
         which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
@@ -276,11 +277,130 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
     dims, distinct, number = _combinations(scene, [count, which, misfire, fires, *of_keys])
     sets = {}
     for i, (cylinders, place, silent, pattern, *values) in enumerate(distinct.tolist()):
-        engine = cylinders_of_count(scene, int(cylinders))
-        engine = arrangements[int(place)] if arrangements else engine
+        engine = (
+            arrangements[int(place)] if arrangements else scene.cylinders_by_count[int(cylinders)]
+        )
         engine = with_values(engine, dict(zip(keys, values, strict=True)))
         engine = engine.without(int(silent))
         if patterns:
             engine = engine.with_pattern(patterns.each[int(pattern)].of(engine.count))
         sets[FIRST_SET + i] = engine
     return Value(FIRST_SET + number, dims), sets
+
+
+# --- modes of shafts ------------------------------------------------------------------------------
+
+
+class ModesKept(NamedTuple):
+    """Number of modes that are computed, that of the system, and why so many, as people read it."""
+
+    kept: int
+    of: int
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.kept} of {self.of} modes of the system{self.why and ': '}{self.why}"
+
+
+def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
+    """Modes of a scene with a shaft.
+
+    Raises
+    ------
+    SceneError
+        In one line: where more modes are asked for than there are, or none is as low.
+    """
+    shaft = scene.engine.shaft
+    name = scene.path.name if scene.path else "scene"
+    if shaft is None:
+        for key in ("modes", "modes_below"):
+            if getattr(scene, key) is not None:
+                raise SceneError(f"{name}: [output] {key}: has no effect: the scene has no shaft")
+        return ModesKept(0, 0, "")
+    stiff, soft = (_systems(scene, shaft, leaves, ends) for ends in (_largest, _lowest))
+    from engine_dyn.torsion.modes import free_parts
+
+    free = min(int(free_parts(system, 1.0)) for system in stiff)
+    total = stiff[0].parent.size - free
+    if scene.modes is not None:
+        if scene.modes > total:
+            raise SceneError(
+                f"{name}: [output] modes = {scene.modes}: the shaft has {total}; must be at most "
+                "as many"
+            )
+        return ModesKept(scene.modes, total, "as asked for")
+    if scene.modes_below is not None:
+        count = _below(soft, math.tau * min(scene.modes_below, 1e100)) - free
+        if count < 1:
+            raise SceneError(
+                f"{name}: [output] modes_below = {scene.modes_below:g}: no mode is below it [Hz]"
+            )
+        return ModesKept(count, total, f"those below {scene.modes_below:g} Hz")
+    if "speed" not in scene.known:
+        return ModesKept(total, total, "")
+    speed = float(np.max(scene.known["speed"].si))
+    # Frequencies over the range of orders that still count as within it: below its resonance a mode
+    # responds too, and masses that vary are looked at by their mean
+    count = _below(soft, 1.25 * scene.highest_order * speed) - free
+    # Modes that are computed where nothing is asked for, even above the range of orders
+    at_least = 6
+    if count >= total or total <= at_least:
+        return ModesKept(total, total, "")
+    why = f"all that orders up to {scene.highest_order:g} can excite at {speed / RPM:.5g} rpm"
+    if count < at_least:
+        why += f", and {at_least} at least"
+    return ModesKept(max(count, at_least), total, f"{why}; [output] modes gives others")
+
+
+def _below(systems: list[ShaftSystem], omega: float) -> int:
+    """Largest number of modes below a frequency, those of free parts among them."""
+    from engine_dyn.torsion.graded import modes_below
+
+    counts = []
+    for system in systems:
+        stiffness = system.stiffness_at(0.0)
+        numbers = system.inertia, stiffness, system.ground_stiffness, system.speed_stiffness
+        scratch = np.empty(system.parent.size)
+        counts.append(int(modes_below(system.parent, numbers, math.inf, omega**2, scratch)))
+    return max(counts)
+
+
+def _largest(what: str, values: Any) -> Any:
+    return np.max(values)
+
+
+def _lowest(what: str, values: Any) -> Any:
+    """Give the end of values that lowers frequencies, or the mean where neither end does."""
+    # Of the first the least values lower all frequencies, of the second the largest.
+    softening = (
+        "shaft_stiffness", "damper_stiffness", "disc_ground_stiffness", "shaft_diameter",
+        "shaft_shear_modulus",
+    )  # fmt: skip
+    heavy = ("disc_inertia", "damper_inertia", "pendulum_mass", "shaft_length", "shaft_bore")
+    if what in softening:
+        return np.min(values)
+    return np.max(values) if what in heavy else np.mean(values)
+
+
+def _systems(
+    scene: Scene, shaft: Shaft, leaves: Mapping[str, Value], end: Any
+) -> list[ShaftSystem]:  # fmt: skip
+    """Systems with these ends of all that varies, for the least and the largest gear ratios."""
+    values = {key: end(key.rpartition("_")[0], scene.known[key].si) for key in scene.shaft_keys}
+    try:
+        masses = mean_of(scene, leaves, "mean_reciprocating_inertia")
+    except KeyError:  # the engine has no masses, and no quantity that needs them
+        masses = 0.0
+    added = np.full(len(shaft.throws), masses / len(shaft.throws))
+    tables = np.full(len(shaft.shafts), np.nan)
+    for place, table in shaft.tables.items():
+        tables[place] = end("shaft_stiffness", table.stiffness)
+    excess = 0.0
+    if "wanted_delta" in scene.words:
+        # A flywheel that a wanted delta asks for: one still larger lowers no mode.
+        excess = 1e3 * shaft.inertia(values, added)
+    systems = []
+    for pick in (np.min, np.max):
+        gears = {key: pick(scene.known[key].si) for key in values if "gear_ratio" in key}
+        systems.append(shaft.system({**values, **gears}, added, excess, 0.0, tables))
+    return systems

@@ -25,8 +25,7 @@ from sweeps.base.dimensions import DESIGN, STATUS, TORSION_STATUS
 from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene, SeveralEngines
-from sweeps.scene.plan.leaves import leaves_of, points_of
-from sweeps.scene.plan.shaft_modes import modes_kept
+from sweeps.scene.plan.leaves import leaves_of, modes_kept, points_of
 from sweeps.scene.plan.variations import (
     Variation,
     changed_parameters,

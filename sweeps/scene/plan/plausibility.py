@@ -32,7 +32,6 @@ from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness
 from engine_dyn.units import BAR, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, printable, shown
-from sweeps.scene.cylinders import cylinders_of_count
 from sweeps.scene.engine.silenced_warnings import (
     DIAGRAM_SPEEDS,
     RECIPROCATING_SHARE,
@@ -382,7 +381,7 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
 def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     """Line on the strong order that moves the flywheel most unlike the rigid shaft."""
     scene = plan.scene
-    engine = (scene.arrangements or (cylinders_of_count(scene, scene.counts[0]),))[0]
+    engine = scene.all_cylinders[0]
     places = engine.along_shaft
     if places is None:
         return []
