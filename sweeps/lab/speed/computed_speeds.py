@@ -324,7 +324,7 @@ def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) 
 def values_of(scene: Scene, names: Iterable[str]) -> list[float]:
     """Parameters or quantities without dimensions [SI], the means of designs that differ."""
     leaves = leaves_of(scene, {})
-    return [float(mean_of(scene, leaves, name)) for name in names]
+    return [float(mean_of(scene.node, leaves, name)) for name in names]
 
 
 def value_of(scene: Scene, name: str) -> float:

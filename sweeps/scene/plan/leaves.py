@@ -7,7 +7,7 @@ everything that no stage of the plan computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from engine_dyn.quantities.balance import DIRECTIONS
 from engine_dyn.quantities.each_cylinder import with_values
 from engine_dyn.quantities.features import FEATURES
 from engine_dyn.quantities.graph import CONSTANTS, DIMENSIONS
+from engine_dyn.quantities.node import Node
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Booleans, Floats, Integers
@@ -172,7 +173,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     return leaves
 
 
-def mean_of(scene: Scene, leaves: Mapping[str, Value], name: str) -> Any:
+def mean_of(node_of: Callable[[str], Node], leaves: Mapping[str, Value], name: str) -> Any:
     """A value, the mean where it varies [SI], by formulas of the graph alone.
 
     Raises
@@ -185,10 +186,10 @@ def mean_of(scene: Scene, leaves: Mapping[str, Value], name: str) -> Any:
         if not leaf.dims:
             return leaf.si
         return np.ravel(leaf.data)[0] if name == "cylinder_set" else np.mean(leaf.si)
-    node = scene.node(name)
+    node = node_of(name)
     if node.make is None or node.kind == "stage":
         raise KeyError(name)
-    return node.make(**{need: mean_of(scene, leaves, need) for need in node.needs})
+    return node.make(**{need: mean_of(node_of, leaves, need) for need in node.needs})
 
 
 def _with_cycles(
@@ -388,7 +389,7 @@ def _systems(
     """Systems with these ends of all that varies, for the least and the largest gear ratios."""
     values = {key: end(key.rpartition("_")[0], scene.known[key].si) for key in scene.shaft_keys}
     try:
-        masses = mean_of(scene, leaves, "mean_reciprocating_inertia")
+        masses = mean_of(scene.node, leaves, "mean_reciprocating_inertia")
     except KeyError:  # the engine has no masses, and no quantity that needs them
         masses = 0.0
     added = np.full(len(shaft.throws), masses / len(shaft.throws))

@@ -8,7 +8,7 @@ and nothing is computed on an axis that it does not depend on.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.features import FEATURES
+from engine_dyn.quantities.friction import FRICTION_LAWS
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
@@ -26,14 +27,8 @@ from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.plan.leaves import leaves_of, modes_kept, points_of
-from sweeps.scene.plan.variations import (
-    Variation,
-    changed_parameters,
-    plan_elasticities,
-    plan_uncertainty,
-)
+from sweeps.scene.plan.variations import Variation, variations_of
 from sweeps.scene.representations import html_tables, named_some
-from sweeps.scene.values import friction_law
 
 MOST_CELLS = 1000
 """Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
@@ -220,7 +215,7 @@ def make_plan(scene: Scene) -> Plan:
     points["mode"] = np.arange(1, modes.kept + 1, dtype=np.int32)
     leaves["mode"] = Value(points["mode"], ("mode",))
     sizes = scene.sizes | {name: len(values) for name, values in points.items()}
-    ancestors = _Ancestors(scene, leaves, sizes)
+    ancestors = _Ancestors(scene.node, (*scene.dimensions, *DIMENSIONS), leaves, sizes)
     for name in scene.quantities:
         ancestors.visit(name)
     outputs = list(scene.quantities)
@@ -239,7 +234,7 @@ def make_plan(scene: Scene) -> Plan:
     unused = _unused(scene, leaves, used)
     chosen = {word for stage in ancestors.stages.values() for word in stage.node.when.split()}
     # The law is a word that selects variants, not a value that stages take.
-    by_words = {"friction_law"} if friction_law(scene) in chosen else set()
+    by_words = set() if chosen.isdisjoint(FRICTION_LAWS) else {"friction_law"}
     settings = tuple(key for key in scene.settings if key not in used | by_words)
     stages = tuple(ancestors.stages.values())
     if not any("mode" in stage.dims for stage in stages):
@@ -258,13 +253,8 @@ def make_plan(scene: Scene) -> Plan:
     )  # fmt: skip
     if scene.reduce is not None:
         _check_reduced(plan)
-    if scene.elasticities:
-        keys = changed_parameters(scene, leaves, used)
-        variation = plan_elasticities(scene, ancestors.stages, leaves, keys, make_plan, plan.name)
-        plan = _with_variation(plan, variation)
-    if scene.uncertainty is not None:
-        variation = plan_uncertainty(scene, ancestors.stages, make_plan, plan.name)
-        plan = _with_variation(plan, variation)
+    for one in variations_of(scene, ancestors.stages, leaves, used, make_plan, plan.name):
+        plan = _with_variation(plan, one)
     return plan
 
 
@@ -398,11 +388,14 @@ def _points_of_several(each: Sequence[Points]) -> tuple[Points, list[dict[str, I
 class _Ancestors:
     """The stages that quantities need, and the leaves that these use."""
 
-    def __init__(self, scene: Scene, leaves: Mapping[str, Value], sizes: Mapping[str, int]) -> None:
-        self.scene = scene
+    def __init__(
+        self, node: Callable[[str], Node], order: tuple[str, ...], leaves: Mapping[str, Value],
+        sizes: Mapping[str, int],
+    ) -> None:  # fmt: skip
+        self.node = node
+        self.order = order
         self.leaves = leaves
         self.sizes = sizes
-        self.order = (*scene.dimensions, *DIMENSIONS)
         self.stages: dict[str, Stage] = {}
         self.used: set[str] = set()
 
@@ -413,7 +406,7 @@ class _Ancestors:
             return self.leaves[name].dims
         if name in self.stages:
             return self.stages[name].dims
-        node = self.scene.node(name)
+        node = self.node(name)
         dims: set[str] = set(node.adds)
         for need in node.needs:
             here = self.visit(need)

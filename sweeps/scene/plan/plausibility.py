@@ -327,11 +327,11 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     of_section = of_shaft and SHAFT_SECTION not in off
     if shaft is None or not (of_share or of_rigid or of_section):
         return []
-    values = {key: mean_of(scene, plan.leaves, key) for key in scene.shaft_keys}
+    values = {key: mean_of(scene.node, plan.leaves, key) for key in scene.shaft_keys}
     throws = len(shaft.throws)
     lines = list(_odd_sections(shaft, values)) if of_section else []
     try:
-        moving = mean_of(scene, plan.leaves, "mean_reciprocating_inertia") / throws
+        moving = mean_of(scene.node, plan.leaves, "mean_reciprocating_inertia") / throws
     except KeyError:  # the engine has no masses, and no quantity that needs them
         moving = 0.0
     own = shaft.inertias(values, np.full(throws, moving))

@@ -103,21 +103,10 @@ def _variables(base: Node, number: int) -> list[Node]:
     ]  # fmt: skip
 
 
-def plan_uncertainty(
+def _plan_uncertainty(
     scene: Scene, stages: Mapping[str, Any], make_plan: Callable[[Scene], Any], name: str
 ) -> Variation:
-    """Plan the draws of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its [uncertainty] is given.
-    stages : dict
-        Those of its plan.
-    make_plan : callable
-        Plans an ordinary scene.
-    name : str
-        The scene as messages call it.
+    """Plan the draws of a scene with [uncertainty]; `stages` are those of its plan.
 
     Raises
     ------
@@ -212,7 +201,7 @@ def _variables_of(base: Node) -> list[Node]:
     return nodes
 
 
-def changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -> list[str]:
+def _changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -> list[str]:
     """Continuous parameters that scene or engine give and that results depend on.
 
     `leaves` are the names of given values that are in force: what the scene gives may replace what
@@ -264,33 +253,14 @@ def changed_values(scene: Scene, node: Node, values: Floats) -> Iterator[tuple[F
             yield np.where(allowed, moved, values), allowed
 
 
-def plan_elasticities(
-    scene: Scene,
-    stages: Mapping[str, Any],
-    leaves: Mapping[str, Value],
-    keys: list[str],
-    make_plan: Callable[[Scene], Any],
-    name: str,
-) -> Variation:
-    """Plan the changed scenes of a scene.
+def _plan_elasticities(
+    scene: Scene, stages: Mapping[str, Any], leaves: Mapping[str, Value], keys: list[str],
+    make_plan: Callable[[Scene], Any], name: str,
+) -> Variation:  # fmt: skip
+    """Plan the changed scenes of a scene; `stages` and `leaves` are those of its plan.
 
-    Parameters
-    ----------
-    scene : Scene
-        What asks for elasticities.
-    stages, leaves : dict
-        Those of its plan.
-    keys : list of str
-        The parameters.
-    make_plan : callable
-        Plans an ordinary scene.
-    name : str
-        The scene as messages call it.
-
-    Returns
-    -------
-    Variation
-        Its plans are those of the first parameter, step by step below and above, then of the next.
+    The plans are those of the first of the parameters `keys`, step by step below and above, then of
+    the next.
 
     Raises
     ------
@@ -315,3 +285,18 @@ def plan_elasticities(
     ]
     variables = [(q, node) for q in scene.elasticities for node in _variables_of(stages[q].node)]
     return Variation(PARAMETER, tuple(keys), scene.elasticities, tuple(variables), tuple(plans))
+
+
+def variations_of(
+    scene: Scene, stages: Mapping[str, Any], leaves: Mapping[str, Value], used: set[str],
+    make_plan: Callable[[Scene], Any], name: str,
+) -> Iterator[Variation]:  # fmt: skip
+    """Plan what a scene asks for with other values: elasticities, then draws of what is uncertain.
+
+    `stages`, `leaves` and `used`, the leaves that results depend on, are those of its plan.
+    """
+    if scene.elasticities:
+        keys = _changed_parameters(scene, leaves, used)
+        yield _plan_elasticities(scene, stages, leaves, keys, make_plan, name)
+    if scene.uncertainty is not None:
+        yield _plan_uncertainty(scene, stages, make_plan, name)
