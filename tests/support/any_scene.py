@@ -224,12 +224,13 @@ def _speed(draw: Draw, given: Given) -> None:
 
 
 def _load_law(draw: Draw, given: Given) -> None:
-    linear = draw(st.booleans())
-    law = {"load_linear": near(0.05, 1.0), "load_square": near(0.001, 0.01)} if linear else {
+    law = {
+        "load_linear": near(0.05, 1.0), "load_square": near(0.001, 0.01),
         "load_exponent": st.sampled_from([0.0, 0.5, 1.0, 2.0, 3.0]), "load_offset": near(0.0, 2.0),
     }  # fmt: skip
-    for key in list(law)[: draw(st.integers(1, 2))]:
-        given.values[key] = law[key]
+    one, other = draw(st.sampled_from([(0, 1), (1, 0), (2, 3)]))
+    for place in (one, other)[: draw(st.integers(1, 2))]:
+        given.values[list(law)[place]] = law[list(law)[place]]
 
 
 def _load_table(draw: Draw, given: Given) -> None:
