@@ -159,7 +159,7 @@ def twice(x):
 with twice._lock:  # as another thread holds it while it imports the compiler
     child = os.fork()
     if not child:
-        signal.alarm(60)
+        signal.alarm(600)
         os._exit(0 if twice(2.0) == 4.0 else 1)
 assert os.waitpid(child, 0)[1] == 0
 """

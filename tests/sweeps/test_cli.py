@@ -343,7 +343,7 @@ def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) ->
         command = f'exec "$0" -c "$1" {words} "$2" {closed}'
         done = subprocess.run(
             ["sh", "-c", command, sys.executable, COMMAND, str(output)],
-            cwd=ROOT, capture_output=True, text=True, timeout=300,
+            cwd=ROOT, capture_output=True, text=True, timeout=600,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
     with xr.open_dataset(output, engine="netcdf4") as archive:

@@ -78,7 +78,7 @@ def test_a_heap_without_sizes_does_not_hang(
     path.write_bytes(make())
     # In a process of its own first: inside the library this test could not be stopped.
     code = "from sweeps.base.netcdf import netcdf_child\nnetcdf_child.SECONDS = 0.3\n" + COMMAND
-    done = python(code, "info", path, timeout=120)
+    done = python(code, "info", path, timeout=600)
     assert done.returncode == 2, done.stderr
     monkeypatch.setattr(netcdf_child, "SECONDS", 0.3)
     for command in READING:
@@ -172,7 +172,7 @@ def test_a_child_that_takes_too_much_memory_is_ended(
 def test_a_child_that_runs_for_ever_can_be_interrupted(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     path.write_bytes(with_zero_size())
-    code = "from sweeps.base.netcdf import netcdf_child\nnetcdf_child.SECONDS = 1000.0\n"
+    code = "from sweeps.base.netcdf import netcdf_child\nnetcdf_child.SECONDS = 5000.0\n"
     # A shell that runs tests in the background makes them ignore the signal.
     code += "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
     code += "print('ready', flush=True)\n" + COMMAND
@@ -182,12 +182,12 @@ def test_a_child_that_runs_for_ever_can_be_interrupted(tmp_path: Path) -> None:
     ) as command:  # fmt: skip
         assert command.stdout is not None and command.stdout.readline() == "ready\n"
         process = psutil.Process(command.pid)
-        end = time.monotonic() + 60.0
+        end = time.monotonic() + 600.0
         while not any(p.cpu_times().user > 1.0 for p in process.children()):  # is in the library
             assert time.monotonic() < end and command.poll() is None
             time.sleep(0.1)
         os.killpg(command.pid, signal.SIGINT)
-        _, told = command.communicate(timeout=60)
+        _, told = command.communicate(timeout=600)
     assert command.returncode == 1
     assert told == "engine-dyn: interrupted; nothing was written\n"
 

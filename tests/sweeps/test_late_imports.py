@@ -163,7 +163,7 @@ def held(lock, wanted):
     with lock:  # as another thread holds it; the child has only the thread that forks
         child = os.fork()
         if not child:
-            signal.alarm(20)
+            signal.alarm(600)
             wanted()
             os._exit(0)
         return os.waitpid(child, 0)[1]
@@ -176,5 +176,5 @@ print(held(families._lock, remember), held(lock, remember), held(netcdf_child._L
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forks")
 def test_locks_are_free_in_a_fork(tmp_path: Path) -> None:
     (tmp_path / "sound.nc").write_bytes(sound_archive())
-    told = python(FORK, tmp_path / "sound.nc", timeout=120)
+    told = python(FORK, tmp_path / "sound.nc", timeout=600)
     assert told.stdout == "0 0 0\n", told.stderr
