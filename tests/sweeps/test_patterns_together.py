@@ -59,13 +59,19 @@ def differing(alone: xr.Dataset, beside: xr.Dataset) -> list[str]:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("scene", [FOUR, SHAFT, GRID], ids=["engine", "shaft", "grid"])
-def test_every_quantity_has_the_same_bits_alone_and_beside(scene: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    ("scene", "patterns"),
+    [(FOUR, [PATTERNS[0], *PATTERNS[2:]]), (SHAFT, PATTERNS[::2]), (GRID, PATTERNS[::2])],
+    ids=["engine", "shaft", "grid"],
+)
+def test_every_quantity_has_the_same_bits_alone_and_beside(
+    scene: dict[str, Any], patterns: list[str]
+) -> None:
     names = answered(scene)
     assert len(names) > 200
-    together = run(scene_of(scene, PATTERNS, names))
-    assert together.sizes["firing_cycle"] % 70 == 0
-    for number, pattern in enumerate(PATTERNS):
+    together = run(scene_of(scene, patterns, names))
+    assert together.sizes["firing_cycle"] % (70 if scene is FOUR else 10) == 0
+    for number, pattern in enumerate(patterns):
         alone = run(scene_of(scene, [pattern], names)).isel(firing_pattern=0)
         assert differing(alone, together.isel(firing_pattern=number)) == [], pattern
 
