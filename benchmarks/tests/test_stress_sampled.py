@@ -14,6 +14,14 @@ from engine_dyn.status import CONVERGED, STALLED, TOLERANCE_NOT_MET
 
 SEED = 7
 
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Less than the command's least numbers of designs."""
+    monkeypatch.setattr(sampled, "FEWEST", 300)
+    monkeypatch.setattr(sampled, "AGAIN", 150)
+
+
 by_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 
 
