@@ -76,12 +76,12 @@ def _has_lines(page: Embedded, dim: str) -> bool:
 
 
 def _across(page: Embedded, dim: str) -> str:
-    """The column along an axis; for a list of designs their names, or a column of numbers."""
+    """The column along an axis: names of a few, and for a list of designs a column of numbers."""
     axis = page.axes[dim]
-    if not axis["list"]:
-        return dim
     if axis["named_by"] and axis["count"] <= NAMED:
         return str(axis["named_by"])
+    if not axis["list"]:
+        return dim
     numbers = [c for c in axis["columns"] if "values" in page.columns[c]]
     return str(numbers[0]) if numbers else dim
 
@@ -129,7 +129,7 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
     names = [
         n for n, q in page.quantities.items()
         if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
-        and n not in page.flat
+        and n not in page.flat and not n.endswith("_std")  # beside the mean it is a line at zero
     ]  # fmt: skip
     kind = _kind(over)
     figures: list[Specification] = []
