@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 Units = Callable[[str], str | None]  # Unit of a name, None where it is not known
 
-
 LONGEST = 500  # Characters of a condition
 
 

@@ -41,7 +41,6 @@ MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
 """Firings of a pattern, patterns that one text stands for, and cycles after which all patterns of a
 scene repeat, at most."""
 
-
 LONG = 60
 """Letters of the name of a pattern."""
 

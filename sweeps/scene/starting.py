@@ -12,12 +12,6 @@ from engine_dyn.parameters import PARAMETERS
 from engine_dyn.quantities.features import torque_tables
 from sweeps.scene.reading import built_in_scenes
 
-MEANINGS = {
-    "load_exponent": "load torque a + k omega^exponent",
-    "load_offset": "N m, constant part a of the load torque",
-}
-"""Comments on values that an engine file lacks; on the others their unit."""
-
 
 def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     """Write a commented scene that runs as it is.
@@ -52,8 +46,13 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         torque_tables.LOAD.of(engine), TorqueOverSpeed
     ):  # has the place of k omega^exponent
         without_effect.append("load_exponent")
+    # Comments on values that an engine file lacks; on the others their unit
+    meanings = {
+        "load_exponent": "load torque a + k omega^exponent",
+        "load_offset": "N m, constant part a of the load torque",
+    }
     lacking = [
-        f"{f'{key} = {one.typical:g}':<35}# {MEANINGS.get(key, one.unit)}"
+        f"{f'{key} = {one.typical:g}':<35}# {meanings.get(key, one.unit)}"
         for key, one in PARAMETERS.items()
         if not math.isnan(one.typical) and key not in values
         if not key.startswith(tuple(without_effect))

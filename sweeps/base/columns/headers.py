@@ -36,7 +36,6 @@ _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
 _COMMA_UNIT = re.compile(r"^(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$")
 """Quantity and unit as in Russian tables: "давление, МПа"."""
 
-
 TURNS = (360.0, 6.283185307179586, 1.0)  # A turn in the units of angles
 
 RUN = 6  # Rows of numbers in a row that make a table

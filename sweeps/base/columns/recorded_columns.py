@@ -19,7 +19,6 @@ from sweeps.base.ratios import BEYOND, LARGEST
 
 MOST_VALUES = 10**8  # Values of a recording, all columns together
 
-
 MOST_COLUMNS = 20_000  # Columns of a recording; a table with a column for each cycle has hundreds
 
 

@@ -32,7 +32,6 @@ _DOS_END = b"\x1a"  # End of a text of DOS
 _SEPARATORS = (";", "\t", "|", ",", BLANKS)
 _WORDS = {"tab": "\t", "\\t": "\t", "blank": BLANKS, "space": BLANKS, " ": BLANKS}
 
-
 _NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
 """First fields of rows that begin with their numbers."""
 

@@ -35,7 +35,6 @@ SECONDS = {
 }  # fmt: skip
 """Seconds of each unit of times."""
 
-
 _FOREIGN = {
     "град": "deg", "градус": "deg", "градусы": "deg", "гр": "deg", "°пкв": "deg", "градпкв": "deg",
     "гпкв": "deg", "рад": "rad", "бар": "bar", "мпа": "MPa", "кпа": "kPa", "гпа": "hPa", "па": "Pa",

@@ -13,9 +13,6 @@ from typing import Any
 
 from sweeps.base.errors import SceneError, one_line, shown
 
-_TYPED = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
-"""Characters of units as people write them, for pint."""
-
 _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
 
 
@@ -45,7 +42,9 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     found = pattern.match(raw) if isinstance(raw, str) else None
     if found is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
-    number, text = float(found[1]), raw[found.end() :].strip().translate(_TYPED)
+    # Characters of units as people write them, for pint
+    typed = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
+    number, text = float(found[1]), raw[found.end() :].strip().translate(typed)
     if text:
         number *= _factor(text, raw, where, unit)
     return _finite(number, raw, where, unit)

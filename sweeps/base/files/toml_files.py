@@ -14,7 +14,6 @@ from sweeps.base.files.regular_files import read_text
 MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
 """Bytes and keys of a scene or engine file: more take minutes. Longer lists stand in tables."""
 
-
 _MISTAKES = (
     (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
     (re.compile(r"[-+]?\d+,\d+ *(#|$)"), "the decimal mark is a point"),

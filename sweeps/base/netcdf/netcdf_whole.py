@@ -150,8 +150,6 @@ def main() -> None:
 
 MOST_MEMBERS = 1000  # Variables, dimensions and groups that a file may have
 
-_HARD_LINK, _SOFT_LINK, _VIRTUAL = 0, 1, 3
-
 _EACH = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_int64, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int), ctypes.c_void_p
 )
@@ -188,7 +186,7 @@ def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
     def each(parent: int, name: bytes, about: Any, _: Any) -> int:
         kind = about[0]
         left[0] -= 1
-        if kind not in (_HARD_LINK, _SOFT_LINK) or left[0] < 0:
+        if kind not in (0, 1) or left[0] < 0:  # neither a hard nor a soft link
             found.append(name.decode("utf-8", "replace"))
             return 1
         member = library.H5Gopen2(parent, name, 0)
@@ -219,7 +217,8 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
     made = library.H5Dget_create_plist(dataset)
     try:
         library.H5Dget_storage_size(dataset)  # the sum over all chunks
-        return library.H5Pget_layout(made) == _VIRTUAL or library.H5Pget_external_count(made) > 0
+        virtual = library.H5Pget_layout(made) == 3
+        return virtual or library.H5Pget_external_count(made) > 0
     finally:
         library.H5Pclose(made)
         library.H5Dclose(dataset)

@@ -33,10 +33,6 @@ CRANK_ANGLE, ORDER = "crank_angle", "order"
 _KIND = {CRANK_ANGLE: 0, ORDER: 20}
 """Abscissas of curves, with the number that data set 58 has for each (0: no other)."""
 
-_MOMENT = {"ordinate_spec_data_type": 1, "ordinate_len_unit_exp": 1, "ordinate_force_unit_exp": 1}
-
-_ZERO = "phi = 0: firing dead centre of cylinder 1"
-
 MOST_SETS = 1000  # Data sets of a file; other programs list each of them
 
 
@@ -124,12 +120,14 @@ def _data_set(
     x = one[over].values.astype(np.float64)
     unit = _unit(one)
     # Last ID line: what the angle and the phase mean
+    zero_of_angle = "phi = 0: firing dead centre of cylinder 1"
     says = {
-        CRANK_ANGLE: f"{_ZERO}; grows with the rotation",
-        ORDER: f"Re[(re + i im) exp(i order phi)], {_ZERO}",
+        CRANK_ANGLE: f"{zero_of_angle}; grows with the rotation",
+        ORDER: f"Re[(re + i im) exp(i order phi)], {zero_of_angle}",
     }
     lines = (f"{name}: {one.attrs.get('long_name', '')}", about.get("engine_title"), None, told,
              says[over])  # fmt: skip
+    of_moments = ("ordinate_spec_data_type", "ordinate_len_unit_exp", "ordinate_force_unit_exp")
     return {
         "type": 58, "binary": 0, "func_type": 0,
         **{f"id{place}": _field(line or "NONE", 80) for place, line in enumerate(lines, start=1)},
@@ -137,7 +135,7 @@ def _data_set(
         "abscissa_spacing": int(_is_even(x)), "abscissa_spec_data_type": _KIND[over],
         "abscissa_axis_lab": over, "abscissa_axis_units_lab": _field(_unit(one[over]), 20),
         "ordinate_axis_lab": _field(name, 20), "ordinate_axis_units_lab": _field(unit, 20),
-        "orddenom_spec_data_type": 0, **(_MOMENT if unit == "N m" else {}),
+        "orddenom_spec_data_type": 0, **(dict.fromkeys(of_moments, 1) if unit == "N m" else {}),
         "x": x, "data": one.values,
     }  # fmt: skip
 
@@ -225,9 +223,6 @@ def order_table(archive: xr.Dataset, quantity: str) -> xr.Dataset:
     return made.assign_attrs({CONVENTION: "\n".join(lines)})
 
 
-SLAVE = Path(__file__).with_name("fmu_slave.py")
-"""The script inside, which imports nothing of this project."""
-
 ZERO = (
     "angle zero is firing top dead centre of cylinder 1; angles and torques are positive in the "
     "sense of rotation"
@@ -305,9 +300,11 @@ def _fmi_unit(text: str) -> str:
 
 def _build(path: Path, table: str) -> None:
     """Build the FMU of a table in a folder of its own, and copy it."""
+    # The script inside, which imports nothing of this project
+    slave = Path(__file__).with_name("fmu_slave.py")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        text = SLAVE.read_text(encoding="utf-8")
+        text = slave.read_text(encoding="utf-8")
         (folder / "crank_angle_curves.py").write_text(text, encoding="utf-8")
         (folder / "table.json").write_text(table, encoding="utf-8")
         words = ["build", "-f", "crank_angle_curves.py", "-d", "made.fmu", "table.json"]

@@ -248,8 +248,6 @@ MOST_ROWS = 1_048_576  # Largest number of rows of a sheet of Excel
 
 HEADS = 2  # Rows above the numbers: names and units
 
-DIGITS = 7  # Significant digits that are written: results are not known better
-
 LONGEST = 32_767  # Characters of a cell of Excel
 
 
@@ -348,7 +346,8 @@ def _cell(value: Any) -> Any:
     number = float(value)
     if not math.isfinite(number):
         return None if math.isnan(number) else str(number)
-    return int(number) if number.is_integer() else float(f"{number:.{DIGITS}g}")
+    # Results are not known to more than seven digits.
+    return int(number) if number.is_integer() else float(f"{number:.7g}")
 
 
 def _about(archive: xr.Dataset) -> dict[str, list[list[Any]]]:

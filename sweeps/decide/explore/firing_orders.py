@@ -48,7 +48,6 @@ CRITERIA: Mapping[str, str] = {
 }
 """Quantities that orders are ranked by, the least first, and what they are."""
 
-
 ALIKE = 1e-3
 """Relative difference up to which orders share a place: the model is no better than that."""
 

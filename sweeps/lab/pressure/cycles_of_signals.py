@@ -31,7 +31,6 @@ LONGEST = 30.0
 """Degrees between points of a pressure over volume, beyond which they do not tell what is between.
 """
 
-
 COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
 """Remark on an angle that was counted backward."""
 

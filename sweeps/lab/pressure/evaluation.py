@@ -28,9 +28,6 @@ NOT_SIZED = "bore and stroke unknown: relative volume, no heat release"
 
 ANGLE, CYCLE = "crank_angle", "recorded_cycle"
 
-COMPRESSION, EXPANSION = (-95.0, -40.0), (65.0, 105.0)
-"""Where exponents are fitted [degree]; two-stroke cycles from -85 and to 95."""
-
 
 @linear_algebra_on_one_thread()
 def evaluated(
@@ -189,8 +186,8 @@ def _add_heat(
 def _add_exponents(data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry) -> None:
     """Polytropic exponents of compression and expansion."""
     four = mean.period == FOUR_STROKE
-    compression = COMPRESSION if four else (COMPRESSION[0] + 10.0, COMPRESSION[1])
-    expansion = EXPANSION if four else (EXPANSION[0], EXPANSION[1] - 10.0)
+    compression = (-95.0 if four else -85.0, -40.0)  # where exponents are fitted [degree]
+    expansion = (65.0, 105.0 if four else 95.0)
     for name, (start, end) in (
         ("compression_exponent", compression), ("expansion_exponent", expansion),
     ):  # fmt: skip

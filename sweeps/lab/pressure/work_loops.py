@@ -24,7 +24,6 @@ from sweeps.lab.pressure.imported_pressure import EngineMeasures
 
 SAME = 1e-9  # Part of the stroke: travels that are the same
 
-
 STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 """Numbers in a column of strokes; a two-stroke cycle has 2 and 3."""
 

@@ -48,7 +48,6 @@ from sweeps.scene.engine.modelled_diagrams import modelled_cycle
 
 __all__ = ["Calibration", "calibrate", "fit"]
 
-
 WALL_FACTORS = 0.2, 5.0  # Factors on Woschni's heat transfer that a fuel consumption is fitted by
 
 GRAMS_PER_KWH = 1e-3 / 3.6e6  # kg/J in 1 g/kWh
@@ -512,15 +511,14 @@ def _rounded(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-_FIRST = (
-    "load", "kind", "wall", "compression_ratio", "intake_pressure", "exhaust_pressure",
-    "charge_temperature", "heat", "combustion_start", "combustion_duration", "combustion_form",
-    "premixed_share", "premixed_start", "premixed_duration", "premixed_form", "wall_temperature",
-    "wall_factor", "intake_loss", "exhaust_loss", "intake_closing", "exhaust_opening",
-)  # fmt: skip
-
-
 def _ordered(table: dict[str, Any]) -> dict[str, Any]:
     """Keys in the order in which the catalogue has them."""
-    first = [key for key in _FIRST if key in table]
+    leading = (
+        "load", "kind", "wall", "compression_ratio", "intake_pressure", "exhaust_pressure",
+        "charge_temperature", "heat", "combustion_start", "combustion_duration", "combustion_form",
+        "premixed_share", "premixed_start", "premixed_duration", "premixed_form",
+        "wall_temperature", "wall_factor", "intake_loss", "exhaust_loss", "intake_closing",
+        "exhaust_opening",
+    )  # fmt: skip
+    first = [key for key in leading if key in table]
     return {key: table[key] for key in (*first, *(k for k in table if k not in first))}

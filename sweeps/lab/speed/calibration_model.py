@@ -112,20 +112,6 @@ class Calibration:
         return next(point for point in self.points if point.load == 100.0)
 
 
-COLUMN = 40
-"""Where comments begin."""
-
-SOURCES = (
-    "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values and "
-    "the modelled cycle",
-    "A. Kolchin and V. Demidov, Design of Automotive Engines, Mir 1984: masses of the crank "
-    "mechanism",
-    "A. Kakaitsas, Rotational irregularity of piston engines (in Greek), diploma thesis, National "
-    "Technical University of Athens, 2015, eq. 3.9: friction",
-)
-"""Comment on assumed values."""
-
-
 def engine_file(made: Calibration) -> str:
     """Write the engine file of a calibration: TOML that `engine-dyn run` takes."""
     rest = made.sheet.rest
@@ -162,7 +148,16 @@ def engine_file(made: Calibration) -> str:
     }
     lines += [f"{_key(key)} = {_toml(reason)}" for key, reason in reasons.items()]
     sources = [source["text"] for source in rest.get("source", [])]
-    for text in [*sources, *(s for s in SOURCES if s not in sources)]:
+    # Comments on assumed values name these.
+    source_lines = (
+        "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values "
+        "and the modelled cycle",
+        "A. Kolchin and V. Demidov, Design of Automotive Engines, Mir 1984: masses of the crank "
+        "mechanism",
+        "A. Kakaitsas, Rotational irregularity of piston engines (in Greek), diploma thesis, "
+        "National Technical University of Athens, 2015, eq. 3.9: friction",
+    )
+    for text in [*sources, *(s for s in source_lines if s not in sources)]:
         lines += ["", "[[source]]", f"text = {_toml(text)}"]
     return "\n".join(lines) + "\n"
 
@@ -241,7 +236,7 @@ def _data_sheet(made: Calibration) -> list[str]:
 
 
 def _line(key: str, value: Any, comment: str) -> str:
-    return f"{f'{key} = {_toml(value)}':<{COLUMN - 1}} # {comment}"
+    return f"{f'{key} = {_toml(value)}':<39} # {comment}"
 
 
 def _toml(value: Any) -> str:

@@ -55,7 +55,6 @@ FEWEST = 6  # Cycles: fewer do not tell their dispersion
 
 FEWEST_INTERVALS = 4  # Fewest intervals of a cycle, for each cylinder
 
-
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the size of a normally distributed number, over its standard deviation."""
 

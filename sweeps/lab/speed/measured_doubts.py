@@ -14,9 +14,7 @@ from engine_dyn.units import DEGREE, RPM
 LEAST_LIKENESS = float(np.sqrt(0.5))
 """Correlation below which less than half of what the measured speed does is in the computed one."""
 
-
 INERTIA_STEP = 0.01  # Relative change of the inertia for the dependence of delta on it
-
 
 FAR_SPEED = 0.01  # Relative difference of the mean speeds from which a remark says that they differ
 

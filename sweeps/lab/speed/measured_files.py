@@ -26,8 +26,6 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import SAME, unwrapped
 from sweeps.scene.features.measured import Measured, MeasuredTable
 
-ANGLE = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
-
 OF_SPEED = (
     "speed",
     "rpm",
@@ -48,7 +46,6 @@ is smaller, but as large as a gap in every second turn makes it, they are if the
 
 RATES_DIFFER = 0.01
 """Relative difference of a given sample rate and that of the times beside it."""
-
 
 FEWEST = 12
 """Samples of a cycle of speed over angle."""
@@ -463,7 +460,8 @@ def _speed_over_angle(
     angle_name = _column(recording, table.angle_column, "angle_column", of_angle)
     column = _column(recording, table.column, "column", OF_SPEED, (angle_name,))
     angle = _flat(recording, angle_name)
-    angle = angle * _factor(recording, angle_name, (), None, ANGLE, "angle")
+    angle_units = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
+    angle = angle * _factor(recording, angle_name, (), None, angle_units, "angle")
     angle = angle + table.angle_shift * DEGREE
     units = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
              "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,

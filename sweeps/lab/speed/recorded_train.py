@@ -52,9 +52,6 @@ MOST_APART = 2  # Cycles by which the recordings of pressure and speed may begin
 FEWEST = 2
 """Cycles of which the speed must be measured: one speed does not determine speed and load."""
 
-CLOSE_ENOUGH, MOST_STEPS = 1e-12, 60
-"""Relative change of the load coefficient at which its search ends, and how long it may take."""
-
 MOST_SAMPLES = 10_000_000
 """Pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
 
@@ -218,11 +215,12 @@ def _at_mean_speed(
 ) -> SpeedOfTrain:
     """Train from a first speed on, with the load coefficient for which its mean speed is wanted."""
     coefficient = steady.load_coefficient
-    for _ in range(MOST_STEPS):
+    for _ in range(60):  # steps at most
         found = _solved(follow_train(train, steady.start_speed, coefficient), "the train", name)
         step = (wanted - _mean(found.speed)) / _mean(found.by_coefficient)
         coefficient += step
-        if abs(step) <= CLOSE_ENOUGH * abs(coefficient):
+        # Relative change of the load coefficient at which its search ends
+        if abs(step) <= 1e-12 * abs(coefficient):
             break
     return found
 

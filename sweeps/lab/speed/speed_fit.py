@@ -23,7 +23,6 @@ Above it some change of the parameters together does less than a 300th of what a
 its size would be read from what the model does not know either.
 """
 
-
 DRAWS = 999  # Fits to noise that residuals are compared with
 
 LEAST_LIKELIHOOD = 1.0 / (1 + DRAWS)

@@ -15,9 +15,6 @@ from engine_dyn.parameters import PARAMETERS
 from engine_dyn.units import RPM
 from sweeps.scene.engine.data_sheets import PERIOD
 
-STEADY = ADMISSIBLE["pump"][0]
-"""Coefficient of speed fluctuation that a flywheel is made for, at least."""
-
 _HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 
 
@@ -222,7 +219,9 @@ def _inertia(values: Mapping[str, float], kind: EngineKind) -> float:
     """Inertia by size, and of few cylinders that which the rated power at its speed asks for."""
     by_size = kind.inertia * _displacement(values) ** (5.0 / 3.0)
     between = PERIOD / values["cylinders"]  # the angle from one firing to the next
-    fired = triangular_torque(1e3 * values["power"], values["speed"] * RPM, STEADY, between)
+    # Coefficient of speed fluctuation that a flywheel is made for, at least
+    steady_share = ADMISSIBLE["pump"][0]
+    fired = triangular_torque(1e3 * values["power"], values["speed"] * RPM, steady_share, between)
     return _rounded(max(by_size, float(fired.inertia)))
 
 

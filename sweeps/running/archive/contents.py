@@ -36,12 +36,6 @@ from sweeps.scene.sample import parameters_of
 MOST = 1 << 30  # Positions along an axis of which an archive may claim to be a part
 
 
-_MOVED = {
-    1: {"sweeps/engines": "sweeps/catalogue/engines", "sweeps/scenes": "sweeps/catalogue/scenes"}
-}
-"""Folders of the package in archives of older formats, and what they are now."""
-
-
 @dataclass(frozen=True)
 class Contents:
     """Facts in an archive about the run that made it."""
@@ -138,7 +132,14 @@ def files_as_now(
     Files of the package are kept by their place in it. The folder of a built-in scene is kept as it
     was on the machine of the run, where the package may have lain elsewhere.
     """
-    moved = _MOVED.get(version, {})
+    # Folders of the package in archives of older formats, and what they are now
+    moved_folders = {
+        1: {
+            "sweeps/engines": "sweeps/catalogue/engines",
+            "sweeps/scenes": "sweeps/catalogue/scenes",
+        }
+    }
+    moved = moved_folders.get(version, {})
 
     def name_now(name: str) -> str:
         home = PurePath(name).parent.as_posix()

@@ -434,7 +434,13 @@ def _about(plan: Plan) -> dict[str, Any]:
 def _about_engine(plan: Plan) -> dict[str, str]:
     """Attributes that say what the engine of a plan is."""
     leaves = plan.leaves
-    names = sorted(_TOLD.keys() & leaves.keys(), key=_TOLD.__getitem__)
+    # Places of the parameters that archives tell, in their order
+    places = {
+        name: place
+        for place, name in enumerate(PARAMETERS)
+        if name not in ("passes", "start_speed", "start_angle")
+    }
+    names = sorted(places.keys() & leaves.keys(), key=places.__getitem__)
     given = {name: float(leaves[name].data) for name in names if not leaves[name].dims}
     return {
         **_of_engine(plan.scene.engine),
@@ -515,14 +521,6 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
         **({"articulated_rods": [rod(one.rod) for one in own.members]}
            if own.articulated else {}),
     }  # fmt: skip
-
-
-_TOLD = {
-    name: place
-    for place, name in enumerate(PARAMETERS)
-    if name not in ("passes", "start_speed", "start_angle")
-}
-"""Places of the parameters that archives tell, in their order."""
 
 
 def engine_of(part: Part) -> str:

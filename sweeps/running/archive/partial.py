@@ -314,13 +314,15 @@ class Partial:
         right = _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n"
         if not first or not second or data[:first] != right:
             raise Damaged(f"{path}: damaged")
+        # Blocks and columns have these kinds of numbers.
+        kinds = {kind: kind for kind in ("<f8", "<f4", "<i8", "|i1", "|b1")}
         try:
             about = json.loads(bytes(body[: second - first]))
             if about["run"] != self.key:
                 raise Damaged(f"{path}: belongs to another run")
             arrays: dict[str, npt.NDArray[Any]] = {}
             for array_name, kind, shape in about["arrays"]:
-                dtype = np.dtype(_KINDS[kind])
+                dtype = np.dtype(kinds[kind])
                 count = math.prod(shape)
                 arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
                 second += count * dtype.itemsize
@@ -393,9 +395,6 @@ _MEMBERS: Mapping[str, Callable[[Any], bool]] = {
     "started": _text,
 }
 """Members that `run.json` must hold, each with its check; without them it counts as empty."""
-
-_KINDS = {kind: kind for kind in ("<f8", "<f4", "<i8", "|i1", "|b1")}
-"""Kinds of numbers in blocks and columns."""
 
 
 def _opened_lock(path: Path, *, create: bool = True) -> IO[str]:

@@ -45,7 +45,6 @@ EACH = 4  # Blocks for each worker at least, so that none waits long for the las
 
 FEWEST = 64  # Blocks of a run at least: more workers may join later
 
-
 _TICK = 0.05  # Seconds between two checks for finished blocks
 
 

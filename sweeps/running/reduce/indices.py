@@ -41,9 +41,6 @@ MOST_FAILED = 0.01
 
 CONFIDENCE = 0.95  # Probability that the intervals cover
 
-BATCHES, FEW_CELLS, FEW_BATCHES = 32, 32, 8
-"""Batches of base points up to so many cells, and batches for more cells, to take less memory."""
-
 
 class Indices:
     """Sums of one quantity in each of several cells.
@@ -70,7 +67,8 @@ class Indices:
         self.sample, self.shape = sample, tuple(shape)
         self.many = len(sample.parameters)
         cells = math.prod(self.shape)
-        self.batches = min(BATCHES if cells <= FEW_CELLS else FEW_BATCHES, sample.number)
+        # Of many cells there are fewer batches of base points, to take less memory.
+        self.batches = min(32 if cells <= 32 else 8, sample.number)
         self.sums = np.zeros((cells, self.batches, 3 * self.many + 3, LIMBS), np.int64)
         self.counts = np.zeros((cells, self.batches), np.int64)
         self.lacking, self.dropped = np.zeros((2, cells), np.int64)

@@ -35,15 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = ["STATE", "Reduction", "State", "state_in"]
 
-_WORDS = {
-    "mean": "mean of the {}",
-    "deviation": "standard deviation of the {}",
-    "smallest": "smallest {}",
-    "largest": "largest {}",
-    "count": "number of values of the {}",
-    "quantile": "quantile of the {}",
-    "quantile_error": "largest error of the quantile of the {}",
-}
 
 State = dict[str, npt.NDArray[Any]]
 
@@ -310,10 +301,19 @@ class Reduction:
         self, variables: dict[str, Variable], coordinates: dict[str, Variable]
     ) -> None:
         shares = np.array(self.asked.quantiles)
+        long_names = {
+            "mean": "mean of the {}",
+            "deviation": "standard deviation of the {}",
+            "smallest": "smallest {}",
+            "largest": "largest {}",
+            "count": "number of values of the {}",
+            "quantile": "quantile of the {}",
+            "quantile_error": "largest error of the quantile of the {}",
+        }
         for name, statistics in self.statistics.items():
             label = self.labels.variables[name].attributes
             for key, data in statistics.results(self.asked.quantiles).items():
-                about = {**label, "long_name": _WORDS[key].format(label["long_name"])}
+                about = {**label, "long_name": long_names[key].format(label["long_name"])}
                 about.pop("symbol", None)
                 if key == "count":
                     about["units"] = "1"

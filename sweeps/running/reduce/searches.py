@@ -19,7 +19,6 @@ from sweeps.scene.reduce import Kept
 if TYPE_CHECKING:
     import xarray as xr
 
-
 AT_ONCE = 1 << 16  # Designs that are compared at a time, at least
 
 

@@ -92,10 +92,6 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
-MECHANISM = frozenset({"crank_ratio", "offset_ratio", "cylinders_by_count"})
-"""Needs of nodes that follow the mechanism of the cylinders."""
-
-
 def check_needs(scene: Scene, name: str) -> None:
     """Check that scene and engine give everything that the asked quantities need.
 
@@ -177,7 +173,9 @@ def check_needs(scene: Scene, name: str) -> None:
 
 def _is_of_plain_rods(node: Node) -> bool:
     """Whether a node does not hold for articulated rods."""
-    followed = node.name in FOLLOWED or MECHANISM.isdisjoint(node.needs)
+    # Needs of nodes that follow the mechanism of the cylinders
+    mechanism = {"crank_ratio", "offset_ratio", "cylinders_by_count"}
+    followed = node.name in FOLLOWED or mechanism.isdisjoint(node.needs)
     return node.name in NOT_FOLLOWED or not followed
 
 

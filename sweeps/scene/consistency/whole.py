@@ -150,10 +150,6 @@ def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) ->
         )
 
 
-OF_COMPONENTS = frozenset(node.name for node in NODES if node.public)
-"""Quantities of the law by components."""
-
-
 def check_friction_law(scene: Scene, name: str) -> None:
     """Check that there is one law of the friction, and that it is for the engine."""
     table = scene.table_of("friction_law")
@@ -162,7 +158,9 @@ def check_friction_law(scene: Scene, name: str) -> None:
             f"{name}: [{table}] friction_law: must be one value, in [set] or the engine file; "
             "compare scenes with different laws by `engine-dyn compare`"
         )
-    asked = next((q for q in scene.quantities if q in OF_COMPONENTS), None)
+    # Quantities of the law by components
+    of_components = frozenset(node.name for node in NODES if node.public)
+    asked = next((q for q in scene.quantities if q in of_components), None)
     if scene.engine.period != FOUR_STROKE and asked:
         where = f"{name}: [output] quantities: '{asked}'"
         two = "friction by components", "a two-stroke engine"

@@ -22,12 +22,6 @@ from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one
 
 ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
 
-_SPELLINGS = {
-    "": "1", "-": "1", "dimensionless": "1", "%": "percent", "deg": "degree", "degrees": "degree",
-    "rad/s": "rad s-1", "bar s/m": "bar s m-1", "min-1": "rpm", "1/min": "rpm",
-}  # fmt: skip
-"""Other spellings of the units of scenes."""
-
 
 @dataclass
 class DesignColumns:
@@ -86,7 +80,13 @@ def check_units(key: str, node: Node | None, units: Any, name: str) -> None:
     if node is None or units is None:
         return
     words = " ".join(str(units).replace("**", "").replace("^", "").replace("*", " ").split())
-    if _SPELLINGS.get(words, words) != node.unit:
+    # Other spellings of the units of scenes
+    spellings = {
+        "": "1", "-": "1", "dimensionless": "1", "%": "percent", "deg": "degree",
+        "degrees": "degree", "rad/s": "rad s-1", "bar s/m": "bar s m-1", "min-1": "rpm",
+        "1/min": "rpm",
+    }  # fmt: skip
+    if spellings.get(words, words) != node.unit:
         raise SceneError(f"{name}: {key}: units are {shown(str(units))}; must be '{node.unit}'")
 
 

@@ -372,8 +372,6 @@ _READERS: dict[str, Callable[[Path, str], DesignColumns]] = {
     ".xlsx": read_design_xlsx,
 }
 
-SUFFIXES = tuple(_READERS)
-
 
 def read_designs(path: Path, name: str) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
     """Read the table of [designs] file.
@@ -398,6 +396,7 @@ def read_designs(path: Path, name: str) -> tuple[dict[str, Floats], dict[str, tu
         and values outside their range, with line or row.
     """
     read = _READERS.get(path.suffix.lower())
+    suffixes = tuple(_READERS)
     if read is None:
-        raise SceneError(f"{name}: must end with one of {', '.join(SUFFIXES)}")
+        raise SceneError(f"{name}: must end with one of {', '.join(suffixes)}")
     return read(path, name).whole()

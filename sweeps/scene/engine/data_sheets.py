@@ -32,7 +32,6 @@ KNOWN_OF_CYCLE = tuple(
 )
 """Keys of [data_sheet.cycle]: of [[diagram]] kind = "first_law", without what is fitted."""
 
-
 PERIOD = PERIODS["four-stroke"]
 """Cycles of the engines that a data sheet may describe [rad]."""
 

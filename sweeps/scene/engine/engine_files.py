@@ -77,7 +77,6 @@ RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
 """Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
 """
 
-
 TORQUE = "torque"  # Kind of a [[diagram]] that gives the engine's torque in place of pressure
 
 PERIODS = {"four-stroke": FOUR_STROKE, "two-stroke": TWO_STROKE}

@@ -58,7 +58,6 @@ KINDS: Mapping[str, Kind] = {
 }
 """Kinds of modelled diagrams by their names in files."""
 
-
 OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed", "crankcase_pressure")
 """Fields of cycles that come from [values] where a diagram does not have them."""
 

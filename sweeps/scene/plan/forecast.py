@@ -26,7 +26,6 @@ from sweeps.scene.plan.rates import SECONDS, SERIAL, START, WRITING
 DIRECT = {2.0: "in closed form, without iteration"}
 """Load exponents that the kernel solves without iterating, at constant inertia, and how."""
 
-
 FRONT = "fronts of three"
 
 

@@ -43,10 +43,6 @@ LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 none is is refused before it runs."""
 
 
-FIRST_SET = MOST_CYLINDERS + 1
-"""Numbers of sets of cylinders begin here, so that none is a number of cylinders."""
-
-
 # --- points of the dimensions that quantities add -------------------------------------------------
 
 
@@ -277,6 +273,8 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
     of_keys = [leaves[key] for key in keys]
     dims, distinct, number = _combinations(scene, [count, which, misfire, fires, *of_keys])
     sets = {}
+    # Numbers of sets of cylinders begin here, so that none is a number of cylinders
+    first_set = MOST_CYLINDERS + 1
     for i, (cylinders, place, silent, pattern, *values) in enumerate(distinct.tolist()):
         engine = (
             arrangements[int(place)] if arrangements else scene.cylinders_by_count[int(cylinders)]
@@ -285,8 +283,8 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
         engine = engine.without(int(silent))
         if patterns:
             engine = engine.with_pattern(patterns.each[int(pattern)].of(engine.count))
-        sets[FIRST_SET + i] = engine
-    return Value(FIRST_SET + number, dims), sets
+        sets[first_set + i] = engine
+    return Value(first_set + number, dims), sets
 
 
 # --- modes of shafts ------------------------------------------------------------------------------

@@ -302,14 +302,6 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
     return [f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; {whose} for {low:g} to {high:g} rpm{of}"]
 
 
-STRONG, ORDERS, SPEEDS = 0.5, 2, 25
-"""Part of the cylinders whose phase vectors add up in strong orders; how many of these, and at how
-many speeds from the lowest to the highest, are looked at."""
-
-SHORTEST, LONGEST = 0.05, 200.0
-"""Usual lengths of shafts over their diameters: of webs, which are as stiff as short shafts, and of
-ships' lines of shafts."""
-
 MOST_SHARE = 0.3
 """Largest share of the reciprocating masses in the inertia of a throw that is not remarked on."""
 
@@ -368,13 +360,15 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
             continue
         if length is None and stiffness is not None:
             length = shaft_stiffness(80e9, 1.0, diameter, bore or 0.0) / stiffness
-        if length is None or SHORTEST <= length / diameter <= LONGEST:
+        # Webs are as stiff as short shafts; the longest are ships' lines of shafts.
+        shortest, longest = 0.05, 200.0
+        if length is None or shortest <= length / diameter <= longest:
             continue
         given = "" if stiffness is None else f" of {stiffness:.4g} N m/rad"
         yield (
             f"{SHAFT_SECTION}: shaft {place + 1}, {shown(shaft.shaft_names[place])}{given}: a "
             f"steel shaft of its diameter, {diameter:.4g} m, is {length:.3g} m long, "
-            f"{length / diameter:.3g} diameters; usual are {SHORTEST:g} to {LONGEST:g}"
+            f"{length / diameter:.3g} diameters; usual are {shortest:g} to {longest:g}"
         )
 
 
@@ -388,14 +382,18 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     phases = [[engine.members[i].phase for i in place] for place in places]
     orders = np.asarray(plan.points["order"])
     vectors = np.array([sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases])
-    strong = np.abs(vectors.sum(axis=0)) >= STRONG * engine.count
-    orders, vectors = orders[strong][:ORDERS], vectors[:, strong][:, :ORDERS]
+    # Part of the cylinders whose phase vectors add up in strong orders
+    strong = np.abs(vectors.sum(axis=0)) >= 0.5 * engine.count
+    # Strong orders that are looked at
+    most_orders = 2
+    orders, vectors = orders[strong][:most_orders], vectors[:, strong][:, :most_orders]
     if not orders.size:
         return []
     from engine_dyn.torsion.modes import elastic_over_rigid
 
     given = np.ravel(plan.leaves["speed"].si)
-    speeds = np.unique(np.linspace(given.min(), given.max(), SPEEDS))
+    # Speeds from the lowest to the highest that are looked at
+    speeds = np.unique(np.linspace(given.min(), given.max(), 25))
     ratio = elastic_over_rigid(system, orders, speeds, shaft.throws, vectors, shaft.flywheel)
     far = np.abs(np.where(np.isfinite(ratio), ratio, np.inf) - 1.0)
     if not far.max() > 0.05:  # part by which the angle may differ from that of a rigid shaft

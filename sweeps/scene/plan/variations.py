@@ -166,7 +166,6 @@ STEPS = (0.02, 0.02 / RATIO, 0.02 / RATIO**2)
 """Relative steps, the largest first. Rows of the load family, where results bend, are 10 % and more
 apart: a step of 2 % sees one of them at most."""
 
-
 AGREE, DIFFER, ONE_SIDE, UNKNOWN = 0, 1, 2, 3
 KINDS = ("both_sides_agree", "sides_differ", "one_side_only", "not_known")
 """Words for these numbers, which say what is known of a derivative."""

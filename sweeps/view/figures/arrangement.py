@@ -20,7 +20,6 @@ from sweeps.view.figures.wording import HARD_SPACE, number_text, sentence, slug
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 BLOCK, TOP = 1.9, 2.7
 """Distances of both ends of a cylinder from the shaft, in crank radii of cylinder 1."""
 

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 VECTORS = {
     "force": ("reciprocating_force", "shaking_force", "shaking_force_first",
               "shaking_force_second"),
@@ -43,9 +42,7 @@ PARTS: dict[str, tuple[str, str, Any]] = {
 }
 """Parts of the shaking force: label, colour and dashes; their sum is drawn with two or more."""
 
-
 MOST_PANELS = 6
-
 
 NOTHING = 1e-9  # Fraction of the largest value of a figure below which a value is only rounding
 

@@ -21,7 +21,6 @@ BEARINGS = {
 }
 """Bearings by the beginnings of the names of their loads, and the words of the legend."""
 
-
 SIZES = {"_max": "largest", "_mean": "mean"}
 """Endings of the names of loads, and the words of the legend."""
 

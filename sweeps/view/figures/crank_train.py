@@ -37,7 +37,6 @@ from sweeps.view.figures.wording import number_text, symbol_of, with_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 FORCES: dict[str, tuple[str, Any]] = {
     "gas_force": ("#d1541b", (0, (6, 1.5))),
     "inertia_force": ("#1b4f9c", (0, (4, 1.2, 1, 1.2))),
@@ -49,7 +48,6 @@ FORCES: dict[str, tuple[str, Any]] = {
 """Colour and dashes of each force."""
 
 LONGEST = 1.9  # Length of the longest arrow in crank radii
-
 
 PISTON = 0.5  # Half height of the piston in crank radii
 

@@ -20,7 +20,6 @@ from sweeps.view.figures.wording import number_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 VOLUMES = ("cylinder_volume", "relative_volume", "displaced_volume", "relative_displaced_volume")
 """Volumes that a recorded pressure may have; the first two include the clearance volume."""
 
@@ -30,10 +29,8 @@ SHEET = (
 )  # fmt: skip
 """Variables of the sheet of a recorded pressure, besides mean pressure and volume."""
 
-
 NEAR = (-60.0, 90.0)
 """First and last crank angle of the panels around firing dead centre, in degrees."""
-
 
 MEAN = "#000000"
 

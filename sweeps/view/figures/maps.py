@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.contour import ContourSet
     from matplotlib.figure import Figure
 
-
 MOST_MARKS = 900
 """Cells of a map up to which designs that missed the tolerance are marked one by one."""
 

@@ -338,7 +338,6 @@ def _has_errors(view: View) -> bool:
 
 NORMAL = 1.96  # Standard deviations to each side of a 95 % interval
 
-
 DELTAS_FITTED = (
     Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
     Delta("delta_through_wheel", "", "fitted to all recordings", "D", COMPUTED),

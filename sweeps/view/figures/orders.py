@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 NOTHING = 1e-9  # Fraction of the largest order of a figure below which an order is not drawn
 
 

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 MOST_BARS = 14  # Most parameters of one chart; those that matter least are left out, and counted
 
 
@@ -191,7 +190,6 @@ COMPONENTS = {
     "fmep_auxiliaries": "auxiliaries",
 }
 """Components from below, as in the order of the thesis's loss categories, and their short names."""
-
 
 FMEP = "Friction mean effective pressure"
 

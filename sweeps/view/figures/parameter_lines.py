@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 COMPUTED = "Computed"  # Text of the legend for a line that needs no other name
 
 

@@ -25,9 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 NAMED = 5  # Most designs of a front that the legend names
-
 
 MOST_POINTS = 20_000  # Most designs that are drawn besides a front, all designs of which are drawn
 
@@ -190,7 +188,6 @@ GOALS: Mapping[str, float] = {
     "piston_pin_load_max": LESS,
 }  # fmt: skip
 """Quantities that an engineer wants small or large; pairs are tried in this order."""
-
 
 PARTS = ("main_bearing",)  # Dimensions along which only the largest value of a quantity counts
 

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 TRAINS = {
     "followed": ("cycles in sequence", 0.0, "-", "o"),
     "closed": ("train repeated periodically", 0.55, (0, (5, 1.5)), "s"),

@@ -23,10 +23,8 @@ if TYPE_CHECKING:
 MODE, SHAFT, DISC, ORDER, SPEED = "mode", "shaft", "disc", "order", "speed"
 SHAPE, CRITICAL = "mode_shape", "critical_speed"
 
-
 PALE = "#bbbbbb"
 """Colour of the lines of orders that are not strong."""
-
 
 HERTZ = {"rpm": 1.0 / 60.0, "rad s-1": 0.5 / np.pi, "rad/s": 0.5 / np.pi}
 """Frequency of order 1 over the speed, by the unit of the speed."""

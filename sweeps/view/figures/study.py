@@ -42,15 +42,6 @@ def with_kept_note(view: View) -> View:
     return replace(view, fixed={**view.fixed, DESIGN: text}, had=view.former_dims())
 
 
-FOLLOWERS = {
-    "crank_ratio": ("reciprocating_mass", "rod_length"),
-    "rod_length": ("reciprocating_mass", "crank_ratio"),
-    "stroke": ("reciprocating_mass", "rod_length"),
-}
-"""Parameters that may change together with another one without being varied: a longer rod leaves
-another part of its mass to the piston (Kakaitsas 5.2.3), a stroke of equal ratio moves the rod."""
-
-
 @dataclass(frozen=True)
 class Family:
     """Designs that differ in one parameter."""
@@ -136,9 +127,17 @@ def families_of(data: xr.Dataset) -> list[Family]:
     names = parameters_of(data)
     codes = {name: _codes(data[name].variable) for name in names}
     families: list[Family] = []
+    # Parameters that may change together with another one without being varied: a longer rod leaves
+    # another part of its mass to the piston (Kakaitsas 5.2.3), a stroke of equal ratio moves the
+    # rod
+    follow = {
+        "crank_ratio": ("reciprocating_mass", "rod_length"),
+        "rod_length": ("reciprocating_mass", "crank_ratio"),
+        "stroke": ("reciprocating_mass", "rod_length"),
+    }
     for name in names:
         values = data[name].variable
-        for following in ((), FOLLOWERS.get(name, ())):
+        for following in ((), follow.get(name, ())):
             alike = np.ones(data.sizes["design"], dtype=bool)
             for key in names:
                 if key != name and key not in following:

@@ -30,7 +30,6 @@ from sweeps.view.figures.wording import HARD_SPACE, number_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft": 1.3558179483}
 """Joules of a torque of one over an angle of one radian, by the torque's unit."""
 

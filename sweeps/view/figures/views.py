@@ -38,7 +38,6 @@ MOST_ROWS = 45  # Most rows of a chart with a row for each case
 MISFIRE = "misfire"
 """Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
 
-
 RUNNING = ("crank_angle", "order", "crossing")
 """Dimensions that curves run along; all others are axes of the study."""
 
@@ -48,7 +47,6 @@ FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc"
 """Beginnings of the names of variables that come from the solution of the speed."""
 
 NO_VALUE = "no value"  # Words for a number that is missing though its design did not fail
-
 
 MOST_READ = 4_000_000  # Most values of a variable that are read to see whether an axis changes it
 

@@ -63,7 +63,6 @@ def interrupted_text(path: Path) -> str:
 PASSES = "result after the requested number of cycles, not a steady state"
 """Words for designs that were solved for a number of cycles, as [solver] `passes` asks."""
 
-
 MOST_READ = 2_000_000
 """Most values of a quantity that are read to tell the smallest and the largest."""
 

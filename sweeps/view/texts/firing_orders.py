@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-KNOWN, OWN = "*", "<"  # Marks of orders that engines are built with, and of the engine's own
-
-
 def orders_text(
     ranked: xr.Dataset, limit: int = 20, units: str | None = None, width: int | None = None
 ) -> str:
@@ -29,8 +26,9 @@ def orders_text(
     best = ranked.isel({ARRANGEMENT: np.argsort(ranked["rank"].values, kind="stable")[:limit]})
     orders = [str(text) for text in best["firing_order"].values]
     known = [str(text) for text in best["known_order"].values]
+    built, own = "*", "<"  # marks of orders that engines are built with, and of the engine's own
     named = [
-        f"{order}{' ' + KNOWN if text else ''}{' ' + OWN if order == about['own_order'] else ''}"
+        f"{order}{' ' + built if text else ''}{' ' + own if order == about['own_order'] else ''}"
         for order, text in zip(orders, known, strict=True)
     ]
     table = {"rank": best["rank"].values.astype(float), "firing_order": np.array(named, object)}
@@ -53,11 +51,11 @@ def orders_text(
     lines = [_head(ranked, about), rows_text(rows, units, width)]
     if others:
         lines.append(f"the worst value over {', '.join(sorted(map(str, others)))} counts")
-    if OWN in "".join(named):
-        lines.append(f"{OWN} the engine's own order")
+    if own in "".join(named):
+        lines.append(f"{own} the engine's own order")
     for order, text in zip(orders, known, strict=True):
         if text:
-            lines.append(f"{KNOWN} {order}: {one_line(text, 200)}")
+            lines.append(f"{built} {order}: {one_line(text, 200)}")
     return "\n".join(lines)
 
 

@@ -165,7 +165,6 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
 }
 """Quantities by subject."""
 
-
 OF_CURVES = "axes of curves, which come with them and cannot be asked for"
 """Subject of axes of curves; like means of curves, they are listed where words lead to them."""
 
@@ -173,13 +172,6 @@ AXES: Mapping[str, Node] = {
     name: NODES[name][0] for name, dimension in DIMENSIONS.items() if dimension.public
 }
 """Axes of quantities that are no axes of scenes."""
-
-
-_GROUPS: Mapping[str, Iterable[Node]] = {
-    **SUBJECTS,
-    OF_CURVES: AXES.values(),
-    "root mean squares and means of curves over the cycle": CURVE_MEANS.values(),
-}
 
 OTHER_WORDS: Mapping[str, str] = {
     "delta": "cyclic irregularity, degree of irregularity, speed irregularity, non-uniformity, "
@@ -285,12 +277,17 @@ def matching_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
         matches = matching_lines(words, texts, "quantities")
         names, note = matches.names, matches.note
     known = {**ALL_QUANTITIES, **AXES}
+    subjects = {
+        **SUBJECTS,
+        OF_CURVES: AXES.values(),
+        "root mean squares and means of curves over the cycle": CURVE_MEANS.values(),
+    }
     groups = {
         subject: sorted(
             {n.name: known[n.name] for n in nodes if n.name in names}.values(),
             key=lambda node: (not same_words(node.name, words), node.name),
         )
-        for subject, nodes in _GROUPS.items()
+        for subject, nodes in subjects.items()
     }
     filled = [(subject, nodes) for subject, nodes in groups.items() if nodes]
     return dict(sorted(filled, key=lambda one: not same_words(one[1][0].name, words))), note

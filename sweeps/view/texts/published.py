@@ -13,7 +13,6 @@ from sweeps.base.dimensions import PUBLISHED
 if TYPE_CHECKING:
     import xarray as xr
 
-
 LABEL_WIDTH = 24
 NUMBER_WIDTH = 11
 PERCENT_WIDTH = 9

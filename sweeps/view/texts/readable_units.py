@@ -24,16 +24,14 @@ SHOWN = {
 """Units as tables write them."""
 
 
-_WORD = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
-
-
 def _parsed(text: str) -> Any:
     """A unit of an archive, `kg m2` or `rad s-1`, or one that a person writes, `kg*m**2`."""
     plain = " ".join(text.split())
     for sign, word in zip("²³·%°^", ("2", "3", "*", "percent", "degree", "**"), strict=True):
         plain = plain.replace(sign, word)
     # Only words with small exponents: pint would compute 9**9**9, which takes for ever
-    if re.fullmatch(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,3}}", plain):
+    word_pattern = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
+    if re.fullmatch(rf"(?:1/)?{word_pattern}(?:[ */]{word_pattern}){{0,3}}", plain):
         words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
         try:
             return unit_registry().Unit(words)

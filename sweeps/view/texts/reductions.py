@@ -16,7 +16,6 @@ from sweeps.view.texts.tables import aligned, number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-
 LONGEST = 300
 
 

@@ -22,9 +22,7 @@ from sweeps.view.texts.readable_units import converted, unit_choices
 if TYPE_CHECKING:
     import xarray as xr
 
-
 DIGITS = 4  # Significant digits of a table for reading; `export` writes all of them
-
 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
