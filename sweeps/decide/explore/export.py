@@ -112,16 +112,12 @@ def export(
     Examples
     --------
     >>> import sweeps
-    >>> archive = sweeps.run(
-    ...     engine="ntua",
-    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-    ...     output={"quantities": ["delta", "torque_mean"]},
-    ... )
+    >>> archive = sweeps.run("first")
     >>> sweeps.export(archive, "table.csv", quantities="delta").rows
-    6
+    75
     >>> with open("table.csv") as file:
     ...     print(file.readline().strip())
-    inertia,speed,delta
+    load,inertia,delta
     """
     path = a_path(path, "path")
     check_dataset(archive)

@@ -222,14 +222,10 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     Examples
     --------
     >>> import sweeps
-    >>> archive = sweeps.run(
-    ...     engine="ntua",
-    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-    ...     output={"quantities": ["delta", "torque_mean"]},
-    ... )
-    >>> one = sweeps.nearest(archive, inertia=18, speed=1510)
-    >>> float(one.inertia), float(one.speed)
-    (20.0, 1500.0)
+    >>> archive = sweeps.run("first")
+    >>> one = sweeps.nearest(archive, inertia=11.8, load=45)
+    >>> float(one["inertia"]), float(one["load"])
+    (12.0, 50.0)
     """
     check_dataset(archive)
     places = selected_places(archive, values)

@@ -193,14 +193,10 @@ def pareto(
     Examples
     --------
     >>> import sweeps
-    >>> archive = sweeps.run(
-    ...     engine="ntua",
-    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-    ...     output={"quantities": ["delta", "torque_mean"]},
-    ... )
-    >>> front = sweeps.pareto(archive, "inertia", "delta", at_every="speed")
-    >>> front.inertia.values
-    array([ 5., 20., 40.])
+    >>> archive = sweeps.run("first")
+    >>> front = sweeps.pareto(archive, "inertia", "delta", at_every="load")
+    >>> front.inertia.size
+    25
     """
     check_dataset(archive)
     names = [str(name) for name in (first, second, *more)]

@@ -384,9 +384,7 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     vectors = np.array([sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases])
     # Part of the cylinders whose phase vectors add up in strong orders
     strong = np.abs(vectors.sum(axis=0)) >= 0.5 * engine.count
-    # Strong orders that are looked at
-    most_orders = 2
-    orders, vectors = orders[strong][:most_orders], vectors[:, strong][:, :most_orders]
+    orders, vectors = orders[strong][:2], vectors[:, strong][:, :2]  # two are looked at
     if not orders.size:
         return []
     from engine_dyn.torsion.modes import elastic_over_rigid

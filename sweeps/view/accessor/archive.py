@@ -28,16 +28,12 @@ class ArchiveAccessor:
     Examples
     --------
     >>> import sweeps
-    >>> archive = sweeps.run(
-    ...     engine="ntua",
-    ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-    ...     output={"quantities": ["delta", "torque_mean"]},
-    ... )
+    >>> archive = sweeps.run("first")
     >>> archive.dyn.outcomes
-    {'converged': 6}
-    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50", at_every="speed")
+    {'converged': 75}
+    >>> found = archive.dyn.best(least="inertia", within="delta <= 1/50", at_every="load")
     >>> float(found.inertia)
-    20.0
+    12.0
     >>> archive.dyn.plot.numbers(quantities="delta").savefig("delta.png")
     """
 
@@ -65,13 +61,9 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
-        >>> archive.dyn.status_words.values[0].tolist()
-        ['converged', 'converged']
+        >>> archive = sweeps.run("first")
+        >>> str(archive.dyn.status_words.values[0, 0])
+        'converged'
         """
         from engine_dyn.status import MEANINGS
 
@@ -91,13 +83,9 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
+        >>> archive = sweeps.run("first")
         >>> archive.dyn.outcomes
-        {'converged': 6}
+        {'converged': 75}
         """
         from sweeps.view.texts.archives import outcome_counts
 
@@ -113,14 +101,10 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
-        >>> best = archive.dyn.best(least="delta", within="inertia <= 20", at_every="speed")
-        >>> float(best.inertia)
-        20.0
+        >>> archive = sweeps.run("first")
+        >>> best = archive.dyn.best(least="delta", within="inertia <= 6", at_every="load")
+        >>> round(float(best.inertia), 3)
+        6.0
         """
         from sweeps.decide.explore.search import best
 
@@ -139,13 +123,9 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
-        >>> archive.dyn.pareto("inertia", "delta", at_every="speed").inertia.values
-        array([ 5., 20., 40.])
+        >>> archive = sweeps.run("first")
+        >>> archive.dyn.pareto("inertia", "delta", at_every="load").inertia.size
+        25
         """
         from sweeps.decide.explore.search import pareto
 
@@ -160,13 +140,9 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
-        >>> float(archive.dyn.nearest(speed=1400).speed)
-        1500.0
+        >>> archive = sweeps.run("first")
+        >>> float(archive.dyn.nearest(load=45)["load"])
+        50.0
         """
         from sweeps.decide.explore.opening import nearest
 
@@ -201,14 +177,10 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
+        >>> archive = sweeps.run("first")
         >>> table = archive.dyn.table(sort="delta", limit=2)
-        >>> table["inertia"].tolist()
-        [40.0, 40.0]
+        >>> table["load"].tolist()
+        [20.0, 20.0]
         """
         import pandas as pd
 
@@ -232,17 +204,13 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
-        >>> archive.dyn.show(select={"speed": 1500}, quantities="delta")
+        >>> archive = sweeps.run("first")
+        >>> archive.dyn.show(select={"inertia": 6}, quantities="delta")
         ... # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
-        at speed = 1500
+        at inertia = 6
         ...
-        inertia 5 20 40 kg m² ...
-        delta 0.02381 0.005941 0.002970 ...
+        load 20 50 80 % ...
+        delta 0.02170 0.03114 0.03923 ...
         """
         from sweeps.decide.explore.rows import rows
         from sweeps.view.texts.sensitivities import has_indices, sensitivities_text
@@ -274,13 +242,9 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
+        >>> archive = sweeps.run("first")
         >>> archive.dyn.to_excel("archive.xlsx", quantities="delta").rows
-        6
+        75
         """
         from sweeps.base.checks import a_path
 
@@ -297,13 +261,9 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
+        >>> archive = sweeps.run("first")
         >>> archive.dyn.export("table.csv", head_units=True).rows
-        6
+        75
         """
         from sweeps.decide.explore.export import export
 
@@ -321,11 +281,7 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
+        >>> archive = sweeps.run("first")
         >>> archive.dyn.report("report.html").name
         'report.html'
         """
@@ -352,11 +308,7 @@ class ArchiveAccessor:
         Examples
         --------
         >>> import sweeps
-        >>> archive = sweeps.run(
-        ...     engine="ntua",
-        ...     axes={"inertia": [5, 20, 40], "speed": [1200, 1500]},
-        ...     output={"quantities": ["delta", "torque_mean"]},
-        ... )
+        >>> archive = sweeps.run("first")
         >>> explorer = archive.dyn.explore(units={"torque_mean": "kN m"})
         """
         from sweeps.view.report.explore import explore
