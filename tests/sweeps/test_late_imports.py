@@ -20,6 +20,8 @@ from tests.sweeps.processes import python
 LATE = {"matplotlib", "dask", "distributed", "netCDF4", "tqdm", "scipy.interpolate",
         "scipy.integrate", "scipy.optimize", "h5py", "h5netcdf", "zarr"}  # fmt: skip
 
+pytestmark = pytest.mark.slow  # some twenty interpreters are started
+
 SCENE = asking(["delta", "omega"], axes={"inertia": [1.0, 2.0]})
 
 

@@ -12,6 +12,8 @@ import pytest
 
 from tests.sweeps.processes import python
 
+pytestmark = pytest.mark.slow  # six processes of eight million designs
+
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 DESIGNS = 8_000_000
