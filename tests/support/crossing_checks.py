@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,12 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.speed.fields import INERTIA_MODELS
+from sweeps import SceneError
+from sweeps.running.compute.options import Options
+from sweeps.running.join.extend import extend
+from sweeps.running.join.merge import merge
+from sweeps.scene.crossings import CROSSINGS
+from tests.support.archives import run, shards
 
 
 def _floats(found: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -89,6 +97,70 @@ def backwards(scene: dict[str, Any], whole: xr.Dataset) -> list[str]:
     return differing(found.isel({d: slice(None, None, -1) for d in dims}), whole)
 
 
+def in_parts(scene: dict[str, Any], whole: xr.Dataset) -> list[str]:
+    """Archives of two shards, merged, have the bits of the whole."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            parts = shards(scene, 2, Path(folder))
+        except SceneError as error:
+            return [] if "the longest axis has" in str(error) else [str(error)]
+        merge(parts, Path(folder) / "whole.nc", Options())
+        with sweeps.open(Path(folder) / "whole.nc") as opened:
+            return differing(opened.load(), whole)
+
+
+def extended(scene: dict[str, Any], whole: xr.Dataset) -> list[str]:
+    """An archive that lacks the last value of an axis has the bits of the whole with it."""
+    long = [key for key, values in scene["axes"].items()
+            if len(values) > 1 and isinstance(values[0], float)]  # fmt: skip
+    if not long:
+        return []
+    (*first, last) = scene["axes"][long[-1]]
+    axes = {**scene["axes"], long[-1]: first}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "short.nc"
+        run({**scene, "axes": axes}, path)
+        try:
+            extend(path, long[-1], [last], Options())
+        except SceneError as error:
+            return (
+                []
+                if any(row.says.split("{")[0] in str(error) for row in CROSSINGS)
+                else [str(error)]
+            )
+        with sweeps.open(path) as opened:
+            return differing(opened.load(), whole)
+
+
+STIFF = 1e13
+"""N m/rad: with the heavy flywheel, shafts so stiff leave a rigid engine."""
+
+
+def stiff(scene: dict[str, Any]) -> list[str]:
+    """With stiff shafts and a heavy flywheel, the elastic engine has the delta of the rigid one."""
+    if "delta_elastic" not in scene["output"]["quantities"]:  # a given torque has no throws
+        return []
+    if "wanted_delta" in {**scene["set"], **scene["axes"]}:  # its flywheel is as light as may be
+        return []
+    scene = copy.deepcopy(scene)
+    heavy = 1e4 if "double_acting" in Path(scene["engine"]).read_text(encoding="utf-8") else 150.0
+    for disc in scene["shaft"]["discs"]:
+        if disc["name"] == "flywheel":
+            disc["inertia"] = heavy
+    for one in scene["shaft"]["shafts"]:
+        one.pop("stiffness_over_torque", None)
+        one["stiffness"] = STIFF
+    if "shaft_stiffness_1" in scene["axes"]:
+        scene["axes"]["shaft_stiffness_1"] = [STIFF, 2.0 * STIFF]
+    scene["output"] = {"quantities": ["delta", "delta_elastic"]}
+    found = sweeps.run(scene)
+    off = abs(found["delta_elastic"] / found["delta"] - 1.0)
+    bad = off > 2e-3
+    both = np.isfinite(found["delta"]) == np.isfinite(found["delta_elastic"])
+    lines = [f"stiff limit missed by {float(off.max()):.2g}"] if bool(bad.any()) else []
+    return lines if bool(both.all()) else [*lines, "one delta is missing in the stiff limit"]
+
+
 LACK = 1e-7
 """Torque that may be missing in the balance, over the range of the engine's torque."""
 
@@ -115,9 +187,20 @@ def balance(whole: xr.Dataset, model: str = "constant") -> list[str]:
     size = torque.max(over) - torque.min(over)
     if model == "constant" and "shaft_inertia" not in whole and "inertia" in whole.coords:
         off = off + size * abs(inertia / whole["inertia"] - 1.0)
+    if {"delta_error", "omega"} <= {*map(str, whole.data_vars)}:
+        off = (off - _error_of_steep_torques(whole)).clip(min=0.0)
     lack = (off / size).where(whole["status"] == 0) if "status" in whole else off / size
     bad = bool((lack > LACK).any())
     return [f"torques do not balance by {float(lack.max()):.2g}"] if bad else []
+
+
+def _error_of_steep_torques(whole: xr.Dataset) -> xr.DataArray:
+    """Torque that a motor or load gives for the error of the speed that `delta_error` states."""
+    over, omega = "crank_angle", whole["omega"]
+    outer = whole["driver_torque"] - whole["load_torque"]
+    swing = omega.max(over) - omega.min(over)
+    slope = (outer.max(over) - outer.min(over)) / swing
+    return (slope * whole["delta_error"] * omega.mean(over)).fillna(0.0)
 
 
 def extremes(whole: xr.Dataset) -> list[str]:

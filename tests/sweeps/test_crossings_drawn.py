@@ -90,14 +90,19 @@ def model_of(scene: dict[str, Any]) -> str:
     return model if isinstance(model, str) else "both"
 
 
+AGAIN = (checks.alone, checks.backwards, checks.in_parts, checks.extended)
+"""Ways to compute a scene again that must give the same bits."""
+
+
 def wrong(scene: dict[str, Any], number: int = 0) -> list[str]:
-    """What does not hold of a scene with all quantities; one of two ways to compute it again."""
+    """What does not hold of a scene with all quantities, computed again in one of four ways."""
     whole = sweeps.run(scene)
     bad = [*checks.extremes(whole), *checks.sums(whole), *checks.missing(whole)]
     bad += checks.balance(whole, model_of(scene)) if "reduce" not in scene else []
     if "reduce" not in scene and "sample" not in scene and not isinstance(scene["engine"], list):
-        again = checks.alone if number % 2 else checks.backwards
+        again = AGAIN[number % len(AGAIN)]
         bad += [f"{again.__name__}: {line}" for line in again(scene, whole)]
+        bad += checks.stiff(scene) if "shaft" in scene else []
     return bad
 
 
