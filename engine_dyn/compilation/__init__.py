@@ -1,12 +1,15 @@
 """How kernels are compiled and kept. Besides, only arrays, vectors and the card import Numba."""
 
-from engine_dyn.compilation.cache import formula, inlined, kernel, source_hash
-from engine_dyn.compilation.settings import (
+from engine_dyn.compilation.cache import (
     COMPILING,
+    formula,
+    inlined,
+    kernel,
     on_compiling,
     processor,
     processor_features,
     seconds_compiling,
+    source_hash,
 )
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The decorators of compiled functions, and where these are kept on disk.
+"""The decorators of compiled functions, where these are kept on disk, and when Numba compiles.
 
 With ``NUMBA_DISABLE_JIT=1`` the decorators leave plain Python. Each function is kept in an archive,
 which is replaced as a whole. Numba looks only at the file that holds a function: it serves stale
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import logging
 import os
 import re
 import shutil
@@ -27,15 +28,6 @@ from importlib.metadata import version
 from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
-
-from engine_dyn.compilation.settings import (
-    COMPILED,
-    listen_for,
-    not_kept,
-    processor,
-    processor_features,
-    seconds_compiling,
-)
 
 _VERSIONS = ", ".join(f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy"))
 _ROOT = Path(__file__).parents[2]
@@ -193,3 +185,74 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 inlined = formula = kernel
 """The same, of functions that kernels call, and Python in tests; formulas take numbers alone."""
+
+
+COMPILING = "compiling kernels for this kind of scene (once; later runs of the kind start at once)"
+
+COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"}
+"""False with ``NUMBA_DISABLE_JIT=1``: kernels are then plain Python functions."""
+
+
+def processor() -> str:
+    """Kind of processor that kernels are compiled for: where it is the same, so are all bits."""
+    from llvmlite import binding
+    from numba.core import config
+
+    return str(vars(config)["CPU_NAME"] or binding.get_host_cpu_name())
+
+
+def processor_features() -> tuple[str, ...]:
+    """Instructions that kernels may use, sorted: a virtual machine may have fewer than its kind."""
+    from llvmlite import binding
+    from numba.core import config
+
+    chosen = vars(config)["CPU_FEATURES"]
+    features = binding.get_host_cpu_features().flatten() if chosen is None else chosen
+    return tuple(sorted(f[1:] for f in features.split(",") if f.startswith("+")))
+
+
+_functions: set[Callable[..., Any]] = set()
+_said: set[str] = set()
+_tell = [lambda: logging.getLogger("engine_dyn").warning(COMPILING)]
+
+
+@cache
+def _listener() -> Any:
+    """Count the time of compilations of our functions; of one within another once."""
+    from numba.core import event
+
+    class Listener(event.TimingListener):
+        def notify(self, event: Any) -> None:  # Numba's lock lets one thread compile at a time
+            if event.data["dispatcher"].py_func in _functions:
+                if "compiling" not in _said:
+                    _said.add("compiling")
+                    _tell[0]()
+                super().notify(event)
+
+    listener = Listener()
+    event.register("numba:compile", listener)
+    return listener
+
+
+def listen_for(function: Callable[..., Any]) -> None:
+    """Announce the compilation of a function; until the first one, Numba is left as it is."""
+    _functions.add(function)
+    _listener()
+
+
+def seconds_compiling() -> float:
+    """Seconds that this process has spent compiling kernels so far."""
+    return float(_listener().duration) if _functions and _listener().done else 0.0
+
+
+def on_compiling(tell: Callable[[], None]) -> None:
+    """Call `tell` once, when the first kernel has to be compiled; else the logger warns of it."""
+    _tell[0] = tell
+
+
+def not_kept(error: Exception) -> None:
+    """Say once, through the logger, that compiled kernels cannot be kept on disk."""
+    if "not kept" not in _said:
+        _said.add("not kept")
+        text = "compiled kernels cannot be cached (%s): later runs will compile them again"
+        logging.getLogger("engine_dyn").warning(text, error)

@@ -3,6 +3,5 @@
 laws               how a load or driver depends on the speed: the registry, compiled
 driven_machine     tables of torque, motors, and which law an engine has
 friction           mean friction, and its shape over the stroke
-characteristic     power and torque over speed, and the load whose diagram gives them
 piecewise_cubic    the piece of a table in which a place lies
 """

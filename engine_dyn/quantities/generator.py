@@ -1,6 +1,6 @@
 """Nodes of a generator: the angle over the cycle, the grid that holds it, and times in the cycle.
 
-See `engine_dyn.time_over_angle` and `engine_dyn.grid`. Angles are those of the crank; those of the
+See `engine_dyn.time_over_angle`. Angles are those of the crank; those of the
 generator's voltage are its pole pairs times as large, and times the ratio of a gear between.
 """
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import grid, time_over_angle
+from engine_dyn import time_over_angle as times
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
 
@@ -38,7 +38,7 @@ PARAMETERS: tuple[Node, ...] = (
         "synchronising_torque", "c_s", "N m rad-1",
         "synchronising torque of the generator at its own shaft, per radian of its shaft; by "
         "default from synchronising_power", KUNDUR, low=0.0,
-        make=lambda synchronising_power, pole_pairs, speed, gear_ratio: grid.torque_from_power(
+        make=lambda synchronising_power, pole_pairs, speed, gear_ratio: times.torque_from_power(
             synchronising_power, pole_pairs, gear_ratio * speed
         ),
     ),
@@ -88,8 +88,8 @@ def _electrical(of: Node) -> Node:
 
 def _close_curve(omega: Any, period: float) -> tuple[Any, Any, float]:
     """The deviation at equal steps, its slope, and the step [rad]."""
-    turn = time_over_angle.cycle_time(omega, period)[..., None]
-    curve = time_over_angle.angle_deviation(omega, period)
+    turn = times.cycle_time(omega, period)[..., None]
+    curve = times.angle_deviation(omega, period)
     return curve, 1.0 - period / turn / omega, period / np.shape(omega)[-1]
 
 
@@ -98,7 +98,7 @@ _EXTREMES = np.dtype([("low", np.float64), ("high", np.float64)])
 
 
 def _extremes(*, omega_close: Any, curve_period: float) -> Any:
-    extremes = time_over_angle.extremes(*_close_curve(omega_close, curve_period))
+    extremes = times.extremes(*_close_curve(omega_close, curve_period))
     result = np.empty(extremes[0].shape, dtype=_EXTREMES)
     result["low"], result["high"] = extremes
     return result
@@ -111,15 +111,13 @@ def _extreme(which: str) -> Callable[..., Any]:
 def _curve(*, omega_close: Any, crank_angle: Any, close_angle: Any, curve_period: float) -> Any:
     curve, slope, step = _close_curve(np.asarray(omega_close)[..., 0, :], curve_period)
     place = (np.ravel(crank_angle) - np.ravel(close_angle)[0]) / step
-    return time_over_angle.between(curve, slope, step, place)
+    return times.between(curve, slope, step, place)
 
 
 def _deviation_order(*, angle_deviation: Any, omega: Any, crank_angle: Any, order: Any) -> Any:
     # The axis of orders, of length 1 here, stands before that of the crank angle.
     curve, speed = np.asarray(angle_deviation)[..., 0, :], np.asarray(omega)[..., 0, :]
-    return np.abs(
-        time_over_angle.deviation_harmonics(curve, speed, np.ravel(crank_angle), np.ravel(order))
-    )
+    return np.abs(times.deviation_harmonics(curve, speed, np.ravel(crank_angle), np.ravel(order)))
 
 
 _TEXT = "angle of the shaft against uniform rotation"
@@ -169,13 +167,13 @@ _DEVIATIONS = (
 def _grid_curve(of: str) -> Callable[..., Any]:
     def make(*, order: Any, crank_angle: Any, **needs: Any) -> Any:
         harmonics = np.asarray(needs[of])[..., 0]  # before the axis of the crank angle
-        return grid.sum_of_orders(harmonics, np.ravel(order), np.ravel(crank_angle))
+        return times.sum_of_orders(harmonics, np.ravel(order), np.ravel(crank_angle))
 
     return make
 
 
 def _half_range(of: str) -> Callable[..., Any]:
-    return lambda *, order, curve_period, **needs: grid.half_range(
+    return lambda *, order, curve_period, **needs: times.half_range(
         needs[of], np.ravel(order), curve_period
     )
 
@@ -206,7 +204,7 @@ _ANGLE = _swing(
 
 
 def _duration(begin: float, end: float) -> Callable[..., Any]:
-    return lambda omega, crank_angle, curve_period: time_over_angle.duration(
+    return lambda omega, crank_angle, curve_period: times.duration(
         omega, np.ravel(crank_angle)[0], begin, end, curve_period
     )
 
@@ -218,7 +216,7 @@ def _interval(
     # The end is the next one within a cycle, however long the curve is.
     end = interval_begin + period - np.mod(interval_begin - interval_end, period)
     first = np.ravel(crank_angle)[0]
-    return time_over_angle.duration(omega, first, interval_begin, end, curve_period)
+    return times.duration(omega, first, interval_begin, end, curve_period)
 
 
 _TIME: dict[str, Any] = {"removes": ("crank_angle",)}
@@ -254,7 +252,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "grid_natural_frequency", "f_0", "Hz",
         "natural frequency of the rigid rotor against the grid, without damping", KUNDUR,
-        make=lambda inertia, grid_stiffness: grid.natural_frequency(inertia, grid_stiffness)
+        make=lambda inertia, grid_stiffness: times.natural_frequency(inertia, grid_stiffness)
         / (2.0 * np.pi),
     ),
     Node(
@@ -265,7 +263,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "grid_damping_ratio", r"\zeta_0", "1",
         "damping ratio of the rigid rotor against the grid", KUNDUR,
-        make=lambda inertia, grid_stiffness, grid_damping: grid.damping_ratio(
+        make=lambda inertia, grid_stiffness, grid_damping: times.damping_ratio(
             inertia, grid_stiffness, grid_damping
         ),
     ),
@@ -273,13 +271,13 @@ NODES: tuple[Node, ...] = (
         "grid_amplification", r"V_\nu", "1",
         "amplitude of an order of the angle against the grid over that of the free rotor", SWING,
         make=lambda order, speed, inertia, grid_stiffness, grid_damping:
-        grid.amplification(order, speed, inertia, grid_stiffness, grid_damping),
+        times.amplification(order, speed, inertia, grid_stiffness, grid_damping),
     ),
     Node(
         "grid_nearest_order", r"\nu_e", "1",
         "excited order that is nearest to the natural order against the grid", "this project",
         removes=("order",),
-        make=lambda grid_natural_order, order, torque_harmonics: grid.nearest_order(
+        make=lambda grid_natural_order, order, torque_harmonics: times.nearest_order(
             order, grid_natural_order, torque_harmonics
         ),
     ),
@@ -287,14 +285,14 @@ NODES: tuple[Node, ...] = (
         "grid_resonance_nearness", r"b/|\nu_e/\nu_0-1|", "1",
         "resonance_band over the distance of the nearest excited order from the natural order "
         "against the grid, above 1 within the band", "this project",
-        make=lambda resonance_band, grid_nearest_order, grid_natural_order: grid.nearness(
+        make=lambda resonance_band, grid_nearest_order, grid_natural_order: times.nearness(
             resonance_band, grid_nearest_order, grid_natural_order
         ),
     ),
     hidden(
         "grid_angle_harmonics", "rad", "harmonics of the angle against the grid",
         lambda torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping:
-        grid.angle_harmonics(
+        times.angle_harmonics(
             torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping
         ),
         width=16, beside=("grid_resonance_nearness",),
@@ -302,7 +300,7 @@ NODES: tuple[Node, ...] = (
     hidden(
         "grid_power_harmonics", "W", "harmonics of the power to the grid",
         lambda grid_angle_harmonics, order, speed, grid_stiffness, grid_damping:
-        grid.power_harmonics(grid_angle_harmonics, order, speed, grid_stiffness, grid_damping),
+        times.power_harmonics(grid_angle_harmonics, order, speed, grid_stiffness, grid_damping),
         width=16,
     ),
     *_ANGLE,
@@ -312,7 +310,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "cycle_time", "T", "s", "duration of a cycle", DEVIATION,
-        make=lambda omega, period: time_over_angle.cycle_time(omega, period), **_TIME,
+        make=lambda omega, period: times.cycle_time(omega, period), **_TIME,
     ),
     *(
         Node(

@@ -11,10 +11,10 @@ import math
 from dataclasses import MISSING, fields
 from typing import Any
 
-from engine_dyn.loads.characteristic import CHARACTERISTICS
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.file_fields import MEANINGS, FileField
 from engine_dyn.pressure.first_law_formulas import FIELDS_OF_WALL
+from engine_dyn.quantities.features.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
     CURVE_MEANS,

@@ -14,11 +14,11 @@ from typing import Any
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
-from engine_dyn.loads.characteristic import Characteristic
 from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.quantities.curve_extremes import is_of_curve, of_curve
 from engine_dyn.quantities.features import FEATURES, characteristic
+from engine_dyn.quantities.features.characteristic import Characteristic
 from engine_dyn.quantities.features.feature import Addition, with_additions
 from engine_dyn.quantities.graph import Variants, variants_of
 from engine_dyn.quantities.node import Node

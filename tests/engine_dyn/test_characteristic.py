@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from engine_dyn.loads.characteristic import (
+from engine_dyn.quantities.features.characteristic import (
     CHARACTERISTICS,
     PROPELLER,
     Characteristic,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from engine_dyn import grid
+from engine_dyn import time_over_angle as grid
 
 KUNDUR = {"K_S": 1.123 * 0.995 / 0.95 * np.cos(np.radians(49.92)), "H": 3.5, "S": 2220e6, "f": 60.0}
 """P. Kundur, Power System Stability and Control (1994), example 12.2: synchronising torque in units

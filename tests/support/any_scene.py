@@ -18,7 +18,7 @@ import numpy as np
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from engine_dyn.loads.characteristic import CHARACTERISTICS
+from engine_dyn.quantities.features.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from engine_dyn.units import RPM

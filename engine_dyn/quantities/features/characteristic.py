@@ -1,16 +1,152 @@
-"""Nodes of speed characteristics: see `engine_dyn.loads.characteristic`."""
+"""Speed characteristics: power and torque over speed, and the load whose diagram gives them.
+
+Power units, lecture 18: N_e = N_max x [A + C x - x^2] with x = n/n_max, and M = N_e/omega. The
+lecture writes 9550 N_e/n, with kW and rpm; its 9550 is 30000/pi = 9549.3, rounded. In all four sets
+A + C = 2, so that N_e(n_max) = N_max.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from engine_dyn.loads.characteristic import Characteristic, load_for_torque
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, parameter
+from engine_dyn.types import Floats, Integers
 from engine_dyn.units import RPM
+
+
+@dataclass(frozen=True)
+class Characteristic:
+    """A curve of power over speed, as a polynomial of x = n/n_max.
+
+    Attributes
+    ----------
+    constant, linear, square : float
+        Coefficients of N_e/(N_max x) = constant + linear x + square x^2.
+    source : str
+        Author and equation.
+    """
+
+    constant: float
+    linear: float
+    square: float
+    source: str
+
+    def power(self, speed: Any, rated_power: Any, rated_speed: Any) -> Any:
+        """Power [W] at crank speeds [rad/s]; arguments broadcast.
+
+        Raises
+        ------
+        ValueError
+            For a rated power or speed that is not above 0.
+        """
+        return self.torque(speed, rated_power, rated_speed) * np.asarray(speed, dtype=float)
+
+    def torque(self, speed: Any, rated_power: Any, rated_speed: Any) -> Any:
+        """Torque [N m] at crank speeds [rad/s], also at standstill; errors as `power`."""
+        for name, value in (("rated_power", rated_power), ("rated_speed", rated_speed)):
+            number = np.asarray(value, dtype=float)
+            if not (number > 0.0).all():
+                bad = number[~(number > 0.0)].flat[0]
+                raise ValueError(f"{name} = {bad:g}: must be above 0")
+        x = np.asarray(speed, dtype=float) / rated_speed
+        relative = self.constant + x * (self.linear + x * self.square)
+        return np.asarray(rated_power) / rated_speed * relative
+
+    @property
+    def largest_torque(self) -> tuple[float, float]:
+        """Speed over rated speed at which the torque is largest, and that over the rated one."""
+        x = -0.5 * self.linear / self.square
+        return x, self.constant + x * (self.linear + x * self.square)
+
+
+def _lecture(a: float, c: float) -> Characteristic:
+    return Characteristic(a, c, -1.0, "Power units, lecture 18")
+
+
+PROPELLER = Characteristic(0.0, 0.0, 1.0, "Kakaitsas section 3.2: torque over omega squared")
+"""Fixed-pitch propeller: power over the cube of the speed."""
+
+CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
+    {
+        "spark ignition": _lecture(1.00, 1.00),
+        "diesel": _lecture(0.87, 1.13),
+        "pre-chamber diesel": _lecture(0.60, 1.40),
+        "swirl-chamber diesel": _lecture(0.70, 1.30),
+        "propeller": PROPELLER,
+    }
+)
+"""Curves by name; "diesel" has an undivided combustion chamber."""
+
+
+def load_for_torque(
+    torque_of: Callable[[Floats, Integers], Any], loads: npt.ArrayLike, wanted: npt.ArrayLike,
+    resolution: float = 0.0,
+) -> Floats:  # fmt: skip
+    """Load [percent] at which the brake torque is what is wanted, for every element.
+
+    Parameters
+    ----------
+    torque_of : callable
+        Torque [N m] of loads; it rises with the load. Takes flat arrays: loads, and the places of
+        their elements in `wanted`, of which only those without an answer are asked for.
+    loads : array_like
+        Loads of the given diagrams, ascending: between each two of them is a bracket.
+    wanted : array_like
+        [N m].
+    resolution : float
+        Difference of loads [percent] that the torque does not see.
+
+    Returns
+    -------
+    ndarray
+        Shape of `wanted`; NaN where the diagrams do not reach it. The root is found to rounding, by
+        regula falsi (the Illinois form) in the first bracket that contains it.
+    """
+    shape = np.shape(wanted)
+    goal = np.array(wanted, dtype=np.float64).reshape(-1)
+    knots = np.asarray(loads, dtype=np.float64)
+    every = np.arange(goal.size)
+    miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
+    # Relative difference by which a torque may lie beyond those of the diagrams, which is rounding
+    slack = 1e-9 * np.abs(goal)
+    found = np.full(goal.size, np.nan)
+    for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
+        found = np.where(np.abs(here) <= slack, load, found)
+    low, high, below, above = np.full((4, goal.size), np.nan)
+    for left, right, one, other in zip(knots, knots[1:], miss, miss[1:], strict=False):
+        holds = np.isnan(low) & (one <= 0.0) & (other >= 0.0)
+        low, high = np.where(holds, left, low), np.where(holds, right, high)
+        below, above = np.where(holds, one, below), np.where(holds, other, above)
+    todo = np.flatnonzero(np.isnan(found) & np.isfinite(low))
+    # Rows: both ends, the torque missed there, the end that stayed (-1 the lower), the last load.
+    bracket = np.stack([low, high, below, above, np.zeros(goal.size), low])[:, todo]
+    for _ in range(60):
+        if not todo.size:
+            break
+        low, high, below, above, side, last = bracket
+        with np.errstate(divide="ignore", invalid="ignore"):
+            load = (low * above - high * below) / (above - below)
+        load = np.where(np.isfinite(load), np.clip(load, low, high), 0.5 * (low + high))
+        here = np.asarray(torque_of(load, todo)) - goal[todo]
+        done = (np.abs(here) <= 1e-13 * np.abs(goal[todo])) | (high - low <= 1e-13 * high)
+        done |= np.abs(load - last) <= resolution
+        found[todo[done]] = load[done]
+        down = here > 0.0
+        # The value at an end that stays twice is halved, so that the other end moves too.
+        below = np.where(down, np.where(side < 0.0, 0.5 * below, below), here)
+        above = np.where(down, here, np.where(side > 0.0, 0.5 * above, above))
+        low, high = np.where(down, low, load), np.where(down, load, high)
+        bracket = np.stack([low, high, below, above, np.where(down, -1.0, 1.0), load])[:, ~done]
+        todo = todo[~done]
+    found[todo] = 0.5 * (bracket[0] + bracket[1])
+    return found.reshape(shape)
 
 
 def _load_of_characteristic(

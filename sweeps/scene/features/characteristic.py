@@ -8,9 +8,8 @@ from pathlib import Path
 from pydantic import Field
 
 from engine_dyn.engine import Engine
-from engine_dyn.loads.characteristic import CHARACTERISTICS
-from engine_dyn.loads.characteristic import Characteristic as Curve
-from engine_dyn.quantities.features.characteristic import FEATURE
+from engine_dyn.quantities.features.characteristic import CHARACTERISTICS, FEATURE
+from engine_dyn.quantities.features.characteristic import Characteristic as Curve
 from sweeps.base.checks import Strict
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.features.feature import GivenFeature, with_part
