@@ -9,8 +9,7 @@ import pytest
 
 import engine_dyn
 import sweeps
-from sweeps.view.accessor.archive import ArchiveAccessor
-from sweeps.view.accessor.plots import Plots
+from sweeps.view.accessor.archive import ArchiveAccessor, Plots
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -60,4 +59,4 @@ def test_the_page_lists_every_public_name() -> None:
         if name.startswith(("sweeps.", "engine_dyn.")):
             assert f":: {name}\n" in page, name
     assert "autoclass:: sweeps.view.accessor.archive.ArchiveAccessor\n   :members:\n" in page
-    assert "autoclass:: sweeps.view.accessor.plots.Plots\n" in page
+    assert "autoclass:: sweeps.view.accessor.archive.Plots\n" in page

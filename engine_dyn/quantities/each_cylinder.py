@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.forces import articulated
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinder_means import value_of_each
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders, Member
@@ -74,6 +73,9 @@ def _force(
             needs["speed"], needs["cylinder_set"], needs["cylinders_by_count"],
             needs["offset_ratio"],
         )  # fmt: skip
+        # Kernels are imported where they are called: importing the graph compiles and loads none.
+        from engine_dyn.forces import articulated
+
         phi = needs["crank_angle"]
         force = (
             articulated.inertia_force_of_order(order, phi, *motion) if order
@@ -133,6 +135,18 @@ def _of_master(needs: dict[str, Any], more: tuple[Any, ...] = ()) -> tuple[Any, 
     )  # fmt: skip
 
 
+def _master_loads(needs: dict[str, Any]) -> Any:
+    from engine_dyn.forces import articulated
+
+    return articulated.master_loads(needs["crank_angle"], *_of_master(needs))
+
+
+def _crank_pin_extremes(*, curve_period: Any, **needs: Any) -> Any:
+    from engine_dyn.forces import articulated
+
+    return articulated.crank_pin_extremes(curve_period, *_of_master(needs, (None,)))
+
+
 NODES = (
     *MOTION,
     _force("reciprocating_force", "P_J", "inertia force of all reciprocating masses, exact", 0,
@@ -151,23 +165,17 @@ NODES = (
         "where the crank pin moves down, cylinder 1, with the moment of the articulated rods",
         SOURCE, kind="curve", throws=True, when="articulated_rods",
         needs=("crank_angle", *_LOADED),
-        make=lambda **needs: articulated.master_loads(
-            needs["crank_angle"], *_of_master(needs)
-        ).wall_thrust,
+        make=lambda **needs: _master_loads(needs).wall_thrust,
     ),
     hidden(
         "crank_pin_components", "N", "components of the load of the first crank pin",
-        lambda **needs: articulated.master_loads(
-            needs["crank_angle"], *_of_master(needs)
-        ).crank_pin,
+        lambda **needs: _master_loads(needs).crank_pin,
         ("crank_angle", *_LOADED),
         kind="curve", throws=True, when="articulated_rods", width=160,
     ),
     hidden(
         "crank_pin_extremes", "N", "extremes of the load of the first crank pin",
-        lambda *, curve_period, **needs: articulated.crank_pin_extremes(
-            curve_period, *_of_master(needs, (None,))
-        ),
+        _crank_pin_extremes,
         (*_LOADED, "curve_period"),
         throws=True, when="articulated_rods", width=250_000,
     ),

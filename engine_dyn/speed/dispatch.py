@@ -45,7 +45,6 @@ from engine_dyn.speed.mechanisms import (
     map_on_threads,
     tally_in_use,
 )
-from engine_dyn.speed.thesis import solve_as_printed
 from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
@@ -355,6 +354,8 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
         task = Task(code, bool(model), sweep.closure, tolerance, sweep.iterated, form, angles)
         able = card is not None and card.can_solve(task)
         if code == THESIS:
+            from engine_dyn.speed.thesis import solve_as_printed  # loaded for this method alone
+
             solve_as_printed(call, task, sweep.angles, results)
             continue
         designs = call.designs()

@@ -19,7 +19,6 @@ from engine_dyn.types import Integers
 from sweeps.base.dimensions import PARAMETER, STATUS
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
-from sweeps.running.compute.progress import progress_bar
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
@@ -358,6 +357,8 @@ class _Bars:
             self.counted = self.counted or (name if stage.size == self.designs else "")
             return self.show if name == self.counted else None
         if name not in self.bars:
+            from sweeps.running.compute.progress import progress_bar
+
             self.bars[name] = progress_bar(
                 total=stage.size, unit=" designs", unit_scale=True, desc=name, file=sys.stderr
             )
