@@ -132,8 +132,8 @@ class _Compiled:
         # A kernel has all that it calls inlined: else that would be optimised apart from a new
         # kernel, but together with one from the disk, and last digits would tell. Without what only
         # Python needs, it takes a sixth less time to compile.
-        part = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        return numba.njit(**part, **OPTIONS)(self.py_func)
+        wrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return numba.njit(**{"forceinline": True, **wrapped, **OPTIONS})(self.py_func)
 
     def __call__(self, *given: Any) -> Any:
         if self._process != os.getpid():  # at first, and in a fork, whose folder is another

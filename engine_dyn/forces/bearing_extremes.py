@@ -25,15 +25,7 @@ CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2  # Numbers of the loads in kernels
 
 INPUTS = 10
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
-of the diagrams, and the `bearings.Factors`."""
-
-RATIO, OFFSET, WEIGHT, GAS, CRANKCASE, RECIPROCATING, ROTATING, THROWS, WEB_UP, WEB_SIDE = range(
-    INPUTS
-)
-
-SHARE, RADIUS, BANK_SINE, BANK_COSINE, THROW_SHARE, SIDE = range(6)
-"""Rows of a cylinder's numbers: mass times crank radius and crank radius, over the engine's; sine
-and cosine of its direction from upright; its share in its throw; its factor on the offset."""
+of the diagrams, and the `bearings.Factors`; the last two are those of the webs beside a journal."""
 
 
 CRESTS = 8  # Most crests that are told of a design, those that reach highest
@@ -46,7 +38,9 @@ them the place in samples and the squares of the load before it, at it and behin
 class Sampled(NamedTuple):
     """The cylinders of an engine at equally spaced crank angles."""
 
-    cylinders: Floats  # `SHARE` and so on of each cylinder; shape (6, Z)
+    # Cylinders: mass times crank radius, and crank radius, over the engine's; sine and cosine
+    # of its direction from upright; its share in its throw; its factor on the offset; shape (6, Z)
+    cylinders: Floats
     # Curve: which of the curves below is a cylinder's: those of one phase and one pressure share
     # it; shape (Z,)
     curve: Integers
@@ -135,7 +129,7 @@ def fill_crests_of_loads(
             x[:], y[:] = x_even, y_even
         else:
             x[:], y[:] = x_odd, y_odd
-        up, side = inputs[WEB_UP, design], inputs[WEB_SIDE, design]
+        up, side = inputs[8, design], inputs[9, design]
         for i in range(samples):
             # Cylinder 1 has the phase 0, so its angle is the engine's.
             sine, cosine = sampled.turn[0, 0, i], sampled.turn[0, 1, i]
@@ -147,7 +141,7 @@ def fill_crests_of_loads(
 @inlined
 def _same_design(inputs: Floats, rows: Integers, design: int) -> bool:
     """Whether a design has the numbers of the one before it, but for those of its journal."""
-    for i in range(WEB_UP):
+    for i in range(INPUTS - 2):
         if inputs[i, design] != inputs[i, design - 1]:
             return False
     return bool(rows[0, design] == rows[0, design - 1] and rows[1, design] == rows[1, design - 1])
@@ -166,25 +160,25 @@ def _load_of_throw(
     samples = x.size
     for i in range(samples):
         x[i] = y[i] = 0.0
-    weight, gas, crankcase = inputs[WEIGHT, design], inputs[GAS, design], inputs[CRANKCASE, design]
+    engine_ratio, engine_offset, weight = inputs[0, design], inputs[1, design], inputs[2, design]
+    gas, crankcase, reciprocating = inputs[3, design], inputs[4, design], inputs[5, design]
+    turning, of_throws = inputs[6, design], inputs[7, design]
     gas_below, gas_above = gas * (1.0 - weight), gas * weight
-    turning = inputs[ROTATING, design]
     for place in range(sampled.throws[throw], sampled.throws[throw + 1]):
         cylinder = sampled.on_throws[place]
-        radius = sampled.cylinders[RADIUS, cylinder]
-        ratio = inputs[RATIO, design] * radius
-        offset = sampled.cylinders[SIDE, cylinder] * inputs[OFFSET, design] / radius
-        mass = inputs[RECIPROCATING, design] * sampled.cylinders[SHARE, cylinder]
-        bank_sine = sampled.cylinders[BANK_SINE, cylinder]
-        bank_cosine = sampled.cylinders[BANK_COSINE, cylinder]
+        own = sampled.cylinders[:, cylinder]
+        share, radius, bank_sine, bank_cosine = own[0], own[1], own[2], own[3]
+        throw_share, offset_factor = own[4], own[5]
+        ratio = engine_ratio * radius
+        offset = offset_factor * engine_offset / radius
+        mass = reciprocating * share
         number = sampled.curve[cylinder]
         below = sampled.pressure[number, rows[0, design]]
         above = sampled.pressure[number, rows[1, design]]
         sine, cosine = sampled.turn[number, 0], sampled.turn[number, 1]
         top = sine_of_top(ratio, offset)
         upright = math.sqrt(1.0 - top * top)
-        throw_share = sampled.cylinders[THROW_SHARE, cylinder]
-        throw_pull = (turning + throw_share * inputs[THROWS, design]) * radius
+        throw_pull = (turning + throw_share * of_throws) * radius
         for i in range(samples):
             s, c = sum_of_angles(sine[i], cosine[i], top, upright)
             lean = ratio * (s - offset)

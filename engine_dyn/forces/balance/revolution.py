@@ -18,18 +18,13 @@ from engine_dyn.forces.balance.lines import Lines
 from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top
 from engine_dyn.types import Complexes, Floats
 
-MOTION = 14  # Rows of a design's numbers
+MOTION = 14
+"""Rows of a design's numbers: lambda; e/r; m r; two factors on the places of the lines of force (1
+and 0 for forces); size up to which a sum is rounding; amplitudes, the real part and behind it the
+imaginary one, of what turns with the crank, against it, and at twice its speed forwards and
+backwards."""
 
-RATIO, OFFSET, RECIPROCATING, SPACING, BANK_OFFSET, LEAST = range(6)
-"""lambda; e/r; m r; factors on the places of the lines of force (1 and 0 for forces); size up to
-which a sum is rounding."""
-
-FORWARD, BACKWARD, SECOND, SECOND_BACK = range(6, MOTION, 2)
-"""Amplitudes, the real part and behind it the imaginary one: of what turns with the crank, against
-it, and at twice its speed forwards and backwards."""
-
-COSINE, SINE, ALONG, ACROSS, PLACE, BANK, RADIUS, SIDE = range(8)
-"""Rows of a line of force: its phase; mass and radius factors times its direction; see `Lines`."""
+LEAST = 5  # Row of the size up to which a sum is rounding
 
 TURN_SAMPLES = 360  # Samples of a revolution, between which the largest vector is looked for
 
@@ -39,7 +34,11 @@ a parabola through the last samples then errs by less than 1e-9 of the largest v
 
 
 def lines_array(lines: Lines, *, moment: bool) -> Floats:
-    """Lines of force as the rows that kernels take; without places for a force."""
+    """Lines of force as the rows that kernels take; without places for a force.
+
+    Rows: cosine and sine of the phase; mass and radius factors times the direction, along and
+    across; place, bank, radius and side of `Lines`.
+    """
     share = lines.mass_factor * lines.radius
     none = np.zeros(share.size)
     return np.stack([
@@ -62,18 +61,25 @@ def _own_of(motion: Floats, lines: Floats, design: int, own: Floats) -> None:
     Those of cylinder k stand at 6 k: cosine and sine to turn the engine's angle to the crank's,
     lambda, e/r, and the components of its force over its reduced acceleration.
     """
+    engine_ratio, engine_offset, reciprocating = (
+        motion[0, design], motion[1, design], motion[2, design]
+    )  # fmt: skip
+    spacing, bank_offset = motion[3, design], motion[4, design]
     for k in range(lines.shape[1]):
-        ratio = lines[RADIUS, k] * motion[RATIO, design]
-        offset = lines[SIDE, k] * motion[OFFSET, design] / lines[RADIUS, k]
+        phase_cosine, phase_sine = lines[0, k], lines[1, k]
+        along, across, place, bank = lines[2, k], lines[3, k], lines[4, k], lines[5, k]
+        radius, side = lines[6, k], lines[7, k]
+        ratio = radius * engine_ratio
+        offset = side * engine_offset / radius
         top = sine_of_top(ratio, offset)
         upright = math.sqrt(1.0 - top * top)
-        own[6 * k] = lines[COSINE, k] * upright - lines[SINE, k] * top
-        own[6 * k + 1] = lines[SINE, k] * upright + lines[COSINE, k] * top
+        own[6 * k] = phase_cosine * upright - phase_sine * top
+        own[6 * k + 1] = phase_sine * upright + phase_cosine * top
         own[6 * k + 2], own[6 * k + 3] = ratio, offset
-        lever = lines[PLACE, k] * motion[SPACING, design]
-        lever += lines[BANK, k] * motion[BANK_OFFSET, design]
-        lever *= motion[RECIPROCATING, design]
-        own[6 * k + 4], own[6 * k + 5] = lever * lines[ALONG, k], lever * lines[ACROSS, k]
+        lever = place * spacing
+        lever += bank * bank_offset
+        lever *= reciprocating
+        own[6 * k + 4], own[6 * k + 5] = lever * along, lever * across
 
 
 @formula
@@ -89,11 +95,9 @@ def _cylinder_at(own: Floats, k: int, cosine: float, sine: float) -> float:
 def _shafts_at(motion: Floats, design: int, c: float, s: float) -> tuple[float, float]:
     """Force of the masses that turn with the crank and with balance shafts."""
     c2, s2 = c * c - s * s, 2.0 * s * c
-    a, b = motion[FORWARD, design], motion[FORWARD + 1, design]
-    d, e = motion[BACKWARD, design], motion[BACKWARD + 1, design]
+    a, b, d, e = motion[6, design], motion[7, design], motion[8, design], motion[9, design]
     x, y = (a + d) * c - (b - e) * s, (b + e) * c + (a - d) * s
-    a, b = motion[SECOND, design], motion[SECOND + 1, design]
-    d, e = motion[SECOND_BACK, design], motion[SECOND_BACK + 1, design]
+    a, b, d, e = motion[10, design], motion[11, design], motion[12, design], motion[13, design]
     return x + (a + d) * c2 - (b - e) * s2, y + (b + e) * c2 + (a - d) * s2
 
 
