@@ -25,8 +25,8 @@ from engine_dyn.geometry import kinematic_series as series
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
-from engine_dyn.quantities.features.characteristic import CHARACTERISTICS
 from engine_dyn.pressure.first_law import FourStrokeCycle, tabulate
+from engine_dyn.quantities.features.characteristic import CHARACTERISTICS
 from engine_dyn.units import DEGREE
 from oracle.textbook_cycles import GAMMA, Textbook, finite_release, otto
 from sweeps.scene.engine.engine_files import load_engine
