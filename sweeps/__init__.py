@@ -23,13 +23,13 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("engine-dyn")
-    if name == "figures":  # a package, which no function of ours returns
+    if name == "figures":  # The name of a package, which none of our functions returns
         from importlib import import_module
 
         return import_module("sweeps.view.figures")
     if name not in __all__:
         hint = ""
-        if not name.startswith("_"):  # notebooks ask for these by the dozen
+        if not name.startswith("_"):  # Notebooks ask for names with an underscore by the dozen
             from sweeps.base.errors import did_you_mean
 
             hint = did_you_mean(name, __all__)

@@ -24,7 +24,7 @@ from engine_dyn.types import Floats
 from sweeps.base.errors import SceneError, not_known, one_line, shown, shown_for_whole
 from sweeps.base.ratios import BEYOND, LARGEST, number_or_ratio
 
-DEEPEST = 8  # Nesting of tables and lists that is read
+DEEPEST = 8  # Tables and lists in a scene may be nested so deeply
 
 LONGEST_TEXT = 20_000
 """Characters of one text of a scene; the factors of the longest firing pattern take most."""
@@ -161,7 +161,8 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         return value
     if isinstance(value, list | tuple):
         kinds = set(map(type, value))
-        if kinds <= {int, float, str}:  # also lists of millions, without a loop
+        # A test of all types at once, quick for lists of millions too
+        if kinds <= {int, float, str}:
             if str in kinds:
                 _check_length(max((item for item in value if isinstance(item, str)), key=len), name)
             return list(value)
@@ -172,13 +173,13 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         return str(value)
     if isinstance(value, range):
         return list(value)
-    if hasattr(value, "tolist"):  # columns of pandas
+    if hasattr(value, "tolist"):  # Columns of pandas become lists
         return plain(value.tolist(), name, depth + 1)
     return value
 
 
 def _check_length(text: str, where: str) -> None:
-    """Refuse a text that nobody writes, before anything looks for something in it."""
+    """Refuse a text longer than anybody writes, before it is searched."""
     if len(text) > LONGEST_TEXT:
         raise SceneError(
             f"{where} = {shown(text)}: has {len(text)} characters; must be at most {LONGEST_TEXT}"
@@ -260,7 +261,7 @@ def _sentence(model: type[Strict], error: Any) -> str:
             if error["type"] != "extra_forbidden":
                 if of_free_keys:
                     place.append(part)
-                break  # the rest is a member of a union: the field says enough
+                break  # What follows in the place is a member of a union: the field says enough
             known = list(inside.model_fields)
             kind = "table or key" if inside is model else "key"
             return f"{_place([*place, part])}: unknown {kind}{not_known(part, known)}"
@@ -350,7 +351,7 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     if isinstance(raw, str) and is_power(node) and POWER.fullmatch(raw):
         size, unit = raw.split()
         return number(float(size) * {"W": 1.0, "kW": 1e3, "MW": 1e6}[unit], where, node)
-    if names and node is not None and node.whole:  # each of its values has a name
+    if names and node is not None and node.whole:  # Each of the key's values has a name
         listed = "', '".join(names)
         raise SceneError(f"{where} = {shown(raw)}: must be one of '{listed}'")
     unit = f" in {node.unit}" if node is not None and node.unit != "1" else ""
@@ -398,7 +399,8 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
     if set(map(type, raw)) <= {float, int}:  # a list may be long: no code of Python for each value
         try:
             values = np.array(raw, dtype=np.float64)
-        except OverflowError:  # told of a single value below
+        # Each value is checked by itself below, which names the one that is too large
+        except OverflowError:
             values = np.array([np.nan])
         if (np.abs(values) <= LARGEST).all():
             return values
@@ -430,7 +432,8 @@ def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
     """Whether values (file units) are no usable numbers, or outside the range of a parameter."""
     bad = ~(np.abs(values) <= LARGEST)
     if node.low == 0.0:
-        bad |= (values > 0.0) & (values < 1.0 / LARGEST)  # many are divisors
+        # Small numbers may be the reciprocals of large divisors
+        bad |= (values > 0.0) & (values < 1.0 / LARGEST)
     if node.low > -math.inf:
         bad |= (values < node.low) if node.low_included else (values <= node.low)
     if node.high < math.inf:

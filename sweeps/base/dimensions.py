@@ -48,9 +48,9 @@ NOT_CHOSEN = (
     "speed", "load", "characteristic_share", "recorded_cycle", "cycle_number", "misfire",
     "wanted_delta", METHOD, INERTIA_MODEL, "truncation",
 )  # fmt: skip
-"""Axes and columns that are not chosen with a design: operating points, recorded cycles and
-misfires that it meets, what is wanted of it, and how it is computed. A search takes none of their
-values for the best one unless it is asked to."""
+"""Axes and columns that do not belong to a design: operating points, recorded cycles, misfires,
+what is wanted of the design and how it is computed. A search takes none of their values for the
+best one unless it is asked to."""
 
 
 class WordAxis(NamedTuple):
@@ -83,49 +83,49 @@ WORD_AXES = {
         WordAxis(INERTIA_MODEL, "model of the moment of inertia", column=False),
     )
 }
-"""All of them by name. What scenes may write for them stands in `sweeps.scene.axes`."""
+"""Axes of words by name. `sweeps.scene.axes` says what scenes may write for them."""
 
 LABELS = tuple(name for name, axis in WORD_AXES.items() if axis.column)
 """Columns of [designs] that hold texts: the name of each design, its engine, arrangement and firing
 pattern."""
 
 PARAMETER = "parameter"
-"""Dimension of elasticities: the parameters that derivatives are taken by, by their keys."""
+"""Dimension of elasticities: keys of the parameters that derivatives are taken by."""
 
 UNCERTAIN = "uncertain_parameter"
-"""Dimension of shares of an uncertainty: the parameters that are not well known, by their keys."""
+"""Dimension of shares of an uncertainty: keys of the parameters that are not well known."""
 
 PUBLISHED = "_published"
-"""Ending of the variables that hold a scene's [reference], beside the quantities' own."""
+"""Ending of the variables that hold a scene's [reference], after a quantity's name."""
 
 ELASTICITY = "_elasticity"
 """Ending of the elasticities of a quantity, over `PARAMETER`."""
 
 LOW, HIGH, EXPLAINED, SHARE = "_low", "_high", "_explained", "_share"
-"""Endings of what is known of the uncertainty of a quantity: the ends of its band, the part of the
-variance that is linear, and the shares of the parameters, over `UNCERTAIN`."""
+"""Endings of the variables on the uncertainty of a quantity: ends of its band, linear part of the
+variance, and shares of the parameters, over `UNCERTAIN`."""
 
 OF_ORDERS = "firing_orders"
-"""Attribute of archives of all firing orders of an engine: how they were chosen, and how many there
-are, as JSON."""
+"""Attribute of archives of all firing orders of an engine: how they were chosen, and their number,
+as JSON."""
 
 OF_PATTERNS = "firing_patterns"
 """Attribute of archives of firing patterns of a density: how they were ranked, as JSON."""
 
 REDUCTION = "reduction"
-"""Attribute of archives that hold what was asked of all designs together, in place of each: what
-[reduce] asked for and what its searches found, as JSON."""
+"""Attribute of archives that hold results of all designs together, in place of each: the [reduce]
+of the scene and the results of its searches, as JSON."""
 
 RANK, STATE = "rank", "reduction_state"
-"""Their variables beside designs and numbers: the rank of each kept design by each search, and what
+"""Variables of archives with [reduce]: the rank of each kept design by each search, and what
 `merge` needs, as a ZIP file of NumPy's arrays."""
 
 FAILED_DRAWS = "failed_draws"
 """Variable that counts the draws of uncertain values in which a design has no result."""
 
 GENERATION, RESTART, FOUND, FULFILLING = "generation", "restart", "found", "fulfilling"
-"""Columns of designs that a search computed: when it came to each, whether it is what was found,
-and whether it fulfils the conditions."""
+"""Columns of designs that a search computed: generation and restart in which it came to each,
+whether it is a result, and whether it fulfils the conditions."""
 
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
@@ -133,7 +133,7 @@ STATUS, TORSION_STATUS = "status", "torsion_status"
 """Variables with the outcome of each design: of its speed, and of the vibration of its shaft."""
 
 COMPARED = "_compared"
-"""Ending of the variables of a second archive beside those of the first."""
+"""Ending of the variables of a second archive that is compared with the first."""
 
 
 def words_of(archive: xr.Dataset) -> dict[str, str]:
@@ -221,7 +221,7 @@ def _places_of_label(name: str, value: float | str, labels: Any) -> list[int]:
         found = [place for place, label in enumerate(texts) if label == text]
         if found:
             return found
-    # The second of an axis of words is "#2"; a number alone is the label that looks like it.
+    # "#2" is the second value of an axis of words; a bare number is the label that looks like it.
     position = re.fullmatch(r"#(\d{1,9})", written[-1], flags=re.ASCII)
     if position is None:
         known = list(dict.fromkeys(texts))

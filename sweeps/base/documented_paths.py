@@ -20,7 +20,8 @@ class _SameModule(Loader):
         return self.module
 
     def exec_module(self, module: Any) -> None:
-        module.__spec__ = self.spec  # the import has put that of the second name in its place
+        # The import has put the second name's specification in its place
+        module.__spec__ = self.spec
 
 
 class _Paths(MetaPathFinder):

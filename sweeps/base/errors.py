@@ -12,11 +12,11 @@ NAMED_BADLY = (
 )  # fmt: skip
 """Errors of the system for a file that the user named badly; others are failures of the disk."""
 
-LONGEST = 4000  # Characters of a message
+LONGEST = 4000  # Characters of a message at most
 
-LONGEST_NAME = 300  # Characters of a name that is like another one
+LONGEST_NAME = 300  # Characters of a wrong name for which a similar one is looked for
 
-MOST_LISTED = 40  # Names that a message lists where a command lists them too
+MOST_LISTED = 40  # Most names that a message lists, where a command lists all of them
 
 
 class SceneError(ValueError):
@@ -66,7 +66,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     close = [plain_name for plain_name in plain if sorted(plain_name.split("_")) == words][:1]
     close = close or difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
     if not close and len(wanted) >= 3:
-        # The beginning of a name is a good guess too, although its letters differ: 'recip'.
+        # A name that begins like the wrong one is a good guess too, although its letters differ:
+        # 'recip'.
         close = [plain_name for plain_name in plain if plain_name.startswith(wanted)]
         close = close[: 2 if len(close) == 2 else 1]
     nearest = " or ".join(f"'{plain[plain_name]}'" for plain_name in close)
@@ -174,7 +175,8 @@ def shown(value: object, limit: int = 60) -> str:
         return one_line(f"'{value}'", limit)
     try:
         return one_line(repr(value), limit)
-    except (ValueError, RecursionError):  # an integer of thousands of digits, a list in itself
+    # An integer of thousands of digits, or a list that contains itself
+    except (ValueError, RecursionError):
         return f"<{type(value).__name__}>"
 
 

@@ -32,7 +32,7 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any], *more: Any) -> I
         order = np.lexsort(numbers[::-1])
     if not order.size:
         return order
-    # Equal designs follow each other: all are on the front if the first is.
+    # Equal designs follow each other: all of them are on the front if the first one is.
     numbers = numbers[:, order]
     new = np.concatenate([[True], (numbers[:, 1:] != numbers[:, :-1]).any(axis=0)])
     unlike = numbers[:, new]
@@ -41,17 +41,17 @@ def front_of(first: npt.NDArray[Any], second: npt.NDArray[Any], *more: Any) -> I
 
 
 def _beaten_of_pairs(numbers: Floats) -> Booleans:
-    """Whether each of different pairs, in their order, is beaten by one before it."""
+    """Whether each of different pairs, in ascending order, is beaten by one before it."""
     second = numbers[1]
     return np.concatenate([[False], np.minimum.accumulate(second[:-1]) <= second[1:]])
 
 
 def _beaten_of_three(numbers: Floats) -> Booleans:
-    """Whether each of different triples, in their order, is beaten by one before it.
+    """Whether each of different triples, in ascending order, is beaten by one before it.
 
-    That is one which is not above in the second and third number. Blocks of designs are compared
-    with those that follow them, then blocks twice as long: along the second number, the least third
-    number of the first block is known.
+    A triple beats a later one if it is not above it in the second and third number. Blocks of
+    designs are compared with the blocks that follow them, then blocks twice as long: along the
+    second number, the least third number of the first block is known.
     """
     _, second, third = numbers
     count = second.size
@@ -65,11 +65,13 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
     along = np.argsort(second, kind="stable")
     size = near
     while size < count:
-        along = along[~beaten[along]]  # a point that beats these beats all that they beat
+        # The point that beats a design also beats all that this design beats
+        along = along[~beaten[along]]
         pairs = along // (2 * size)
         along_pairs = np.argsort(pairs.astype(np.min_scalar_type(count // size)), kind="stable")
         here = along[along_pairs]
-        level = here // (2 * size) * (count + 1)  # each pair of blocks below the one before it
+        # Each pair of blocks is shifted below the pair before it
+        level = here // (2 * size) * (count + 1)
         first = here // size % 2 == 0
         least = np.minimum.accumulate(np.where(first, rank[here], count) - level) + level
         beaten[here[~first & (least <= rank[here])]] = True
@@ -78,10 +80,10 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
 
 
 def _of_many(numbers: Floats) -> Integers:
-    """Front of four numbers or more, shape (numbers, designs)."""
+    """Front for four numbers or more, shape (numbers, designs)."""
     waiting = np.lexsort(numbers[::-1])
     found: list[int] = []
-    # A design that beats another one comes before it in this order: the first is never beaten.
+    # No design is beaten by a later one in this order: the first one that is left is never beaten.
     while waiting.size:
         found.append(int(waiting[0]))
         waiting = waiting[1:]

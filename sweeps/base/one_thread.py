@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 _lock = Lock()
 _limits: dict[bool, Any] = {}
-"""Limits that hold, by whether SciPy was loaded, which brings a library of its own."""
+"""Limits in force, by whether SciPy was loaded, which brings a library of its own."""
 
-_inside = 0  # How many of those that asked for it, on any thread, are still at work
+_inside = 0  # Number of users of the limit, on any thread, that are still at work
 
 
 @lru_cache(maxsize=2)
 def _libraries(scipy: bool) -> ThreadpoolController:
-    """Libraries that are loaded; finding them takes a millisecond, so it is done once."""
+    """Thread pools of the loaded libraries; the search takes a millisecond and is done once."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
@@ -37,7 +37,7 @@ def linear_algebra_on_one_thread() -> Iterator[None]:
 
     The limit is that of the whole process, and ends with the last one that asked for it.
     """
-    global _inside  # a limit of the process, which no argument can carry
+    global _inside  # The limit belongs to the process: no argument can carry it
     with _lock:
         scipy = "scipy.linalg" in sys.modules
         if scipy not in _limits:

@@ -6,11 +6,12 @@ import math
 
 from sweeps.base.errors import plain_number
 
-LARGEST = 1e30  # Size of numbers of people, in any unit: products of several of them stay finite
+# Largest number that a person may give, in any unit: products of several of them stay finite
+LARGEST = 1e30
 
 BEYOND = f"must be at most {LARGEST:g} in size"
 
-LARGEST_DIVISOR = 100_000  # Ratios 1/n are shown as such up to this n
+LARGEST_DIVISOR = 100_000  # Largest n for which a ratio is shown as 1/n
 
 
 def number_or_ratio(text: str) -> float:

@@ -28,7 +28,7 @@ Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]
 def _words(
     words: Callable[[], Iterable[tuple[str, str]]], *, several: bool = False, files: bool = False
 ) -> Completer:
-    """Complete a word, or the last of several with commas; files where no word begins so."""
+    """Complete a word, or the last of several with commas; files where no word matches."""
 
     def complete(
         context: click.Context, parameter: click.Parameter, incomplete: str
@@ -80,7 +80,8 @@ complete_list = _words(lambda: [(name, "list") for name in LISTED])
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
-SMALLEST_MEMORY = 100e6  # Bytes; with less, a block of designs could not be held
+# Least bytes of memory that may be asked for; with less, a block of designs could not be held
+SMALLEST_MEMORY = 100e6
 
 PATH = click.Path(path_type=Path)
 
@@ -195,7 +196,7 @@ def file_size(text: str) -> float:
 
 
 def _bytes(text: str, units: Iterable[str]) -> float:
-    """Bytes of a number with one of some units; 0 for any other text."""
+    """Bytes in a text such as "2 GB", in one of some units; 0 for any other text."""
     pattern = rf"\s*(\d+(?:\.\d*)?)\s*({'|'.join(units)})\s*"
     match = re.fullmatch(pattern, text, re.IGNORECASE | re.ASCII)
     return float(match[1]) * {"KB": 1e3, "MB": 1e6, "GB": 1e9}[match[2].upper()] if match else 0.0

@@ -16,7 +16,7 @@ from sweeps.base.errors import SceneError, as_name, no_laboratory, one_line, pri
 
 FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
 
-LONGEST_MESSAGE = 2000  # Characters of a message about bad input
+LONGEST_MESSAGE = 2000  # Most characters of a message about bad input
 
 
 def say(text: object, *, err: bool = False) -> None:
@@ -46,7 +46,8 @@ def open_closed_streams() -> None:
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
+            # The new handle takes the lowest free number, that of the closed stream
+            os.open(os.devnull, os.O_RDWR)
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
 
@@ -97,7 +98,8 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
 def _message_and_status(error: Exception) -> tuple[str, int]:
     if isinstance(error, SceneError):
         text = one_line(error, sys.maxsize)
-        if len(text) > LONGEST_MESSAGE:  # a name of thousands of letters; what is wrong comes last
+        # A name may have thousands of letters; the reason comes last
+        if len(text) > LONGEST_MESSAGE:
             text = f"{text[: LONGEST_MESSAGE // 2]}...{text[-LONGEST_MESSAGE // 2 :]}"
         return text, BAD_INPUT
     missing = no_laboratory(error) if isinstance(error, ModuleNotFoundError) else None
@@ -109,14 +111,15 @@ def _message_and_status(error: Exception) -> tuple[str, int]:
     return f"failed: {type(error).__name__}: {one_line(error)} (--debug shows where)", FAILURE
 
 
-NAMESAKE = "sweeps"  # Name in the package index, of Weights & Biases
+NAMESAKE = "sweeps"  # Name that Weights & Biases has in the package index
 
 _PAGE = "see 'Another package named sweeps' on the page 'Install'"
 
 
 def replaced() -> str:
     """One line where `import sweeps` gives another package's module, or none; otherwise empty."""
-    module = sys.modules["sweeps"]  # not imported: this file would depend on all that it names
+    # Importing it would make this file depend on all modules that the package names
+    module = sys.modules["sweeps"]
     if "read_scene" in getattr(module, "__all__", ()):
         return ""
     what = f"another package's, {module.__file__}" if module.__file__ else "gone"

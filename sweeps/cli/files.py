@@ -77,7 +77,7 @@ def same_file(one: Path, other: Path) -> bool:
     """Whether two paths are of one file that exists."""
     try:
         return one.samefile(other)
-    except (OSError, ValueError):  # one does not exist, or no file can be called so
+    except (OSError, ValueError):  # A file does not exist, or no file can have such a name
         return False
 
 
@@ -101,7 +101,7 @@ def check_folder(folder: Path) -> None:
 
 
 def _check_name(path: Path) -> None:
-    """Raise OSError for a name that no file can have; Python 3.14 says that such a file is none."""
+    """Raise OSError for a name that no file can have; Python 3.14 calls such a file absent."""
     with suppress(FileNotFoundError, NotADirectoryError):
         path.lstat()
 
@@ -133,7 +133,7 @@ def writing(output: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno in NAMED_BADLY:
             raise not_written(output, error) from None
-        # A folder or a file beside the output may be the one that could not be written.
+        # A folder, or a file next to the output, may be the one that could not be written.
         what = error.filename if isinstance(error.filename, str) else ""
         named = f"{one_line(what, 300)}: " if what not in ("", str(output)) else ""
         reason = one_line(error.strerror or error, 200)
@@ -169,9 +169,9 @@ def opened_to_print(path: Path) -> Iterator[xr.Dataset]:
 
 @contextmanager
 def _blamed(path: Path) -> Iterator[None]:
-    """Tell what fails as a fault of an archive.
+    """Report errors in a block as faults of an archive.
 
-    One that other programs made, or a damaged one, may hold anything under names of quantities.
+    Archives of other programs, or damaged ones, may hold anything under names of quantities.
     """
     try:
         yield
@@ -179,7 +179,7 @@ def _blamed(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         if isinstance(error, OSError) and (error.errno or 0) > 0:
-            raise  # errors of netCDF itself have numbers below 0
+            raise  # Errors of netCDF itself have numbers below 0
         raise SceneError(
             f"{path}: cannot be read as an archive of `run`: {type(error).__name__}: "
             f"{one_line(error, 200)} (--debug shows where)"

@@ -135,7 +135,7 @@ def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
 
 
 def _starting_scene(engine: str | None, file: Path | None) -> str:
-    """Text of a scene about an engine, as a scene in this file names it."""
+    """Text of a scene about an engine, with the path as a scene in `file` writes it."""
     from sweeps.scene.starting import starting_scene
 
     if engine is None:
@@ -151,7 +151,7 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
         )
     named = engine
     if engine not in catalogue() and file is not None:
-        # A scene names files of its own folder from there, and all others from the root.
+        # The path of an engine below the scene's folder is relative to it; any other is absolute.
         path, folder = Path(engine).resolve(), file.parent.resolve()
         inside = path.is_relative_to(folder)
         named = path.relative_to(folder).as_posix() if inside else str(path)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 class _WithKeys(click.Command):
     """A command with an option for each key of `ImportOptions`.
 
-    They are made when the command is used: help on all commands does not load what the keys need.
+    The options are made when the command is used: help on all commands does not load the keys.
     """
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
@@ -113,7 +113,7 @@ def import_(
 
 
 def _draw(imported: ImportedPressure, folder: Path) -> None:
-    """Draw the sheet of each cylinder, in folders of their own where there are several."""
+    """Draw the sheet of each cylinder, in one folder each where there are several."""
     from engine_dyn.recordings.signal_checks import examine
     from sweeps.lab.pressure.evaluation import evaluated
     from sweeps.view.figures import draw
@@ -128,7 +128,7 @@ def _draw(imported: ImportedPressure, folder: Path) -> None:
 
 
 def _value(name: str, text: Any) -> Any:
-    """Value of an option in the type of its key; a text that has none is left for the check."""
+    """Value of an option in the type of its key; the check refuses a text that does not convert."""
     from sweeps.base.columns.options import ImportOptions
 
     if isinstance(text, bool):
@@ -155,7 +155,7 @@ def _value(name: str, text: Any) -> Any:
 
 
 def _read(scene: str, output: Path, overwrite: bool) -> Scene:
-    """The scene, after a look at what would be written."""
+    """Read the scene, after a check that its output can be written."""
     from sweeps.scene.reading import read_scene
 
     read = read_scene(scene)
@@ -167,7 +167,7 @@ def _write(
     make: Callable[[], xr.Dataset], text: Callable[[xr.Dataset], str], output: Path,
     overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
-    """Compute a result, write it, and tell it."""
+    """Compute a result, write it, and print what it holds."""
     with writing(output):
         dataset = make()
     write_archive(dataset, output, overwrite)
@@ -326,7 +326,7 @@ def identify(
 
 
 def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Varied]:
-    """The parameters to fit, read from the texts of the options."""
+    """Parameters to fit, read from the texts of the options."""
     from dataclasses import replace
 
     from sweeps.lab.speed.identification import Varied
@@ -362,7 +362,7 @@ def _wanted(vary: str, own: str | None, priors: tuple[str, ...]) -> dict[str, Va
 
 
 def _deviation(teeth: str) -> float:
-    """Standard deviation of the teeth's errors, from the option --teeth."""
+    """Standard deviation of the errors of teeth, from the option --teeth."""
     try:
         return plain_number(teeth)
     except ValueError:

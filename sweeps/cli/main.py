@@ -34,12 +34,13 @@ def _in_one_line(ctx: click.Context) -> Iterator[None]:
 class _Commands(click.Group):
     """Commands whose options with one value may be given once: click takes the last in silence.
 
-    What is wrong with options is said in one line, as all bad input is.
+    Faults of options are reported in one line, as all bad input is.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take the options before the command."""
-        with _in_one_line(ctx) if args else nullcontext():  # without any, the help is an exception
+        # Without any arguments, the help is an exception
+        with _in_one_line(ctx) if args else nullcontext():
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:

@@ -159,7 +159,7 @@ def run(
         if not quiet:
             tell(line, err=True)
 
-    # Before the run, which may take hours; results can only be told of afterwards.
+    # Warnings come before the run, which may take hours; only those on results come afterwards.
     before = () if quiet else plausibility_warnings(plan)
     warn(before)
     if read.measured is not None:
@@ -320,7 +320,7 @@ def _shows_progress(quiet: bool) -> bool:
 
 
 def _command_line(full_paths: bool = False) -> str:
-    """Return the command line as it is kept in an archive: of absolute paths the names alone."""
+    """Return the command line as an archive keeps it: absolute paths are reduced to their names."""
     arguments = sys.argv[1:] if full_paths else map(_without_folders, sys.argv[1:])
     words = shlex.join([Path(sys.argv[0]).name, *arguments])
     # The name of a file need not be valid text.
@@ -328,16 +328,16 @@ def _command_line(full_paths: bool = False) -> str:
 
 
 def _without_folders(argument: str) -> str:
-    """Argument whose path, if it is absolute or leads upwards, is shortened to its name."""
+    """An argument; its path, if absolute or leading upwards, is reduced to its name."""
     parts = re.match(r"(-\w|--[\w-]+=)?(.*)", argument, re.DOTALL)
-    assert parts is not None  # the expression matches every text
+    assert parts is not None  # The expression matches every text
     path = Path(parts[2])
     leads_out = path.is_absolute() or os.pardir in path.parts
     return f"{parts[1] or ''}{path.name}" if leads_out else argument
 
 
 def _print_published(plan: Plan, output: Path) -> None:
-    """Print published beside computed values, where the scene has some."""
+    """Print published next to computed values, where the scene has some."""
     if plan.scene.reference is None:
         return
     if plan.output_bytes > LARGEST_TABLE:
@@ -353,7 +353,7 @@ def _print_published(plan: Plan, output: Path) -> None:
 
 
 def _print_numbers(plan: Plan, output: Path) -> None:
-    """Print what came out, where these are few numbers; or how to look at them."""
+    """Print the results where these are few numbers, otherwise how to look at them."""
     from sweeps.running.archive.stored_dataset import stored_dataset
 
     if plan.scene.gives("recorded_cycle"):
@@ -380,7 +380,7 @@ def _print_numbers(plan: Plan, output: Path) -> None:
 
 
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
-    """Print how many designs there were, what became of them, and how long it took."""
+    """Print the number of designs, their outcomes, and how long they took."""
     tell(f"{scene.title}: {counted(plan.designs, 'design')}")
     unused = (*plan.unused, *plan.unused_settings)
     if unused:
@@ -409,7 +409,7 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
 
 
 def _resumed(done: Finished) -> str:
-    """Blocks that an interrupted run had finished, in brackets; empty without any."""
+    """Number of blocks that an interrupted run had finished, in brackets; empty without any."""
     parts = []
     if done.before:
         parts.append(f"{done.before} of {done.blocks} blocks had been computed before")

@@ -195,7 +195,8 @@ def optimise(
 
     announce_compiling(quiet)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the archive has them, and they are printed below
+        # The archive holds the warnings, and they are printed below
+        warnings.simplefilter("ignore")
         archive = search(
             scene, least=_several(least), most=_several(most), within=within,
             over=list(over) or None, not_counted=names_of(not_counted) or (), number=designs,
@@ -433,7 +434,7 @@ def firing_patterns(
 
 @contextmanager
 def _warnings_told_later() -> Iterator[None]:
-    """Keep plausibility silent while an archive is computed, whose attribute has one line each."""
+    """Hold plausibility warnings back while an archive is computed: it holds one line of each."""
     import warnings
 
     from engine_dyn import ImplausibleWarning
@@ -448,7 +449,7 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
 
 
 def _setting(text: str) -> tuple[str, float]:
-    """Return key and number of "speed=1500"."""
+    """Key and number of a setting such as "speed=1500"."""
     key, _, value = text.partition("=")
     try:
         return key.strip(), plain_number(value)

@@ -33,7 +33,7 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     """
     del path
     found = sheets(data, label, choices.sheet)
-    # Rows that are looked at for names and units
+    # Rows that are searched for names and units
     head = 200
     starts = {title: start_of_numbers(_sheet_texts(rows[:head])) for title, rows in found.items()}
     tables = {title: start for title, start in starts.items() if start is not None}
@@ -163,7 +163,7 @@ def _mdf_group(file: Any, wanted: str | None, label: str) -> int:
 
 
 def _mdf_values(signal: Any, version: int) -> Floats | None:
-    """Values of a channel; None where they are no numbers, or follow from them by a formula."""
+    """Values of a channel; None where they are no numbers or a formula computes them."""
     raw = signal.samples
     if raw.dtype.kind not in "iuf" or raw.ndim != 1:
         return None
@@ -172,7 +172,7 @@ def _mdf_values(signal: Any, version: int) -> Floats | None:
     key = 4 if version >= 4 else 3
     if conversion is None or conversion.conversion_type == {4: 0, 3: 65535}[key]:
         return values
-    if conversion.conversion_type == {4: 1, 3: 0}[key]:  # linear
+    if conversion.conversion_type == {4: 1, 3: 0}[key]:  # A linear conversion
         return np.asarray(float(conversion.a) * values + float(conversion.b))
     return None
 
@@ -236,7 +236,7 @@ def read_tdms(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
         channels = [(g, c) for g, group in chosen.items() for c in group.channels()]
         claimed = float(sum(len(channel) for _, channel in channels))
         check_size(claimed, len(channels), label)
-        if claimed > 8.0 * len(data):  # a value has a bit at least
+        if claimed > 8.0 * len(data):  # Each value takes at least one bit
             raise SceneError(f"{label}: damaged: claims {claimed:.3g} values")
         columns = []
         for group_name, channel in channels:
@@ -272,10 +272,10 @@ def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
     """
     del path, choices
     pyuff = library("pyuff", "pyuff", label)
-    # Lines of -1 stand at the beginning and at the end of each data set.
+    # Lines of -1 stand at the beginning and at the end of each data set of a UFF file.
     if len(re.findall(rb"    -1(?= *[\r\n]| *\Z)", data)) % 2:
         raise SceneError(f"{label}: truncated: a data set of it has no end")
-    # pyuff reads from a path alone: one in memory is gone with this process, however it ends.
+    # pyuff reads from a path alone. A file in memory is gone with this process, however it ends.
     with library_reading(label, "a UFF file"), os.fdopen(os.memfd_create("uff"), "wb") as file:
         file.write(data)
         file.flush()

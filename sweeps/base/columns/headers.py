@@ -36,9 +36,9 @@ _OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
 _COMMA_UNIT = re.compile(r"^(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$")
 """Quantity and unit as in Russian tables: "давление, МПа"."""
 
-TURNS = (360.0, 6.283185307179586, 1.0)  # A turn in the units of angles
+TURNS = (360.0, 6.283185307179586, 1.0)  # Length of a turn in each unit of angles
 
-RUN = 6  # Rows of numbers in a row that make a table
+RUN = 6  # Rows of numbers, one after the other, that make a table
 
 
 def number_of(text: str, decimal: str = ".") -> float:
@@ -89,7 +89,7 @@ def start_of_numbers(rows: Sequence[Sequence[str]], decimal: str = ".") -> tuple
 def _from_first(
     rows: Sequence[Sequence[str]], widths: Sequence[int], place: int, decimal: str
 ) -> tuple[int, int]:
-    """Where a table begins of which some rows are found, and how many columns it has."""
+    """Row in which a table begins of which some rows are known, and its number of columns."""
     width = widths[place]
     above = (i for i in range(place - 1) if widths[i] == widths[i + 1] == width)
     first = next(above, place)
@@ -99,9 +99,9 @@ def _from_first(
 
 
 def _is_no_sample(rows: Sequence[Sequence[str]], width: int, decimal: str) -> bool:
-    """Whether the first row of numbers is of channels or factors: an angle or time goes back.
+    """Whether the first row of numbers holds channels or factors: angle or time goes back after it.
 
-    An angle that begins again goes back by turns.
+    An angle that begins again goes back by whole turns.
     """
     if len(rows) < RUN or width < 2 or _goes_on(rows[:3], width, decimal):
         return False
@@ -122,7 +122,7 @@ def _is_no_sample(rows: Sequence[Sequence[str]], width: int, decimal: str) -> bo
 
 
 def _goes_on(rows: Sequence[Sequence[str]], width: int, decimal: str) -> bool:
-    """Whether a number of the first of three rows rises or falls to the next ones evenly."""
+    """Whether a column of the first of three rows rises or falls to the next ones evenly."""
     if len(rows) < 3 or _width(rows[0][:width], decimal) != width:
         return False
     for texts in zip(*(row[:width] for row in rows), strict=True):
@@ -159,7 +159,8 @@ def split_unit(text: str) -> tuple[str, str]:
         return text.strip(), ""
     unit = found["a"] if found["a"] is not None else found["b"]
     if found["a"] is None and not _is_unit(unit):
-        return text.strip(), ""  # "p (cylinder 1)"
+        # A name with its cylinder such as "p (cylinder 1)" is no unit in parentheses
+        return text.strip(), ""
     return found["name"].strip(), in_latin(unit.strip())
 
 
@@ -191,19 +192,20 @@ def names_and_units(
         key, labelled = fields[0].rstrip(": ") if fields else "", len(fields) > 1
         if labelled and _NOTING.fullmatch(key):
             continue
-        # Such a word stands before a row of names or of units.
+        # A word that announces names or units stands before them in a row.
         if labelled and (
             _NAMING.fullmatch(key) or re.fullmatch(r"(units?|einheit(en)?)", key, flags=re.I)
         ):
             fields = fields[1:] if len(fields) > width else ["", *fields[1:]]
-        if len(fields) == width - 1 and numbered:  # rows begin with their numbers
+        if len(fields) == width - 1 and numbered:  # The rows begin with their numbers
             fields = ["", *fields]
         fields = fields[:width] + [""] * (width - len(fields))
         if all(is_number(text) for text in fields if text):
             continue
         filled = sum(map(bool, fields))
         one_unit = filled == 1 and bool(fields[-1]) and _are_units(fields)
-        if filled == 1 < width and not (alone or one_unit):  # a word between names and numbers
+        # A single word between names and numbers is a note
+        if filled == 1 < width and not (alone or one_unit):
             alone = True
             continue
         if (width > 1 and filled < 2 and not one_unit) or (alone and not _are_names(fields, width)):
@@ -226,12 +228,12 @@ def names_and_units(
 
 
 def _are_names(fields: Sequence[str], width: int) -> bool:
-    """Whether a row has a name for each column; a text that begins with a digit is none."""
+    """Whether a row has a name for each column; no name begins with a digit."""
     return len(fields) == width and all(text and not text[0].isdigit() for text in fields)
 
 
 def _seem_units(fitting: Sequence[Sequence[str]], width: int) -> bool:
-    """Whether the nearest row holds units with unknown ones among them, below a row of names."""
+    """Whether the nearest row seems to hold units, some of them unknown, below a row of names."""
     nearest = [text for text in fitting[0] if text]
     return (
         len(fitting) > 1
@@ -243,7 +245,7 @@ def _seem_units(fitting: Sequence[Sequence[str]], width: int) -> bool:
 
 
 def _is_count(text: str) -> bool:
-    """Whether a field is a number, which may stand in a row of units: of a column without one."""
+    """Whether a field is a number that may stand in a row of units, where a column has no unit."""
     return text != "1" and (is_number(text) or is_number(text, ","))
 
 

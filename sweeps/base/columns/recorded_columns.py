@@ -26,20 +26,21 @@ MOST_COLUMNS = 20_000  # Columns of a recording; a table with a column for each 
 class Column:
     """One column of a recording."""
 
-    name: str  # As the file calls it; "column 3" where it has no names
-    unit: str  # As the file writes it, such as "bar" or "deg"; "" where it states none
-    # NaN where the file has a blank field, or a text; shape (samples,) or (cycles, samples)
+    name: str  # Name of the column as the file has it; "column 3" where it has no names
+    unit: str  # Unit as the file writes it, such as "bar" or "deg"; "" where it states none
+    # Samples, NaN where the file has a blank field or a text; shape (samples,) or (cycles, samples)
     values: Floats
-    # The first place (from 0) where there is a text and no number, and the text.
+    # The first place (from 0) where the column has a text and no number, and the text.
     text: tuple[int, str] | None = None
 
 
 class Contents(NamedTuple):
     """Columns and notes that the reader of a format finds in a file."""
 
-    columns: list[Column]  # In the order of the file
-    first_line: int | None = None  # As `Recording`
-    # As `Recording`.
+    columns: list[Column]  # Columns in the order of the file
+    # Number of the line (of a sheet: of the row) of the first sample; None for other files
+    first_line: int | None = None
+    # How the file was read where there was a choice: encoding, sheet, rows left out.
     said: tuple[str, ...] = ()
     marks: tuple[int, ...] = ()
 
@@ -50,12 +51,12 @@ class Recording:
 
     label: str  # The file as messages call it
     sha256: str  # Hash of the file's bytes
-    columns: dict[str, Column] = field(repr=False)  # By name, in the order of the file
+    columns: dict[str, Column] = field(repr=False)  # Columns by name, in the order of the file
     # Number of the line (of a sheet: of the row) of the first sample; None for other files.
     first_line: int | None = None
-    # How the file was read where there was a choice: encoding, sheet, what was left out.
+    # How the file was read where there was a choice: encoding, sheet, rows left out.
     said: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()  # Remarks: which choices of the user had no meaning for the file
+    remarks: tuple[str, ...] = ()  # Choices of the user that had no meaning for the file
     # Samples (from 0) before which a line MARK stood: time may have passed there.
     marks: tuple[int, ...] = ()
 
@@ -86,7 +87,7 @@ class Recording:
         values = column.values
         if not values.size:
             raise SceneError(f"{where}: has no values")
-        # A NaN among them makes both NaN: no array is made.
+        # One NaN among the values makes both ends NaN, without an array of truth values.
         if values.min() >= -LARGEST and values.max() <= LARGEST:
             self._check_missing(values, where)
             return values
@@ -99,13 +100,14 @@ class Recording:
         raise SceneError(f"{where}, {self.place(int(bad[0][-1]))}: {what}: must be a finite number")
 
     def _check_missing(self, values: Floats, where: str) -> None:
-        """Refuse numbers that stand for missing ones far away from all others."""
+        """Refuse numbers far away from all others that stand for missing values."""
         for end in (float(values.min()), float(values.max())):
             # Loggers write these for missing numbers.
             if abs(end) in (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30):
                 there = values == end
                 rest = np.abs(values[~there])
-                # All others are far smaller, and such numbers few: two levels of a signal are none.
+                # All other values are far smaller, and missing values are few: a signal with two
+                # levels has neither.
                 if there.mean() < 0.05 and rest.max() < 0.1 * abs(end):
                     place = self.place(int(np.argwhere(there)[0][-1]))
                     raise SceneError(
@@ -160,14 +162,14 @@ _CYCLE = re.compile(r"^(cycle|cyc|zyklus|zyk|c)?[ _.#-]*\d+$", re.I)
 class Signals(NamedTuple):
     """Angle and pressure of a recording, as the file has them."""
 
-    angle: Floats | None  # None where the file has none; shape (samples,)
-    # Angle name of its column.
+    angle: Floats | None  # Angle of each sample; None where the file has none; shape (samples,)
+    # Name of the column of the angle.
     angle_name: str
     angle_unit: str
-    # By the names of their columns: one for each cylinder; shape (samples,) or (cycles, samples)
+    # Pressure of each cylinder by the name of its column; shape (samples,) or (cycles, samples)
     pressures: dict[str, Floats]
-    units: dict[str, str]  # Unit of each as the file states it
-    said: list[str]  # Said: what was guessed
+    units: dict[str, str]  # Unit of each pressure as the file states it
+    said: list[str]  # Choices that were guessed, for messages
 
 
 def signals_of(recording: Recording, options: PressureOptions) -> Signals:
@@ -213,7 +215,7 @@ def _equally_long(numbers: dict[str, Floats], recording: Recording) -> list[Floa
 
 
 def _one_row(angles: Floats, recording: Recording, name: str) -> Floats:
-    """Angles of cycles that all have the same."""
+    """Angles of one cycle, where all cycles have the same."""
     for rows in (angles, angles.T):
         if np.allclose(rows, rows[0], atol=1e-6):
             return np.asarray(rows[0])
@@ -235,7 +237,7 @@ def named_column(recording: Recording, wanted: str | int, key: str) -> str:
     if isinstance(wanted, str) and wanted in recording.columns:
         return wanted
     if isinstance(wanted, str):
-        name, unit = split_unit(wanted)  # as it stands in the file
+        name, unit = split_unit(wanted)  # The name as it stands in the file, with its unit
         if unit and name in recording.columns and recording.columns[name].unit == unit:
             return name
     number = int(wanted) if str(wanted).isascii() and str(wanted).isdigit() else 0
@@ -340,7 +342,7 @@ def _pressures(
 
 
 def _called(name: str, words: re.Pattern[str]) -> bool:
-    """Whether a column, or what stands behind its group or structure ("run.CA"), is called so."""
+    """Whether a column, without group or structure ("run.CA"), has a name with one of the words."""
     return any(words.match(one) for one in (name, re.split(r"[./]", name)[-1]))
 
 
@@ -355,13 +357,7 @@ def _is_pressure(unit: str, label: str) -> bool:
 
 
 def _unclear(recording: Recording, key: str, candidates: Sequence[str]) -> NoReturn:
-    """Refuse a recording whose columns are not clear.
-
-    Raises
-    ------
-    SceneError
-        Always.
-    """
+    """Refuse a recording whose columns are not clear; it always raises `SceneError`."""
     which = candidates or list(recording.columns)
     listed = one_line(", ".join(f"'{name}'" for name in which[:20]), 300)
     what = "ambiguous" if candidates else "cannot be determined from the columns"

@@ -42,7 +42,7 @@ Reader = Callable[[Path, bytes, str, ReadingChoices], Contents]
 class _Kind(NamedTuple):
     """A format: its reader, the endings of its files, and the choices that count.
 
-    A reader that hands a file to a library runs `apart`, in a process with limits.
+    A reader that uses another library runs `apart`, in a process with limits.
     """
 
     read: Reader
@@ -130,13 +130,13 @@ def read_recording(
 
 
 SECONDS, RATE = 30.0, 5e6
-"""Time that reading may take on a busy machine, and bytes a second beside it."""
+"""Seconds that reading may take on a busy machine, besides one for each so many bytes."""
 
-CHILD = __name__  # The module that is started as that process
+CHILD = __name__  # Module that is started as the process that reads
 
 MEMORY, MEMORY_RATE, MOST_MEMORY = 3 << 28, 40, 6 << 30
-"""Bytes of memory that it may take, beside so many for each byte of the file, and at most; the
-libraries need a third of it."""
+"""Bytes of memory that the reading process may take (its libraries need a third of them), how many
+more for each byte of the file, and the most."""
 
 
 def read_apart(format: Format, data: bytes, label: str, choices: ReadingChoices) -> Contents:

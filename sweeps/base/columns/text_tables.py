@@ -25,9 +25,9 @@ from sweeps.base.files.libraries import library
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
 
-LINES = 500  # Lines of the head that are looked at
+LINES = 500  # Lines of the head that are searched for the table
 
-_DOS_END = b"\x1a"  # End of a text of DOS
+_DOS_END = b"\x1a"  # Byte that ends a text of DOS
 
 _SEPARATORS = (";", "\t", "|", ",", BLANKS)
 _WORDS = {"tab": "\t", "\\t": "\t", "blank": BLANKS, "space": BLANKS, " ": BLANKS}
@@ -39,9 +39,9 @@ _NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
 class _Form(NamedTuple):
     """How the numbers of a text file are written.
 
-    `first` is the row (from 0) of the first numbers, `width` the number of columns, and `fields`
-    what a row has with the empty ones after a separator at its end, and with notes beside it.
-    `thousands` is the mark between groups of three digits, if there is one.
+    `first` is the row (from 0) of the first numbers, `width` the number of columns, `fields` the
+    number of fields in a row with empty ones and notes at its end. `thousands` is the mark between
+    groups of three digits, if there is one.
     """
 
     separator: str
@@ -59,10 +59,10 @@ def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     encoding, *said = encoding_of(data, label, choices.encoding)
     data, marks = _without_marks(data)
     if encoding == "utf-8-sig":
-        data = data.replace("\u2212".encode(), b"-")  # the minus sign of typesetting
+        data = data.replace("\u2212".encode(), b"-")  # Typesetting has a minus sign of its own
     head = data[:HEAD].decode(encoding, "replace").splitlines()
     if len(data) > HEAD:
-        head = head[:-1]  # may be cut
+        head = head[:-1]  # The last line may be cut
     head = head[:LINES]
     form = _form(head, choices)
     if form is None:
@@ -86,7 +86,7 @@ def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
 
 
 def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
-    """Remark on a row of numbers above the table, which is left out."""
+    """Remark on a row of numbers above the table that is left out."""
     texts = [text for text in rows[-1] if text.strip()] if rows else []
     if len(texts) != form.width or not all(is_number(text, form.decimal) for text in texts):
         return []
@@ -141,14 +141,15 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             most = _most_fields(rows[first:], width)
             form = _Form(separator, decimal, first, width, most, thousands)
             found.append((numbers - 2 * texts, parts, form))
-    # Digits that seem to stand behind decimal commas do, where that makes numbers too.
+    # Digits that seem to stand behind decimal commas do so where that makes numbers of other fields
+    # too.
     whole = any(not parts and form.decimal == "," for _, parts, form in found)
     good = [one for one in found if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None
 
 
 def _ungrouped(rows: list[list[str]], decimal: str, mark: str) -> list[list[str]]:
-    """Rows without the marks between groups of digits; none where marks stand otherwise."""
+    """Rows without the marks between groups of digits; none where marks stand in other places."""
     number = re.compile(rf"[+-]?\d{{1,3}}(?:{re.escape(mark)}\d{{3}})+(?:{re.escape(decimal)}\d*)?")
     fields = [text.strip() for row in rows for text in row if mark in text]
     grouped = {text for text in fields if number.fullmatch(text)}
@@ -163,12 +164,12 @@ def _ungrouped(rows: list[list[str]], decimal: str, mark: str) -> list[list[str]
 
 
 def _most_fields(rows: Sequence[Sequence[str]], width: int) -> int:
-    """Fields of a row, with notes beside the first ones; later ones may have no more."""
+    """Most fields of a row: the first rows may have notes at their ends, later ones may not."""
     return max([width, *takewhile(lambda length: length > width, map(len, rows))])
 
 
 def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
-    """Whether texts such as 066 stand behind a decimal comma: not first, nor below names."""
+    """Whether digits such as 066 are decimals behind a comma: not first, and not below names."""
     names = next((row for row in reversed(above) if any(text.strip() for text in row)), [])
     if len(names) > 1 and len(names) == len(rows[0]):
         return False
@@ -179,7 +180,7 @@ def _columns(
     data: bytes, encoding: str, form: _Form, names: list[str], units: list[str], label: str,
     said: list[str],
 ) -> list[Column]:  # fmt: skip
-    """Read the numbers."""
+    """Read the columns of a text file."""
     import pandas as pd
 
     check_size(float(data.count(b"\n") + 1) * form.width, form.width, label)
@@ -223,7 +224,7 @@ def _columns(
 
 
 def _column(name: str, unit: str, series: Any) -> Column:
-    """One column; where it has texts, the first of them."""
+    """One column, with the first of its texts where it has some."""
     import pandas as pd
 
     if series.dtype.kind in "iuf":
@@ -266,7 +267,7 @@ def read_fixed_width(path: Path, data: bytes, label: str, choices: ReadingChoice
 
 
 def _start(lines: Sequence[str], choices: ReadingChoices) -> tuple[int, str] | None:
-    """The first of six lines of numbers, or of all that are left, and their decimal mark."""
+    """The first of six lines of numbers (fewer at the end of the file), and their decimal mark."""
     for decimal in (".", ",") if choices.decimal is None else (choices.decimal,):
         numeric = [
             bool(line.strip()) and all(is_number(field, decimal) for field in line.split())
@@ -279,7 +280,7 @@ def _start(lines: Sequence[str], choices: ReadingChoices) -> tuple[int, str] | N
 
 
 def _places(lines: Sequence[str]) -> list[slice]:
-    """Where columns are: between places where all lines are blank."""
+    """Places of columns: they lie between places where all lines are blank."""
     used = np.zeros(max(map(len, lines)) + 2, dtype=bool)
     for line in lines:
         used[1 : len(line) + 1] |= np.array([not letter.isspace() for letter in line], dtype=bool)
@@ -293,7 +294,7 @@ def _within(place: slice, wider: slice) -> bool:
 
 
 def _fixed_column(name: str, unit: str, fields: Sequence[str], decimal: str) -> Column:
-    """One column; where it has texts, the first of them."""
+    """One column, with the first of its texts where it has some."""
     values = np.full(len(fields), np.nan)
     text: tuple[int, str] | None = None
     for place, field in enumerate(fields):
@@ -346,7 +347,7 @@ def encoding_of(data: bytes, label: str, given: str | None = None) -> tuple[str,
     except UnicodeDecodeError:
         pass
     letters = b"\n".join(re.findall(rb"[^\r\n]*[\x80-\xff][^\r\n]*", data[:HEAD]))[: HEAD // 16]
-    if not letters:  # far below the names
+    if not letters:  # The bytes beyond ASCII lie far below the names
         return "cp1252", ""
     signs = _of_signs(letters)
     if signs is not None:
@@ -373,7 +374,7 @@ def _as_given(data: bytes, label: str, given: str) -> str:
 
 
 def _of_signs(letters: bytes) -> str | None:
-    """Encoding in which all that is beyond ASCII are signs and umlauts, one at a time."""
+    """Encoding in which all letters beyond ASCII are signs and umlauts, one at a time."""
     if re.search(rb"[\x80-\xff]{2}", letters):
         return None
     for encoding in ("cp1252", "cp850", "mac-roman"):
@@ -384,7 +385,7 @@ def _of_signs(letters: bytes) -> str | None:
 
 
 def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
-    """The likeliest encoding, one in which words are known if there is one."""
+    """The likeliest encoding, preferably one in which known words appear."""
     detector = library("chardet", "chardet (or encoding, which names its encoding)", label)
     found = detector.detect_all(
         letters,
@@ -396,7 +397,7 @@ def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
     for one in found:
         encoding = one["encoding"]
         text = letters.decode(encoding, "replace")
-        # Korean of today has no ideographs: what seems to have them is Chinese.
+        # Korean of today has no ideographs: a text that seems to have them is Chinese.
         if text.isascii() or (encoding == "cp949" and re.search("[\u4e00-\u9fff]", text)):
             continue
         known = {word for word in _KNOWN.findall(text.lower()) if not word.isascii()}

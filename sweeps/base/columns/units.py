@@ -22,7 +22,7 @@ ANGLES = {
     "rad": 57.29577951308232, "radian": 57.29577951308232, "radians": 57.29577951308232,
     "rev": 360.0, "turn": 360.0, "revolution": 360.0, "revolutions": 360.0, "u": 360.0,
 }  # fmt: skip
-"""Degrees of each unit of angles; `grad` is German for degree, and no gon."""
+"""Degrees in each unit of angles; `grad` is German for degree, and not the gon."""
 
 _OF_DEAD_CENTRE = re.compile(
     r"(?P<plain>.+?)(?<![ _])[ _]++(?:a|after |(?P<before>b|before ))t\.?d\.?c\.?f?", re.I
@@ -33,7 +33,7 @@ SECONDS = {
     "": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
     "ns": 1e-9, "min": 60.0,
 }  # fmt: skip
-"""Seconds of each unit of times."""
+"""Seconds in each unit of times."""
 
 _FOREIGN = {
     "град": "deg", "градус": "deg", "градусы": "deg", "гр": "deg", "°пкв": "deg", "градпкв": "deg",
@@ -166,7 +166,7 @@ def pressure_unit(text: str, label: str) -> PressureUnit | None:
                 return PressureUnit(float(quantity.to("pascal").magnitude), gauge, False)
             if quantity.is_compatible_with("volt"):
                 return PressureUnit(float(quantity.to("volt").magnitude), False, True)
-        except Exception:  # pint has many errors for what is no unit
+        except Exception:  # pint raises many errors for texts that are no units
             continue
     return None
 

@@ -16,7 +16,7 @@ import psutil
 
 from sweeps.base.errors import SceneError, size_text
 
-REFUSED = b"refused "  # Beginning of an answer that says why there is none
+REFUSED = b"refused "  # Beginning of an answer that says why a file is refused
 
 
 @dataclass
@@ -60,7 +60,7 @@ def _watch(process: subprocess.Popen[str], limits: Limits, done: threading.Event
     last = time.monotonic() + limits.seconds
     with suppress(psutil.Error):
         seen = psutil.Process(process.pid)
-        while not done.wait(0.01):  # seconds between two looks at its memory
+        while not done.wait(0.01):  # Seconds between two looks at the memory of the child
             if time.monotonic() > last:
                 limits.ended_for = f"longer than {limits.seconds:.0f} s"
             elif seen.memory_info().rss > limits.most:

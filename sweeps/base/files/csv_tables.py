@@ -20,7 +20,7 @@ from sweeps.base.ratios import number_or_ratio
 # Lines are counted as editors do; str.splitlines would also break at form feeds and the like.
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
-BLANKS = r"\s+"  # Separator of columns between which there are blanks, as pandas takes it
+BLANKS = r"\s+"  # Separator of columns with blanks between them, as pandas takes it
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class CsvTable:
 
     name: str  # The file as messages call it
     header: tuple[str, ...]  # Unique column names
-    # Fields without surrounding blanks, each row as long as the header.
+    # Fields of each row without surrounding blanks, as many as the header has.
     rows: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]  # Line number of each row in the file, from 1
 
@@ -169,7 +169,8 @@ def fields(line: str, separator: str = ",", *, strict: bool = False) -> list[str
         return line.split()
     try:
         return next(csv.reader([line], delimiter=separator, strict=strict), [])
-    except (csv.Error, TypeError) as error:  # also a null character, a separator of two characters
+    # The reader raises them for a null character too, and for a separator of two characters
+    except (csv.Error, TypeError) as error:
         if strict:
             raise ValueError(str(error)) from None
         return line.split(separator)
@@ -188,7 +189,7 @@ def _row(line: str, name: str, number: int) -> tuple[str, ...] | None:
 
 
 def _check_header(header: tuple[str, ...], name: str, line: int, needed: Sequence[str]) -> None:
-    # Any file may be named: what stands in one that is not ours is not told.
+    # Any file may be named: the message must not show the content of a file that is not ours.
     for number, column in enumerate(header, start=1):
         if not column:
             raise SceneError(f"{name}, line {line}: a column without a name")

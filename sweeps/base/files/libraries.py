@@ -43,7 +43,8 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
     """
     before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
-    sys.unraisablehook = lambda _: None  # half-made objects fail when they are freed, too
+    # Objects whose making failed raise errors again when they are freed
+    sys.unraisablehook = lambda _: None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -52,8 +53,8 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
         raise
     except Exception as error:
         traceback.clear_frames(error.__traceback__)
-        gc.collect()  # now, while nothing is printed
-        # Libraries print the object of the stream that a file is read from.
+        gc.collect()  # Objects are freed now, while nothing is printed
+        # Libraries print the object of the stream that they read a file from.
         said = re.sub(
             r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""",
             "the file",

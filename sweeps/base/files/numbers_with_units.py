@@ -51,7 +51,7 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
 
 
 def _factor(text: str, raw: str, where: str, unit: str) -> float:
-    """Size of a unit of a person's in `unit`."""
+    """Size of a unit that a person wrote, in `unit`."""
     if text == unit:
         return 1.0
     apparent = (
@@ -82,12 +82,12 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
             raise SceneError(f"{where} = {shown(raw)}: {apparent}")
         of_turns = any(word in str(given.units) for word in _OF_TURNS)
         if unit == "rpm" and not of_turns:
-            # pint counts radians where none are named: 2700/min would be 430 rpm.
+            # pint counts radians where a unit names no turns: 2700/min would be 430 rpm.
             return float(given.to("1/minute").magnitude)
         if of_turns != (unit == "rad s-1") and unit in ("rad s-1", "Hz", "min-1"):
-            raise ValueError  # for the same reason
+            raise ValueError  # pint would count radians
         if registry.Quantity(0.0, given.units).to(_for_pint(unit)).magnitude:
-            raise ValueError  # a scale of temperature, which no factor converts
+            raise ValueError  # A scale of temperature, not a difference: no factor converts it
         return float(given.to(_for_pint(unit)).magnitude)
     except SceneError:
         raise
@@ -105,7 +105,7 @@ def magnitude(quantity: Any, where: str, unit: str) -> Any:
     """
     given = str(quantity.units)
     if unit == "rpm" and not any(word in given for word in _OF_TURNS):
-        wanted = "1/minute"  # as above
+        wanted = "1/minute"  # pint would count radians
     else:
         wanted = _for_pint(unit)
     try:

@@ -20,9 +20,10 @@ import psutil
 from sweeps.base.errors import SceneError, counted, one_line, shown, size_text
 from sweeps.catalogue import PACKAGE
 
-MOST_TEXT = 1 << 27  # Bytes of a scene, an engine file or a table of which an archive keeps a copy
+# Most bytes of a scene, an engine file or a table, of which an archive keeps a copy
+MOST_TEXT = 1 << 27
 
-MOST_ROWS = 10**8  # Rows of a table of designs
+MOST_ROWS = 10**8  # Most rows of a table of designs
 
 
 def opened_file(path: Path) -> IO[bytes]:
@@ -56,7 +57,7 @@ def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
     with opened_file(path) as stream:
         if os.fstat(stream.fileno()).st_size > most:
             raise OSError(errno.EFBIG, f"larger than {size_text(most)}", str(path))
-        return stream.read(most)  # it may grow meanwhile
+        return stream.read(most)  # The file may grow while it is read
 
 
 def check_rows(rows: int, columns: int, name: str) -> None:
@@ -98,7 +99,7 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
     SceneError
         For a file that is missing or unreadable.
     """
-    # ValueError: a null character in the name.
+    # A null character in the name of a file raises a ValueError.
     failures: tuple[type[Exception], ...] = (OSError, ValueError, *errors)
     try:
         yield
@@ -113,16 +114,16 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
         raise SceneError(f"{name}: cannot be read ({reason}); expected {what}") from None
 
 
-MOST_RECORDING = 1 << 30  # Bytes of a recording of a laboratory
+MOST_RECORDING = 1 << 30  # Most bytes of a laboratory's recording
 
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
 
 @dataclass(frozen=True)
 class _Kept:
-    """Bytes of files, whether they are all there is (closed), and the folder of the scene.
+    """Bytes of files that were read, whether they are all (closed), and the scene's folder.
 
-    `instead` holds files that are no files: tables that a program gives.
+    `instead` holds tables that a program gives in place of files.
     """
 
     files: dict[str, bytes]
@@ -178,15 +179,17 @@ def referred(base: Path, text: str, where: str) -> Path:
     """
     path = base / text
     collected = _FILES.get()
-    given = collected is not None and collected.closed  # no disk is read
+    # A table that a program gives is not read from the disk
+    given = collected is not None and collected.closed
     if given or Path(text).is_absolute() or base.is_relative_to(PACKAGE):
         return path
     homes = [base] if collected is None or collected.home is None else [base, collected.home]
     try:
         real = path.resolve()
         inside = any(real.is_relative_to(home.resolve()) for home in homes)
-    except (OSError, ValueError, RuntimeError):  # a null character, links in a circle
-        return path  # opening the file says what is wrong
+    # A null character in a path or links in a circle raise these
+    except (OSError, ValueError, RuntimeError):
+        return path  # Opening the file then raises an error that says why
     if not inside:
         raise SceneError(
             f"{where} = {shown(text, 300)}: leads outside the folder of the file that names it; "

@@ -16,23 +16,27 @@ from sweeps.base.errors import SceneError, not_known, size_text
 from sweeps.base.files.child_process import Limits, answer_apart, answering
 from sweeps.base.files.libraries import library, library_reading
 
-MOST_INFLATED = 1 << 30  # Bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts
+# Most bytes of all parts of an .xlsx file, which is a ZIP archive of XML texts
+MOST_INFLATED = 1 << 30
 
 MOST_CELLS = 2 * 10**7
-MOST_ROWS = 1 << 20  # rows of a sheet
+MOST_ROWS = 1 << 20  # Most rows of a sheet
 
-MOST_TEXT = 1 << 27  # Characters of all cells; cells may share one text
+MOST_TEXT = 1 << 27  # Most characters of all cells together; cells may share one text
 
 LONGEST_TEXT = 1 << 15  # Characters of a cell that are kept; Excel itself allows no more
 
 SECONDS, RATE = 10.0, 1e6
-"""Time that reading may take, and bytes of XML a second beside it; openpyxl reads some 8e6."""
+"""Seconds that reading a sheet may take, besides one for each so many bytes of XML (openpyxl reads
+some 8e6)."""
 
 MEMORY, MEMORY_RATE, MOST_MEMORY = 1 << 29, 40, 6 << 30
-"""Bytes of memory that it may take, beside so many for each byte of XML, and at most."""
+"""Bytes of memory that reading a sheet may take, how many more for each byte of XML, and the most.
+"""
 
 COMPRESSED = 30
-"""A byte of a file stands for so many bytes of XML at most, where limits are set by it."""
+"""Most bytes of XML that a byte of a compressed file stands for, where limits are set by its size.
+"""
 
 
 def sheets(
@@ -105,7 +109,7 @@ def _read(data: bytes, label: str, wanted: str | None, first: bool) -> dict[str,
 
 
 def _chosen(book: Any, wanted: str | None, first: bool, label: str) -> dict[str, Any]:
-    """The sheets that are read: charts have no cells."""
+    """The sheets that are read; sheets of charts have no cells."""
     found = {sheet.title: sheet for sheet in book.worksheets}
     if wanted is not None and wanted not in found:
         raise SceneError(f"{label}: sheet '{wanted}': not found{not_known(wanted, found)}")
@@ -120,7 +124,8 @@ def _rows(sheet: Any, label: str) -> list[list[Any]]:
     """Rows of a sheet without the empty cells at their ends; a sheet may claim any size."""
     rows: list[list[Any]] = []
     cells = letters = 0
-    sheet.reset_dimensions()  # its claim; rows would be filled up to it
+    # The size that the sheet claims is forgotten, since rows would be filled up to it
+    sheet.reset_dimensions()
     for row in sheet.iter_rows(values_only=True):
         values = [_plain(value) for value in row]
         while values and (values[-1] is None or values[-1] == ""):
@@ -138,7 +143,7 @@ def _rows(sheet: Any, label: str) -> list[list[Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """A value of a cell as JSON has it; dates and whole numbers of any length are texts."""
+    """Value of a cell as JSON has it; dates and whole numbers of any length are texts."""
     if value is None or isinstance(value, bool | float):
         return value
     if isinstance(value, int) and abs(value) < 1 << 63:

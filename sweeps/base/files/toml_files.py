@@ -12,7 +12,8 @@ from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.regular_files import read_text
 
 MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
-"""Bytes and keys of a scene or engine file: more take minutes. Longer lists stand in tables."""
+"""Most bytes and keys of a scene or engine file, of which more take minutes. Longer lists stand in
+tables."""
 
 _MISTAKES = (
     (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
@@ -21,7 +22,7 @@ _MISTAKES = (
     (re.compile(r"[-+]?(true|false|nan|inf)\b", re.IGNORECASE), "such words are written small"),
     (re.compile(r"[a-zA-Z]"), "a text needs quotes"),
 )
-"""Beginnings of values that are not TOML, each with its hint; the first that fits counts."""
+"""Beginnings of values that are not TOML, each with a hint; the first one that fits counts."""
 
 
 def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
@@ -41,8 +42,8 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
     keys = text.count("=") + text.count("[")
     if keys > MOST_KEYS:
         raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
-    # Possessive: what a text has matched is never given back, which would take memory for each
-    # letter. A string that is not closed ends what is read, so that its end is looked for only
+    # The pattern is possessive: it never gives a matched text back, which would take memory for
+    # each letter. A string that is not closed ends the match, so that its end is looked for only
     # once.
     quoted = re.compile(
         r'"""(?:[^"\\]|\\[\s\S]|"{1,2}(?!"))*+(?:"{3,5})?'
@@ -51,7 +52,7 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         r"|'[^'\n]*+'?|#[^\n]*+"
     )
     if re.search(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}", quoted.sub("q", text)):
-        # Python's reader takes the square of their number of memory.
+        # Python's reader of TOML takes memory by the square of the depth of keys.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:
         return tomllib.loads(text)
@@ -59,7 +60,8 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         raise SceneError(f"{name}: not TOML: nested too deeply") from None
     except ValueError as error:
         message = one_line(error)
-        if not isinstance(error, tomllib.TOMLDecodeError):  # a whole number of thousands of digits
+        # A whole number of thousands of digits raises another ValueError
+        if not isinstance(error, tomllib.TOMLDecodeError):
             raise SceneError(f"{name}: not TOML: {message}") from None
         found = re.search(r"\(at line (\d+)", message)
         # "at end of document" has no number: the last line is meant.
@@ -68,7 +70,8 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
         key, _, value = (part.strip() for part in on_it.partition("="))
         hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value[:80])][:1]
-        # Any file may be named: of its text a key is told at most, where it is one of ours.
+        # Any file may be named: the message shows at most one key of its text, and only one of our
+        # keys.
         message = re.sub(r"\s*\([^)]*\)|\s*'[^']*'", "", message)
         told = f", of {key}" if key in PARAMETERS else ""
         raise SceneError(

@@ -30,21 +30,21 @@ import psutil
 from sweeps.base.errors import one_line
 from sweeps.base.files.child_process import Limits, started, watched
 
-SECONDS = 10.0  # Time that reading may take, beside that for the bytes of the file
+SECONDS = 10.0  # Seconds that reading may take, besides those for the bytes of the file
 
-RATE = 10e6  # Bytes a second that are read at least; compressed values are slower than others
+RATE = 10e6  # Least bytes a second that are read; compressed values are slower than others
 
 OPENING = 1 << 29
-"""Bytes of memory that the child may take to open a file and its attributes, beside eight times the
-size of the file; its libraries need a fifth of it."""
+"""Bytes of memory that the child may take to open a file and its attributes, besides eight times
+the size of the file; its libraries need a fifth of it."""
 
-MEMORY = 3 << 30  # Bytes that it may take to read values
+MEMORY = 3 << 30  # Bytes of memory that the child may take to read values
 
-OPENED = "opened\n"  # Text that it says before it reads the values of a file
+OPENED = "opened\n"  # Text that the child writes before it reads the values of a file
 
 
 class _Child:
-    """A process that reads the files that it is told."""
+    """A process that reads the files whose paths it gets."""
 
     def __init__(self) -> None:
         self.owner = os.getpid()
@@ -69,7 +69,7 @@ class _Child:
                 if answer == OPENED:
                     limits.most += MEMORY
                     answer = process.stdout.readline()
-            except OSError:  # it has ended
+            except OSError:  # The child has ended
                 answer = ""
         return str(json.loads(answer)) if answer else None
 
@@ -80,24 +80,24 @@ class _Child:
         process.kill()
         status = process.wait()
         process.stdout.close()
-        with suppress(OSError):  # bytes that it has not taken
+        with suppress(OSError):  # The child may have left bytes in the pipe
             process.stdin.close()
         return status
 
 
 _children: list[_Child] = []
-"""The child of this process, and those of the processes that it was forked from."""
+"""The child of this process, and the children of the processes that it was forked from."""
 
 _LOCK = threading.Lock()
 
 
 def _renew() -> None:
-    """After a fork: a thread that is not there any more may have held the lock."""
+    """Make a new lock after a fork: a thread that no longer exists may have held the old one."""
     global _LOCK
     _LOCK = threading.Lock()
 
 
-if hasattr(os, "register_at_fork"):  # not on Windows
+if hasattr(os, "register_at_fork"):  # Windows has no forks
     os.register_at_fork(after_in_child=_renew)
 
 
@@ -137,13 +137,13 @@ def _child() -> _Child:
 
 
 def _answer(path: str, size: int, whole: bool) -> str:
-    """Why a file is refused; "" where it is not."""
+    """Reason why a file is refused; "" where it is read."""
     child = _child()
     reason = None
     try:
         reason = child.read(path, size, whole)
     finally:
-        if reason != "":  # it may have taken harm
+        if reason != "":  # A refused file may have done harm to the child
             _children.remove(child)
             status = child.end()
     if reason is not None:
@@ -152,13 +152,13 @@ def _answer(path: str, size: int, whole: bool) -> str:
         return f"damaged: reading it takes more than {_seconds(size):.0f} s"
     if child.limits.ended_for:
         return f"damaged: reading it takes {child.limits.ended_for}"
-    if child.files > 1:  # it was ended while it waited, or a file before this one did harm
+    if child.files > 1:  # The child was ended while it waited, or an earlier file did harm to it
         return _answer(path, size, whole)
     return f"damaged: reading it ends the process with status {status}"
 
 
 def _seconds(size: int) -> float:
-    """Time that reading a file of a size may take."""
+    """Seconds that reading a file of a size may take."""
     return SECONDS + size / RATE
 
 

@@ -29,8 +29,8 @@ from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.base.netcdf.netcdf_child import read_apart
 
 LARGEST_CHUNK = 1 << 28
-"""Bytes of one chunk of a netCDF file, which reading any of its values loads whole. `run` writes
-chunks of one megabyte."""
+"""Most bytes of one chunk of a netCDF file: reading any value loads its chunk. `run` writes chunks
+of one megabyte."""
 
 LARGEST_RATIO = 1040
 """Largest ratio of values to file size. Archives are uncompressed or compressed by zlib, whose best
@@ -47,7 +47,7 @@ SLAB = 16e6  # Bytes of a variable that are read or copied at a time
 _UNTRUSTED: ContextVar[bool] = ContextVar("untrusted", default=False)
 
 TEXT_REFERENCE = 16
-"""Least bytes that a text of a netCDF-4 variable takes where the variable is stored."""
+"""Least bytes that the reference to a text of a netCDF-4 variable takes."""
 
 
 def check_file(path: Path) -> None:
@@ -99,7 +99,7 @@ def check_structure(path: Path) -> None:
 
 @lru_cache(maxsize=1000)
 def _check_state(path: str, state: tuple[int, ...], whole: bool) -> None:
-    """Check a file in one state; a command opens the same one several times."""
+    """Check a file in one state, once: a command opens the same file several times."""
     del state
     read_apart(Path(path), whole)
 
@@ -180,7 +180,8 @@ def opened_archive(path: Path, *, own: bool = False) -> Iterator[Any]:
             file.set_auto_maskandscale(False)
             yield file
         finally:
-            with suppress(RuntimeError):  # all that was wanted has been read
+            # All wanted values have been read before a file fails to close
+            with suppress(RuntimeError):
                 close(file)
 
 
@@ -220,7 +221,7 @@ def damaged_values(path: str | Path, name: str = "") -> Iterator[None]:
     except SceneError:
         raise
     except DAMAGE as error:
-        # Numbers below 0 are the library's own; EINVAL is that of `read_apart`.
+        # Error numbers below 0 are the library's own; EINVAL comes from `read_apart`.
         if isinstance(error, OSError) and (error.errno or 0) > 0 and error.errno != errno.EINVAL:
             raise
         part = f"{name}: " if name else ""
@@ -279,10 +280,10 @@ def check_archive(file: Any, path: Path) -> None:
                 f"{path}: variable {one_line(name, 60)}: {what}; `run` writes no such variable"
             )
         room = item * check_chunks(variable, item, str(path))
-        if dims == (name,):  # coordinates are read whole
+        if dims == (name,):  # Coordinates are read whole
             at_once += room
     for name, dimension in file.dimensions.items():
-        if len(dimension) > LARGEST_RATIO * size:  # each has a coordinate in archives
+        if len(dimension) > LARGEST_RATIO * size:  # Each dimension has a coordinate in archives
             raise SceneError(
                 f"{path}: damaged: {len(dimension)} points of {one_line(name, 60)} in a file of "
                 f"{size_text(size)}"
@@ -315,7 +316,7 @@ def check_chunks(variable: Any, item: int, name: str) -> int:
     shape: Sequence[int] = variable.shape
     chunks = variable.chunking()
     if not isinstance(chunks, list | tuple) or len(chunks) != len(shape):
-        chunks = [1] * len(shape)  # contiguous
+        chunks = [1] * len(shape)  # The variable is stored contiguously
     room, chunk = 1, item
     for length, part in zip(shape, chunks, strict=True):
         room *= -(-int(length) // max(int(part), 1)) * max(int(part), 1)
@@ -351,9 +352,8 @@ def slabs(
 class _Library:
     """A lock that a thread may take several times, and that can be copied and pickled.
 
-    It includes the lock that xarray has for files which others open by it. xarray reads attributes
-    without any lock: so what is opened here by xarray is opened with this lock held, and has it as
-    its own.
+    It includes the lock that xarray has for files. xarray reads attributes without any lock: files
+    that are opened here by xarray are opened with this lock held, and use it themselves.
     """
 
     def __init__(self) -> None:
@@ -362,14 +362,15 @@ class _Library:
         self._of_xarray: Any = None
 
     def __reduce__(self) -> str:
-        return "netcdf_library"  # there is one in each process
+        return "netcdf_library"  # Each process has one lock
 
     def acquire(self, blocking: bool = True) -> bool:
         """Take the lock; False where another thread has it and one does not wait."""
         if not self._own.acquire(blocking):
             return False
         if not self._times:
-            # Whoever reads by xarray has imported it; to import it here would cost half a second.
+            # Code that reads by xarray has imported it already; importing it here would cost half a
+            # second.
             backend = sys.modules.get("xarray.backends.netCDF4_")
             self._of_xarray = getattr(backend, "NETCDF4_PYTHON_LOCK", None)
             if self._of_xarray is not None and not self._of_xarray.acquire(blocking):
@@ -392,4 +393,4 @@ class _Library:
         self.release()
 
 
-netcdf_library = _Library()  # Held while a thread uses netCDF4; a context
+netcdf_library = _Library()  # Context in which one thread alone uses netCDF4

@@ -31,7 +31,7 @@ from sweeps.base.netcdf.netcdf_files import DAMAGE, LARGEST_RATIO, slabs
 
 
 class _Refused(Exception):
-    """A file that the library would take, but not this project."""
+    """A file that the library would accept, but this project does not."""
 
 
 def read_all(path: Path, seconds: float, whole: bool, opened: Callable[[], object]) -> None:
@@ -86,7 +86,7 @@ def read_all(path: Path, seconds: float, whole: bool, opened: Callable[[], objec
 
 
 def _variables(group: Any) -> Iterator[Any]:
-    """Variables of all groups, when their attributes are read."""
+    """Variables of all groups; their attributes are read."""
     for owner in (group, *group.variables.values()):
         for name in owner.ncattrs():
             owner.getncattr(name)
@@ -107,10 +107,10 @@ def _bytes_of(variable: Any) -> int:
 
 
 def _limit(seconds: float) -> None:
-    """Limit the time of the processor that this process may take from now on."""
+    """Limit the processor time that this process may take from now on."""
     try:
         import resource
-    except ImportError:  # Windows
+    except ImportError:  # Windows has no such limits
         return
     most = math.ceil(time.process_time() + seconds)
     for what, soft in ((resource.RLIMIT_CPU, most), (resource.RLIMIT_CORE, 0)):
@@ -121,7 +121,7 @@ def _limit(seconds: float) -> None:
 
 
 def _reason(path: Path, seconds: float, whole: bool, opened: Callable[[], object]) -> str:
-    """Why a file is refused; "" where it is not."""
+    """Reason why a file is refused; "" where it is read."""
     try:
         read_all(path, seconds, whole, opened)
     except _Refused as error:
@@ -136,7 +136,8 @@ def _reason(path: Path, seconds: float, whole: bool, opened: Callable[[], object
 def main() -> None:
     """Read the files that come as lines, each with the seconds it may take; answer in lines."""
     answers = os.fdopen(os.dup(1), "w", encoding="ascii")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the libraries may print
+    # The libraries may print, so that standard output leads nowhere
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
     def answer(line: str) -> None:
         answers.write(line)
@@ -145,7 +146,7 @@ def main() -> None:
     for line in sys.stdin:
         path, seconds, whole = json.loads(line)
         answer(json.dumps(_reason(Path(path), seconds, whole, lambda: answer(OPENED))) + "\n")
-    os._exit(0)  # the library may not survive its own end
+    os._exit(0)  # An ordinary exit could crash in the library
 
 
 MOST_MEMBERS = 1000  # Variables, dimensions and groups that a file may have
@@ -165,7 +166,7 @@ def external_member(path: Path) -> str:
         return ""
     file = library.H5Fopen(os.fsencode(os.path.abspath(path)), 0, 0)
     if file < 0:
-        return ""  # not HDF5, or damaged: netCDF says so
+        return ""  # A file that is not HDF5, or damaged, is refused by netCDF itself
     found: list[str] = []
     try:
         _look(library, file, found, [MOST_MEMBERS])
@@ -180,19 +181,19 @@ def follows_indexes() -> bool:
 
 
 def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
-    """Add the first member that is stored elsewhere, of any group; groups may be nested."""
+    """Add the first member of any group that is stored in another file; groups may be nested."""
     groups = [b"/"]
 
     def each(parent: int, name: bytes, about: Any, _: Any) -> int:
         kind = about[0]
         left[0] -= 1
-        if kind not in (0, 1) or left[0] < 0:  # neither a hard nor a soft link
+        if kind not in (0, 1) or left[0] < 0:  # The link is neither a hard nor a soft one
             found.append(name.decode("utf-8", "replace"))
             return 1
         member = library.H5Gopen2(parent, name, 0)
         if member >= 0:
             library.H5Gclose(member)
-            # One that holds itself is met again under a longer name, until none is left.
+            # A group that contains itself is met again under longer names, until no links are left.
             groups.append(here + name + b"/")
         elif _dataset_is_external(library, parent, name):
             found.append(name.decode("utf-8", "replace"))
@@ -216,7 +217,7 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
         return False
     made = library.H5Dget_create_plist(dataset)
     try:
-        library.H5Dget_storage_size(dataset)  # the sum over all chunks
+        library.H5Dget_storage_size(dataset)  # Storage of all chunks together
         virtual = library.H5Pget_layout(made) == 3
         return virtual or library.H5Pget_external_count(made) > 0
     finally:
@@ -249,7 +250,7 @@ def _library() -> Any:
 
 
 def _typed(library: Any) -> Any:
-    """Declare the functions that are used; hid_t has 64 bits since HDF5 1.10."""
+    """Declare the functions of HDF5 that are used; hid_t has 64 bits since HDF5 1.10."""
     number, text = ctypes.c_int64, ctypes.c_char_p
     iterate: list[Any] = [number, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, _EACH]
     functions: dict[str, tuple[Any, list[Any]]] = {
@@ -271,7 +272,7 @@ def _typed(library: Any) -> Any:
     library.H5Literate.restype = ctypes.c_int
     library.H5Literate.argtypes = [*iterate, ctypes.c_void_p]
     library.H5open()
-    # Failures are handled here; HDF5 would print a traceback of its own.
+    # Failures are handled here; HDF5 would print a traceback.
     library.H5Eset_auto2.argtypes = [number, ctypes.c_void_p, ctypes.c_void_p]
     library.H5Eset_auto2(0, None, None)
     return library

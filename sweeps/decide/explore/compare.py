@@ -30,23 +30,23 @@ NAMES = ("the first", "the second")  # Names of two archives whose files are not
 class Difference:
     """How two archives differ in one quantity."""
 
-    # The quantity.
+    # Name of the quantity.
     name: str
     units: str
-    count: int = 0  # Values that were compared
-    differing: int = 0  # Values that are not the same; two that are not numbers (NaN) are the same
-    only_one: int = 0  # Only one: those of them that are a number in one archive only
+    count: int = 0  # Number of values that were compared
+    differing: int = 0  # Number of values that differ; two missing values (NaN) are the same
+    only_one: int = 0  # Number of differing values that are a number in one archive only
     # Largest difference, and the largest relative one, over the greater of the two magnitudes; 0
     # where there is none.
     largest: float = 0.0
     relative: float = 0.0
-    # The values of the axes where they are.
+    # Values of the axes at the two largest differences.
     largest_at: dict[str, Any] = field(default_factory=dict)
     relative_at: dict[str, Any] = field(default_factory=dict)
-    # The two values at these places.
+    # The two values at the places of the largest differences.
     pair: tuple[float, float] = (math.nan, math.nan)
     relative_pair: tuple[float, float] = (math.nan, math.nan)
-    # Only at: where the first of `only_one` is.
+    # Place of the first value that is a number in one archive only.
     only_at: dict[str, Any] = field(default_factory=dict)
 
 
@@ -54,17 +54,17 @@ class Difference:
 class Comparison:
     """The common quantities of two archives, and their differences."""
 
-    # In words, how axes differ; empty where they are the same. Values that only one archive has are
+    # How axes differ, in words; empty where they are the same. Values that only one archive has are
     # not compared.
     axes: list[str]
-    made: list[str]  # In words, what else differs in how they were made, such as versions
+    made: list[str]  # Other differences in how the archives were made, such as versions, in words
     # Quantities that one archive alone has.
     only_first: list[str]
     only_second: list[str]
-    # Quantities that both have, over other axes or with another unit, and why.
+    # Quantities that both archives have, over other axes or with another unit, and why.
     not_compared: list[str]
-    quantities: list[Difference]  # Quantities: those that both have
-    names: tuple[str, str] = NAMES  # Names: what the archives are called in words
+    quantities: list[Difference]  # Quantities that both archives have
+    names: tuple[str, str] = NAMES  # Names of the archives in texts
 
     @property
     def same(self) -> bool:
@@ -156,7 +156,7 @@ def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
     """Coordinates along an axis in the order of their names."""
     along = sorted(str(n) for n, c in dataset.coords.items() if c.dims == (dimension,))
     if len(along) > 1 and dimension in along and dataset[dimension].dtype.kind == "i":
-        along.remove(dimension)  # numbers of words and of designs say nothing beside these
+        along.remove(dimension)  # Positions of words and of designs say nothing more than these
     return [dataset[name].values for name in along]
 
 
@@ -214,7 +214,7 @@ def _where(
 
 
 def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -> dict[str, Any]:
-    """Values of the axes at a place; words where an axis has some, else its position."""
+    """Values of the axes at a place; words where an axis has some, otherwise the position."""
     place: dict[str, Any] = {}
     for dimension, first, offset in zip(dims, begin, at, strict=True):
         index = first + int(offset)
@@ -231,7 +231,7 @@ def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -
 
 
 def _made(first: xr.Dataset, second: xr.Dataset, names: tuple[str, str]) -> list[str]:
-    """Other differences in how the archives were made, by their attributes."""
+    """Differences in how the archives were made, by their attributes."""
     try:
         one, two = (json.loads(d.attrs["identity"]) for d in (first, second))
         return differences(one, two, words=(f"in {names[0]}", f"in {names[1]}"))
@@ -287,7 +287,7 @@ def beside(
 
 
 def _at_the_value_of(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
-    """Cut axes that the other archive does not have where they have its value."""
+    """Remove axes that the other archive does not have, at the value that it has."""
     given = members_of(other, "parameters")
     places = {}
     for dim in map(str, one.dims):

@@ -33,7 +33,7 @@ CRANK_ANGLE, ORDER = "crank_angle", "order"
 _KIND = {CRANK_ANGLE: 0, ORDER: 20}
 """Abscissas of curves, with the number that data set 58 has for each (0: no other)."""
 
-MOST_SETS = 1000  # Data sets of a file; other programs list each of them
+MOST_SETS = 1000  # Most data sets of a file, since other programs list each of them
 
 
 def universal_file(
@@ -145,14 +145,14 @@ def _unit(one: xr.DataArray) -> str:
 
 
 def _field(text: str, width: int) -> str:
-    """Return a text that fits into its place in a line: ASCII alone, not longer."""
+    """A text that fits into its field in a line: ASCII alone, and not longer."""
     return one_line(text.encode("ascii", "replace").decode(), width)
 
 
 def _is_even(x: npt.NDArray[np.float64]) -> bool:
-    """Whether a start and a step of six digits, which are all that the file has, give the values.
+    """Whether a start and a step of six digits, all that the file can hold, give the values.
 
-    Else each value is written, with six digits.
+    Otherwise each value is written, with six digits.
     """
     start, step = float(f"{x[0]:.5e}"), float(f"{x[1] - x[0]:.5e}")
     error = np.abs(start + step * np.arange(len(x)) - x).max()
@@ -292,7 +292,7 @@ def functional_mockup_unit(
 
 
 def _fmi_unit(text: str) -> str:
-    """Return a unit as FMUs write it: N.m of "N m", rad/s2 of "rad s-2"."""
+    """A unit as FMUs write it: N.m for "N m", rad/s2 for "rad s-2"."""
     above = [part for part in text.split() if "-" not in part]
     below = [part.replace("-", "").removesuffix("1") for part in text.split() if "-" in part]
     return "/".join([".".join(above) or "1", *below])
@@ -300,7 +300,7 @@ def _fmi_unit(text: str) -> str:
 
 def _build(path: Path, table: str) -> None:
     """Build the FMU of a table in a folder of its own, and copy it."""
-    # The script inside, which imports nothing of this project
+    # The script inside the FMU imports nothing of this project
     slave = Path(__file__).with_name("fmu_slave.py")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -42,7 +42,7 @@ from sweeps.running.reduce.ranges import ranges
 if TYPE_CHECKING:
     import xarray as xr
 
-ROWS = 1 << 18  # Rows that are written at a time, about
+ROWS = 1 << 18  # Rows that are written at a time
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def check_format(path: Path) -> Callable[..., Any]:
     known = {".csv": _csv, ".parquet": _parquet, ".xlsx": workbook, **CURVES}
     if kind not in known:
         raise SceneError(f"{path}: must end in {' or '.join(known)}")
-    # Module, package and extra of ours that a format needs
+    # For each format the module and package that it needs, and the extra of this project with it
     needs = {
         ".parquet": ("pyarrow.parquet", "pyarrow", "parquet"),
         ".xlsx": ("openpyxl", "openpyxl", "excel"),
@@ -207,7 +207,7 @@ def _csv(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset) ->
 
 
 def _not_computed(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Names of designs, of which no spreadsheet takes any for a formula; numbers as they are."""
+    """Names of designs that no spreadsheet takes for formulas; numbers as they are."""
     if values.dtype.kind not in "UOT":
         return values
     names, places = np.unique(values.astype(str), return_inverse=True)
@@ -244,7 +244,7 @@ MOST_ROWS = 1_048_576  # Largest number of rows of a sheet of Excel
 
 HEADS = 2  # Rows above the numbers: names and units
 
-LONGEST = 32_767  # Characters of a cell of Excel
+LONGEST = 32_767  # Most characters of a cell of Excel
 
 
 def check_rows(rows: int, path: Path) -> None:
@@ -301,7 +301,8 @@ def workbook(
         sheet.column_dimensions["B"].width = 60
         for number, row in enumerate(rows):
             sheet.append(_styled(sheet, row, bold) if number == 0 else [_cell(c) for c in row])
-    # An open file: openpyxl judges a path by its extension, which an unfinished file has not.
+    # The file is opened here: openpyxl judges a path by its extension, which an unfinished file
+    # lacks.
     with path.open("wb") as stream:
         book.save(stream)
 
@@ -336,7 +337,7 @@ def _styled(sheet: Any, values: list[Any], font: Any) -> list[Any]:
 
 
 def _cell(value: Any) -> Any:
-    """A number with the digits that count, or a text; nothing where a number is missing."""
+    """A number with its significant digits, or a text; nothing where a number is missing."""
     if isinstance(value, str):
         return not_computed(one_line(value, LONGEST))
     number = float(value)
@@ -389,4 +390,4 @@ CURVES: Mapping[str, Callable[..., Any]] = {
     ".uff": universal_file,
     ".fmu": functional_mockup_unit,
 }
-"""The same for files of curves, which are no tables."""
+"""Function that writes each format of curves, which are no tables."""

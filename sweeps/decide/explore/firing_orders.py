@@ -36,7 +36,7 @@ from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 1000  # Firing orders that are computed at most
+MOST = 1000  # Most firing orders that are computed
 
 CRITERIA: Mapping[str, str] = {
     "torque_after_throw_range": "largest range of the torque along the shaft",
@@ -46,10 +46,10 @@ CRITERIA: Mapping[str, str] = {
     "shaking_force_max": "largest shaking force",
     "shaking_moment_max": "largest shaking moment",
 }
-"""Quantities that orders are ranked by, the least first, and what they are."""
+"""Quantities that orders are ranked by, the least first, and their descriptions."""
 
 ALIKE = 1e-3
-"""Relative difference up to which orders share a place: the model is no better than that."""
+"""Relative difference below which orders share a place: the model is no better than that."""
 
 
 def firing_orders(
@@ -142,7 +142,7 @@ def firing_orders(
         if quantity in refused:
             raise refused[quantity]
     if crank == "any" and not asked and "shaking_moment_max" in refused:
-        # Without it a crankshaft that shakes would come first.
+        # Without the spacing, a crankshaft that shakes would come first.
         raise SceneError(
             f"{name}: crank any: throws in another sequence have other free moments, so give "
             "cylinder_spacing [m] in the scene or the settings, or choose the quantities to "
@@ -153,7 +153,7 @@ def firing_orders(
     return _ranked(computed, orders, total, crank, asked, own_order)
 
 
-# --- what is asked -------------------------------------------------------------------------------
+# --- tables of the scene -------------------------------------------------------------------------
 
 
 def given_scene(scene: str | Path | Mapping[str, Any], asked: Sequence[str]) -> tuple[Any, str]:
@@ -192,7 +192,7 @@ def check_left_out(scene: Scene, name: str, compared: str) -> None:
     SceneError
         For the first of them.
     """
-    # These tables do not go with all firing orders of one engine.
+    # Some tables do not go with all firing orders of one engine.
     for table in ("designs", "sample", "uncertainty", "reference", "measured"):
         if scene.source.get(table) is not None:
             raise SceneError(f"{name}: [{table}]: not allowed when {compared} are compared")
@@ -207,7 +207,7 @@ def _one_engine(
     given: Any, name: str, arrangement: str | Mapping[str, Any] | None,
     replaced: Mapping[str, Any], crank: str,
 ) -> tuple[Arrangement, dict[str, Any]]:  # fmt: skip
-    """The engine's own arrangement, and the tables of a scene that says nothing of it."""
+    """The engine's own arrangement, and the tables of a scene without any arrangement."""
     own = read_scene(given)
     check_left_out(own, name, "all firing orders of one engine")
     for feature in GIVEN_FEATURES.values() if crank != "own" or arrangement is not None else ():
@@ -232,7 +232,7 @@ def _one_engine(
     settings["cylinders"] = len(made.cylinders)
     output = dict(own.source.get("output") or {})
     if own.path is None and output.get("quantities") == list(CRITERIA)[:1]:
-        output.pop("quantities")  # it stood in for those of the orders
+        output.pop("quantities")  # The scene's quantities stood in for those that rank the orders
     return made, {"set": settings, "axes": axes, "output": output}
 
 
@@ -255,7 +255,7 @@ def _arrangement(own: Scene, given: str | Mapping[str, Any] | None, name: str) -
 def _orders(
     engine: Arrangement, crank: str, sample: int | None, seed: int, name: str
 ) -> tuple[tuple[PossibleOrder, ...], int]:
-    """The orders that are computed, and how many there are."""
+    """Firing orders that are computed, and how many exist."""
     total = count_orders(engine, crank)
     if sample is not None and not (isinstance(sample, int) and 2 <= sample <= MOST):
         raise SceneError(f"sample = {shown(sample)}: must be a whole number from 2 to {MOST:,}")
@@ -343,7 +343,7 @@ def _differs(values: Floats) -> bool:
 
 
 def _places(values: Floats) -> Floats:
-    """1 for the least, equal values share a place; those without a number come last."""
+    """Place of each value: 1 for the least, equal ones share it; missing values come last."""
     known = np.where(np.isfinite(values), values, np.inf)
     limit = known * (1.0 - np.sign(known) * ALIKE)
     places: Floats = np.array([1.0 + float((known < one).sum()) for one in limit])
@@ -356,7 +356,7 @@ def _ranked(
 ) -> xr.Dataset:  # fmt: skip
     for quantity in asked:
         _check_ranks(archive, quantity)
-    # Where nothing tells them apart all have the first place, by whatever there is.
+    # Where no criterion tells orders apart, all have the first place by each criterion.
     by = list(asked) or compared_criteria(archive) or _criteria(archive)
     summed = np.sum([_places(worst_of_orders(archive, quantity)) for quantity in by], axis=0)
     own_crank = [one.own_crank for one in orders]
@@ -395,7 +395,7 @@ def _check_ranks(archive: xr.Dataset, quantity: str) -> None:
 
 
 def _texts(orders: Sequence[PossibleOrder]) -> dict[str, list[str]]:
-    """Labels of the orders: who builds them, and what they are called otherwise."""
+    """Labels of the orders: makers that build them, and their other names."""
     texts: dict[str, list[str]] = {
         "firing_order": [], "known_order": [], "from_other_end": [], "other_way": [],
     }  # fmt: skip
@@ -416,7 +416,7 @@ def _texts(orders: Sequence[PossibleOrder]) -> dict[str, list[str]]:
 
 
 def _alike(orders: Sequence[PossibleOrder], total: int) -> dict[str, int]:
-    """How many orders are left if those counted from the other end, or reversed, count once."""
+    """Number of orders if those counted from the other end, or reversed, are the same."""
     if len(orders) < total:
         return {}
     place = {_key(one.arrangement): number for number, one in enumerate(orders)}

@@ -23,9 +23,9 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 2000  # Patterns that are computed at most
+MOST = 2000  # Most patterns that are computed
 
-LONGEST = 24  # Firings after which a pattern repeats, at most
+LONGEST = 24  # Most firings after which a pattern repeats
 
 
 def firing_patterns(
@@ -113,7 +113,7 @@ def firing_patterns(
 
 
 def _density(density: float | str, longest: int) -> Fraction:
-    """Density as a fraction that patterns of at most so many firings have."""
+    """Density as a fraction that a pattern with at most so many firings can have."""
     if isinstance(longest, bool) or not isinstance(longest, int) or not 2 <= longest <= LONGEST:
         raise SceneError(f"longest = {shown(longest)}: must be a whole number from 2 to {LONGEST}")
     try:
@@ -132,7 +132,7 @@ def _density(density: float | str, longest: int) -> Fraction:
 
 
 def _words(share: Fraction, longest: int) -> list[str]:
-    """Patterns of the density, each once however it is turned, the shortest first."""
+    """Patterns of a density, the shortest first; of those that differ by a rotation only one."""
     lengths = range(share.denominator, longest + 1, share.denominator)
     total = sum(_necklaces(n, int(n * share)) for n in lengths)
     if total > MOST:
@@ -145,7 +145,7 @@ def _words(share: Fraction, longest: int) -> list[str]:
 
 
 def _necklaces(length: int, ones: int) -> int:
-    """How many patterns of a length differ however they are turned (Burnside's lemma)."""
+    """Number of patterns of a length that do not differ by a rotation alone (Burnside's lemma)."""
     common = math.gcd(length, ones)
     turned = sum(
         math.comb(length // d, ones // d) * sum(math.gcd(k, d) == 1 for k in range(1, d + 1))
@@ -156,7 +156,7 @@ def _necklaces(length: int, ones: int) -> int:
 
 
 def _turned_once(length: int, ones: int) -> list[str]:
-    """Patterns of which none is another one turned: the largest of all turned ones."""
+    """Patterns, one for all rotations of it: the largest."""
     patterns = []
     for places in combinations(range(1, length), ones - 1):
         fires = {0, *places}
@@ -167,7 +167,7 @@ def _turned_once(length: int, ones: int) -> list[str]:
 
 
 def _tables(given: Any, name: str, replaced: dict[str, Any], by: str) -> dict[str, Any]:
-    """Tables of a scene about one engine, which asks for what ranks."""
+    """Tables of a scene about one engine, with the quantities that rank patterns."""
     own = read_scene(given)
     check_left_out(own, name, "firing patterns")
     several = isinstance(own, SeveralEngines) or own.firing_patterns
@@ -220,21 +220,22 @@ def _factor_of_torque(
 
 
 def _text(word: str, factor: float, idle: str) -> str:
-    """Pattern as scenes have it."""
+    """A pattern as scenes write it."""
     if factor == 1.0:
         return word.replace("0", idle)
     return " ".join(f"{factor:.6g}" if letter == "1" else idle for letter in word)
 
 
 def _ranked_by(archive: xr.Dataset, by: str, order: float | None) -> Any:
-    """Value of each pattern that counts: the largest over all other axes."""
+    """Value that a pattern is ranked by: the largest over all other axes."""
     array = archive[by]
     if order is not None:
         if "order" not in array.dims:
             raise SceneError(f"order: only with a quantity over orders; {by} is none")
         orders = array["order"].values
         place = int(np.argmin(np.abs(orders - order)))
-        if not math.isclose(orders[place], order, rel_tol=2e-4):  # 0.3333 means a third
+        # An order that is given as 0.3333 means a third
+        if not math.isclose(orders[place], order, rel_tol=2e-4):
             raise SceneError(f"order = {order:g}: must be one of the orders of the patterns")
         array = array.isel(order=place)
     if FIRING_PATTERN not in array.dims or array.dtype.kind != "f" or (

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sweeps.running.join.places import Joined
 
 
-def open(  # the name that a person looks for
+def open(  # `open` is the name that a person looks for
     path: str | Path | Sequence[str | Path], *, untrusted: bool = False
 ) -> xr.Dataset:
     """Open an archive, or several of one scene as one; variables are read when used.
@@ -75,18 +75,20 @@ def _open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:
     for each in paths:
         check_file(each)
     from sweeps.running.archive.contents import read_contents
-    from sweeps.running.join.places import find_places  # late: it loads the whole planner
+
+    # Imported late, since it loads all of the planning
+    from sweeps.running.join.places import find_places
 
     return _opened_as_one(find_places([read_contents(path) for path in paths]))
 
 
 def _opened(path: Path) -> xr.Dataset:
-    with opened_archive(path):  # checks it before anything is read
+    with opened_archive(path):  # The context checks the file before anything is read
         pass
     try:
         archive = open_archive(path)
         if STATE in archive:
-            del archive[STATE]  # only `merge` can read it
+            del archive[STATE]  # Only `merge` can read the state of a reduction
         return archive
     except MemoryError:
         raise
@@ -96,7 +98,7 @@ def _opened(path: Path) -> xr.Dataset:
 
 
 def _opened_as_one(joined: Joined) -> xr.Dataset:
-    """One dataset of several archives, whose variables are read where they lie."""
+    """Several archives as one dataset, whose variables stay in their files until they are read."""
     from xarray.core import indexing
 
     from sweeps.running.archive.labels import dataset_of
@@ -141,7 +143,7 @@ def _opened_as_one(joined: Joined) -> xr.Dataset:
 def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequence[Integers]) -> Any:
     """Variables of several files as one array that xarray reads when it is used.
 
-    xarray's own way to join files is dask, which need not be installed.
+    xarray joins files by dask, which need not be installed.
     """
     from xarray.backends import BackendArray
     from xarray.core import indexing
@@ -149,7 +151,8 @@ def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequenc
     size = 1 + max(int(here.max()) for here in places)
     owner = np.full(size, -1)
     place = np.zeros(size, dtype=np.int64)
-    for number in reversed(range(len(places))):  # the first that has a point
+    # The first archive that has a point is written last, so that it counts
+    for number in reversed(range(len(places))):
         owner[places[number]] = number
         place[places[number]] = np.arange(len(places[number]))
     kind = variables[0].dtype
@@ -165,7 +168,7 @@ def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequenc
             )
 
     def _read(key: tuple[Any, ...]) -> npt.NDArray[Any]:
-        # Whole numbers take a dimension away, and come last.
+        # Whole numbers in an index take a dimension away, and come last.
         ranges = [np.arange(n)[k] for n, k in zip(Joined.shape, key, strict=True)]
         points = np.atleast_1d(ranges[along])
         values = np.empty(

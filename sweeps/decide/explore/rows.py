@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 CRANK_ANGLE = "crank_angle"
 
 MOSTLY = 2.0 / 3.0
-"""Share of the explained variance that the uncertain values have that are named for a result."""
+"""Share of the explained variance that the uncertain values named for a result have together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,24 +57,23 @@ class Rows:
     # the archive.
     table: dict[str, npt.NDArray[Any]]
     units: dict[str, str]  # Units of the columns that are numbers
-    texts: dict[str, str]  # Texts: what the quantities and axes are
+    texts: dict[str, str]  # Meanings of the quantities and axes
     given: tuple[str, ...]  # Columns that say which design it is: axes and columns of designs
-    fixed: dict[str, Any]  # Fixed: what is the same for all rows: the slice that was taken
-    designs: int  # How many there are in the slice, shown or not
-    # Quantities that are left out because they are curves over the crank angle, where none were
-    # asked for.
+    fixed: dict[str, Any]  # Values that are the same for all rows, by which the slice was taken
+    designs: int  # Number of designs in the slice, shown or not
+    # Curves over the crank angle that are left out, where no quantities were asked for.
     curves: tuple[str, ...]
-    changes: frozenset[str] = frozenset()  # Columns that are changes in percent
+    changes: frozenset[str] = frozenset()  # Columns that hold changes in percent
     # Elasticities that were not asked for: a row for each parameter.
     elasticities: tuple[str, ...] = ()
     # Ends of the uncertainty of quantities in each row, where the archive has it.
     bands: dict[str, tuple[npt.NDArray[Any], npt.NDArray[Any]]] = field(default_factory=dict)
-    # Mainly: what that uncertainty is mostly due to, in all of the slice.
+    # Parameters that cause most of the uncertainty of a quantity, over all of the slice.
     mainly: dict[str, str] = field(default_factory=dict)
-    # Quantities that are left out because they have several numbers for each design, where none
-    # were asked for, by one value of what they are over: "main_bearing=2".
+    # Quantities with several numbers for each design that are left out, where no quantities were
+    # asked for, each with one value of its axes: "main_bearing=2".
     several: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    # Listed: what the quantities that were asked for are over: each design has several rows.
+    # Axes of the chosen quantities, along which each design has several rows.
     listed: tuple[str, ...] = ()
 
     @property
@@ -183,7 +182,7 @@ def _check_sort(sort: str | None, columns: Mapping[str, xr.Variable]) -> None:
 
 
 def _names(part: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str]:
-    """Quantities of the table; where none were asked for, without what belongs to bands."""
+    """Quantities of the table; by default without those that belong to bands."""
     names = chosen_quantities(part, quantities)
     check_one_table(part, names)
     curved = [n for n in names if CRANK_ANGLE in part[n].dims]
@@ -201,7 +200,7 @@ def _names(part: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str
 
 
 def _change(values: npt.NDArray[Any], base: float) -> npt.NDArray[Any]:
-    """Changes from a value in percent; NaN where that is zero."""
+    """Changes from a value in percent; NaN where it is zero."""
     return 100.0 * (values / base - 1.0) if base else np.full(values.shape, np.nan)
 
 
@@ -212,7 +211,7 @@ def _elasticities(part: xr.Dataset, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
-    """Curves, and other quantities with several numbers for each design by a value to select."""
+    """Curves, and quantities with several numbers for each design, by one value of their axes."""
     curves: list[str] = []
     several: dict[str, tuple[str, ...]] = {}
     for name in of_designs(part):
@@ -228,7 +227,7 @@ def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, .
 
 
 def _example(values: npt.NDArray[Any]) -> str:
-    """One value of an axis, the second if there is one, as it may be selected."""
+    """One value of an axis, the second if there is one, as a person may select it."""
     value = values[min(1, values.size - 1)]
     return f"{value:g}" if values.dtype.kind in "iuf" else one_line(value, 40)
 
@@ -243,9 +242,9 @@ def _ends(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, xr.Variable]:
 
 
 def _mainly(part: xr.Dataset, uncertain: Sequence[str]) -> dict[str, str]:
-    """Uncertain parameters that make up most of the variance of each quantity, the first one most.
+    """Uncertain parameters that make up most of the variance of each quantity, the largest first.
 
-    As few as together have `MOSTLY` of what all of them have.
+    They are as few as together have `MOSTLY` of the explained variance.
     """
     causes = {}
     for name in uncertain:
@@ -295,7 +294,7 @@ def _first(
 def _sorted(
     table: dict[str, npt.NDArray[Any]], sort: str, limit: int
 ) -> dict[str, npt.NDArray[Any]]:
-    """The first rows in an order; of equal ones those that come first in the archive."""
+    """The first rows in an order; equal ones in the order of the archive."""
     values = table[sort.removeprefix("-")]
     if values.dtype.kind in "fiu":
         numbers = values.astype(float)

@@ -62,7 +62,7 @@ def kept_for(
 
 
 def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
-    """Designs that a search kept, and their results alone."""
+    """Designs that a search kept, with their results alone."""
     places = np.flatnonzero(archive[RANK].values[number])
     results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != RANK]
     kept = archive[results].isel({DESIGN: places})

@@ -52,24 +52,24 @@ from sweeps.scene.sample import SEARCH, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_ROWS = 100_000  # Designs from which indices are estimated where there is no design made for it
+MOST_ROWS = 100_000  # Most designs from which indices are estimated that were not drawn for it
 
 LEAST_ROWS = 128  # Fewer designs do not tell indices
 
 SALTELLI, GRID, DATA, REDUCED = "saltelli", "grid", "data", "reduced"
 
 
-Indices = dict[str, Floats]  # Arrays over the parameters, by the keys of `NAMES`
+Indices = dict[str, Floats]  # Indices over the parameters, by the keys of `NAMES`
 
 
 @dataclass(frozen=True)
 class _Study:
     """How the designs of an archive were chosen."""
 
-    # Values of what varies: of each design, or along each axis of a grid.
+    # Values of the varied parameters: of each design, or along each axis of a grid.
     parameters: Mapping[str, npt.NDArray[Any]]
     dims: tuple[str, ...]  # Dimensions over which the variance is taken
-    group: int = 0  # Designs of a group of Saltelli's design; 0 for all others
+    group: int = 0  # Designs in a group of Saltelli's design; 0 for all other designs
 
 
 class _TooFew(SceneError):
@@ -174,7 +174,7 @@ def sensitivities(
 def _titled(
     dataset: xr.Dataset, archive: xr.Dataset, methods: Mapping[str, str], confidence: float
 ) -> xr.Dataset:
-    """Indices with attributes that say what they are of."""
+    """Indices with attributes that say which results they belong to."""
     kept = ("engine", "engine_title", "title", "scene", "warnings")
     dataset.attrs = {key: archive.attrs[key] for key in kept if key in archive.attrs}
     dataset.attrs["title"] = f"Sobol' indices: {archive.attrs.get('title', '')}".strip(": ")
@@ -192,7 +192,7 @@ def _titled(
 def _reduced(
     archive: xr.Dataset, quantities: str | Sequence[str] | None, confidence: float
 ) -> xr.Dataset:
-    """Indices that an archive of [reduce] holds; its designs are some of many."""
+    """Indices that an archive of [reduce] holds; it keeps only some of the designs."""
     known = [*members_of(archive, REDUCTION).get("indices", {})]
     asked = known if quantities is None else names_given(quantities, "quantities")
     missing = [name for name in asked if name not in known]
@@ -220,7 +220,7 @@ def _reduced(
 
 
 def _study_of(archive: xr.Dataset) -> _Study:
-    """Find out how the designs were chosen."""
+    """How the designs of an archive were chosen."""
     scene = members_of(archive, "scene")
     sample = scene.get("sample")
     if sample and sample.get("method") == SEARCH:
@@ -258,7 +258,7 @@ def _study_of(archive: xr.Dataset) -> _Study:
 def _of_quantity(
     archive: xr.Dataset, name: str, study: _Study, settings: Mapping[str, Any]
 ) -> tuple[dict[str, Any], str]:
-    """Variables of one quantity, and which method gave them."""
+    """Indices of one quantity, and the method that gave them."""
     array = archive[name]
     dims = [d for d in study.dims if d in array.dims]
     rest = [str(d) for d in array.dims if d not in dims]
@@ -366,7 +366,7 @@ def _of_groups(
 def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[str, Any]) -> Indices:
     """First-order indices from designs that were chosen in any way."""
     rbd_fast = library("SALib.analyze.rbd_fast", "SALib", "sensitivities", extra="study")
-    if study.group:  # the points of Saltelli's design that were drawn independently
+    if study.group:  # Of Saltelli's design only points count that were drawn independently
         place = np.arange(good.size) % study.group
         good = good & ((place == 0) | (place == study.group - 1))
     places = np.flatnonzero(good)
@@ -376,7 +376,7 @@ def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[st
             f"least {LEAST_ROWS}"
         )
     places = places[:MOST_ROWS]
-    # Words are numbered.
+    # Words are replaced by numbers.
     columns = [np.unique(v[places], return_inverse=True)[1] if v.dtype.kind not in "iuf"
                else v[places] for v in study.parameters.values()]  # fmt: skip
     chosen = values[places]
@@ -391,6 +391,6 @@ def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[st
 
 
 def _problem(study: _Study) -> dict[str, Any]:
-    """The parameters as SALib wants them; it takes no bounds from here."""
+    """Parameters as SALib wants them; it takes no bounds from here."""
     names = [*study.parameters]
     return {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}

@@ -28,12 +28,12 @@ LEAST = ("shaft_torque_min",)  # Quantities whose lowest value is the worst
 class Worst:
     """The worst value of a quantity on one disc or shaft, and where it is."""
 
-    # What, in the units of the archive.
+    # Name of the quantity, in the units of the archive.
     quantity: str
     unit: str
-    place: str  # Name of the disc or shaft
-    value: float  # The largest value; of `shaft_torque_min` the lowest
-    # Point of each other axis, such as speed, misfire and, of amplitudes, order.
+    place: str  # Name of the disc or shaft with the worst value
+    value: float  # The worst value: the lowest one of `shaft_torque_min`, otherwise the largest
+    # Point on each other axis, such as speed, misfire and, for amplitudes, order.
     at: Mapping[str, Any]
 
     def worse_than(self, other: Worst) -> bool:
@@ -45,13 +45,13 @@ class Worst:
 class BarredSpeeds:
     """Speeds between which a quantity is over its limit on one shaft."""
 
-    # The quantity over its limit, and the name of the shaft.
+    # Name of the quantity that is above its limit, and name of the shaft.
     quantity: str
     place: str
     # Ends of the range [rpm], between points by straight lines.
     low: float
     high: float
-    largest: float  # Largest value over the limit within
+    largest: float  # Largest ratio of value to limit within the range
 
 
 def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:
@@ -123,7 +123,7 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
 
 
 def _ranges(name: str, place: str, speed: Any, values: Any) -> list[BarredSpeeds]:
-    """Ranges where a line through points is above 1."""
+    """Ranges where straight lines through points are above 1."""
     over = np.nan_to_num(values, nan=0.0) > 1.0
     edges = np.diff(np.concatenate([[False], over, [False]]).astype(int))
     ranges = []
@@ -146,7 +146,7 @@ def _crossing(speed: Any, values: Any, at: int) -> Any:
 
 def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     check_dataset(archive)
-    # Variables over discs or shafts that have no worst value
+    # Variables over discs or shafts without a worst value
     not_worst = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
                  "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
                  "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip

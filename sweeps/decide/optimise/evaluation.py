@@ -24,7 +24,7 @@ from sweeps.scene.plan.plan import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_MEMORY = 0.7  # Share of the free memory that the designs may take when they are put together
+MOST_MEMORY = 0.7  # Share of the free memory that the designs may take when they are joined
 
 Columns = Mapping[str, Any]
 
@@ -33,11 +33,11 @@ Columns = Mapping[str, Any]
 class Judgement:
     """Judgement of some designs."""
 
-    # The worst value of what is wanted, times -1 where more is wanted; 0 where it has none; shape
+    # Worst value of each wanted quantity, times -1 where more is wanted; 0 where it has none; shape
     # (designs, names)
     wanted: Floats
-    # By how much each condition fails, in multiples of its limit, 0 or less where it holds; last,
-    # what is lacking; shape (designs, conditions + 1)
+    # Amount by which each condition fails, in multiples of its limit, 0 or less where it holds; the
+    # last column counts missing results; shape (designs, conditions + 1)
     violation: Floats
     fulfilling: Booleans  # Whether all conditions hold at every point that counts
 
@@ -179,7 +179,7 @@ class Designs:
 
 
 def _keys(space: Space, columns: Columns) -> list[bytes]:
-    """Equal designs have equal keys."""
+    """Keys of designs; equal designs have equal keys."""
     rows = [_numbers(space, key, values) for key, values in columns.items()]
     if not rows:
         return [b""]
@@ -197,7 +197,7 @@ def _numbers(space: Space, key: str, values: Any) -> Any:
 def _judged(
     task: Task, plan: Plan, data: Mapping[str, npt.NDArray[Any]], columns: Columns
 ) -> Judgement:
-    """Judge designs: worst values over all points, and by how much conditions fail."""
+    """Judge designs: worst values over all points, and amounts by which conditions fail."""
     import xarray as xr
 
     names = [n for n in (*task.names, "status") if n in data]
@@ -217,10 +217,10 @@ def _judged(
     scale = np.array([abs(c.limit) or 1.0 for c in task.conditions])[:, None]
     excess = np.where(np.isfinite(designs.excess), designs.excess, 0.0) / scale
     holds = np.array(designs.holds, dtype=bool).reshape(excess.shape)
-    # A design that lies exactly at a limit that it must not reach violates it, if only a little.
+    # A design exactly at a limit that it must not reach violates it by a tiny amount.
     excess = np.where(~holds & ~(excess > 0.0), 1e-12, excess)
-    # A point without a result counts as a thousand times its limit: conditions that do not hold
-    # are better than results that are not there.
+    # A point without a result counts as a thousand times its limit: a violated condition is better
+    # than a missing result.
     lacking = 1e3 * np.where(designs.points, designs.lacking / many, 1.0)
     wanted = np.where(np.isfinite(designs.worst), designs.worst, 0.0)
     return Judgement(
@@ -231,7 +231,7 @@ def _judged(
 def _joined(
     parts: list[npt.NDArray[Any]], dims: tuple[str, ...], shape: tuple[int, ...]
 ) -> npt.NDArray[Any]:
-    """Results of all designs; engines with fewer bearings than others have NaN at those."""
+    """Results of all designs together; NaN for bearings that an engine does not have."""
     if DESIGN not in dims:
         return parts[0]
     along = dims.index(DESIGN)

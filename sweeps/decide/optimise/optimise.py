@@ -169,7 +169,7 @@ def optimise(
     search = _Search(task, inverse, number, generations, restarts, threads)
     search.run(progress)
     if inverse is not None and not search.designs.all.fulfilling.any():
-        # The inertia that delta needs is not enough for what has no number with it.
+        # The inertia for a wanted delta is not enough where other points have no number with it.
         inverse = None
         search = _Search(task, None, number, generations, restarts, threads)
         search.run(progress)
@@ -238,7 +238,7 @@ class _Search:
                 self.seen.append(np.unique(np.concatenate(seen)))
 
     def _found(self, among: Integers) -> Integers:
-        """Places of the best design, or of the front, of some designs."""
+        """Places, among some designs, of the best one or of those on the front."""
         judged = self.designs.all
         fulfilling = among[judged.fulfilling[among]]
         values = judged.wanted[fulfilling]
@@ -308,7 +308,7 @@ class _Search:
 
     @property
     def _exact(self) -> str:
-        """Ground of certainty: "inverse", "all" designs computed, "inertia" alone, or empty."""
+        """Why the result is certain: "inverse", "all" designs computed, "inertia" alone, or ""."""
         if self.inverse is None:
             return "all" if self.whole else ""
         if not len(self.space):
@@ -367,7 +367,7 @@ def _algorithm(start: Floats, names: int) -> Any:
     settings: dict[str, Any] = {"pop_size": len(start), "sampling": start}
     if names == 1:
         return _pymoo("algorithms.soo.nonconvex.de").DE(**settings)
-    # Equal designs are computed once in any case; comparing all with all takes longer than that.
+    # Equal designs are computed once in any case; a comparison of all with all takes longer.
     settings["eliminate_duplicates"] = False
     if names == 2:
         return _pymoo("algorithms.moo.nsga2").NSGA2(**settings)
@@ -393,9 +393,9 @@ def _partitions(names: int, designs: int) -> int:
 class LeastInertia:
     """Designs of all other parameters, each with the least inertia that meets the wanted delta."""
 
-    task: Task  # Search that asks for the designs
-    limit: float  # The largest delta that is allowed
-    threads: int | None  # For the kernels
+    task: Task  # Search that asks for designs
+    limit: float  # Largest allowed delta
+    threads: int | None  # Threads that the kernels use
 
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
         """Columns of all parameters: those given, and the inertia."""
@@ -406,8 +406,8 @@ class LeastInertia:
         inertia = results["inertia_required"]
         if DESIGN in dims:
             inertia = np.moveaxis(inertia, dims.index(DESIGN), 0).reshape(count, -1)
-        # Points without an inertia are those where every inertia is enough, or none: the design is
-        # computed there like all others.
+        # A point without an inertia is one where every inertia is enough, or none: its design is
+        # computed like all others.
         axis = -1 if DESIGN in dims else None
         largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
         law = self.task.space.parameters["inertia"]
@@ -421,8 +421,8 @@ class LeastInertia:
     def plan(self, columns: Mapping[str, Any], count: int) -> Plan:
         """Plan of the inertia that some designs of all other parameters need."""
         task = self.task
-        # Delta of the inertia that is found misses the wanted one by a tenth of the tolerance at
-        # most; this keeps it at or below the limit.
+        # The delta of the computed inertia misses the wanted one by at most a tenth of the
+        # tolerance; this aim keeps it at or below the limit.
         aim = self.limit * (1.0 - self.tolerance)
         settings = {**(task.given.raw.get("set") or {}), "wanted_delta": aim}
         return plan_of_designs(
@@ -454,15 +454,15 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
         if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
             return None
         plan = inverse.plan(task.space.without("inertia").columns(few), len(few))
-    except SceneError:  # a scene whose inertia is not one number, a method that searches nothing
+    except SceneError:  # The scene's inertia may vary, or its method may not search for one
         return None
-    # The inertia that is found has what parts add to it, the key `inertia` has not.
+    # The computed inertia includes what parts add to it, the key `inertia` does not.
     parts = (one for one in GIVEN_FEATURES.values() if one.feature.adds)
     return None if any(one.part_of(plan.scene) is not None for one in parts) else inverse
 
 
 def _changes_with_inertia(task: Task, name: str) -> bool:
-    """Whether a quantity depends on the inertia: then it has it as a dimension."""
+    """Whether a quantity depends on the inertia: then the inertia is one of its dimensions."""
     space = task.space.without("inertia")
     law: Any = task.space.parameters["inertia"]
     few = space.one_of_each()

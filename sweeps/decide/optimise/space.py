@@ -22,15 +22,15 @@ FORMS = (
     "6, 8', 'arrangement = in-line 6 | V6 60 split-pin', or keys of the scene's [sample], such as "
     "'inertia,stroke'"
 )
-"""Forms of a text of `over`, for messages."""
+"""Ways to write a text of `over`, for messages."""
 
 
 @dataclass(frozen=True)
 class Space:
     """Parameters that a search varies, each a function of a number between 0 and 1."""
 
-    parameters: Mapping[str, Distribution]  # Parameters: what each key may be
-    tables: Mapping[str, Any]  # The same as [sample] writes it
+    parameters: Mapping[str, Distribution]  # Distribution of each parameter by its key
+    tables: Mapping[str, Any]  # The distributions as [sample] writes them
 
     def __len__(self) -> int:
         return len(self.parameters)
@@ -75,7 +75,7 @@ class Space:
 
 
 def _count(law: Distribution) -> int:
-    """How many values a parameter may have; 0 for any of a range."""
+    """Number of values that a parameter may have; 0 for all values of a range."""
     if isinstance(law, Choice):
         return len(law.values)
     return (law.high - law.low) // law.step + 1 if isinstance(law, WholeNumbers) else 0

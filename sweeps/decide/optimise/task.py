@@ -25,18 +25,18 @@ from sweeps.scene.sample import SEARCH
 class Task:
     """A search as it was asked for."""
 
-    given: GivenScene  # The scene without [sample], and without values of what is searched
-    space: Space  # Space: what may vary
-    # Quantities and parameters, with 1 where less is wanted and -1 where more is.
+    given: GivenScene  # The scene without [sample], and without values of the varied parameters
+    space: Space  # Parameters that vary
+    # Quantities and parameters that are optimised, with 1 where less is wanted and -1 where more
+    # is.
     wanted: tuple[tuple[str, float], ...]
-    conditions: tuple[Constraint, ...]  # Conditions: what must hold at every point
+    conditions: tuple[Constraint, ...]  # Conditions that must hold at every point
     not_counted: tuple[str, ...]  # Outcomes whose points are left out
-    # Quantities: what is computed: what the scene asks for and what the search is about, without
-    # curves.
+    # Quantities that are computed: those of the scene and of the search, without curves.
     quantities: tuple[str, ...]
-    left_out: tuple[str, ...]  # Curves that the scene asks for
-    files: Mapping[str, bytes]  # The files that the scene names: they are read once
-    points: tuple[str, ...]  # The scene's axes
+    left_out: tuple[str, ...]  # Curves that the scene asks for, which are left out
+    files: Mapping[str, bytes]  # Contents of the files that the scene names; they are read once
+    points: tuple[str, ...]  # Axes of the scene, whose points all count for a design
     seed: int  # Seed of the random numbers
 
     @property
@@ -66,7 +66,7 @@ def plan_of_designs(
     drawn = None
     if len(space):
         sample = {"method": SEARCH, "number": number, "seed": seed, **space.tables}
-        raw, drawn = {"sample": sample, **raw}, columns  # the first table varies slowest
+        raw, drawn = {"sample": sample, **raw}, columns  # The first table varies slowest
     return make_plan(scene_of(raw, given.name, given.base, given.path, files, given.instead, drawn))
 
 
@@ -119,7 +119,7 @@ def read_task(
         if one in ALL_QUANTITIES and DESIGN not in plan.dims(one):
             raise SceneError(f"{one}: does not depend on any searched parameter: {_listed(space)}")
     curves = [q for q in own if q in plan.outputs and _curve(q, plan)]
-    # Elasticities and the like are left out with the quantities that they belong to.
+    # Elasticities and other additions are left out with the quantities that they belong to.
     curves += [q for q in own if q not in ALL_QUANTITIES]
     kept = [q for q in quantities if q not in curves]
     points = tuple(d for d in plan.scene.dimensions if d != DESIGN)
@@ -142,13 +142,13 @@ def _wanted(least: str | Sequence[str], most: str | Sequence[str]) -> list[tuple
 
 
 def _unit(name: str) -> str | None:
-    """The unit that archives have a name in."""
+    """Name that archives have for a unit."""
     node = ALL_QUANTITIES.get(name) or PARAMETERS.get(name)
     return None if node is None else node.unit
 
 
 def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
-    """Check that a name is a quantity or a number that is searched."""
+    """Check that a name is a quantity or a varied number."""
     if name == "status":
         raise SceneError(
             "status: an outcome cannot be minimised or maximised; failed designs are never selected"
@@ -174,7 +174,7 @@ def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
 
 
 def _curve(name: str, plan: Plan) -> list[str]:
-    """Dimensions of a quantity beside those of designs and bearings."""
+    """Dimensions of a quantity besides those of designs and bearings."""
     return [d for d in plan.dims(name) if d in DIMENSIONS and d not in ALONG_SHAFT]
 
 
@@ -191,7 +191,7 @@ def _check_number(name: str, plan: Plan) -> None:
 
 
 def _without(raw: Mapping[str, Any], space: Space) -> dict[str, Any]:
-    """Tables of a scene without [sample] and without values of what is searched."""
+    """Tables of a scene without [sample] and without values of the varied parameters."""
     tables = {key: table for key, table in raw.items() if key not in ("sample", *space.parameters)}
     settings = raw.get("set")
     if isinstance(settings, Mapping):

@@ -25,21 +25,21 @@ from sweeps.base.errors import SceneError, counted, one_line
 
 SAME = 1e-6  # Degrees within which angles are the same
 
-MOST_ANGLE = 1e9  # [degree]; beyond it, parts of a degree are lost
+MOST_ANGLE = 1e9  # Largest angle [degree]; beyond it, parts of a degree are lost
 
 LONGEST = 30.0
-"""Degrees between points of a pressure over volume, beyond which they do not tell what is between.
-"""
+"""Longest step between points of a pressure over volume [degree]; longer ones do not tell the
+pressure between them."""
 
 COUNTED_BACKWARD = "counted backward: an angle of 10 becomes -10"
-"""Remark on an angle that was counted backward."""
+"""Remark that an angle was counted backward."""
 
 
 class CrankAngles(NamedTuple):
     """Angle of each sample, rising over all cycles."""
 
-    angle: Floats  # [degree], rising; shape (samples,)
-    pressures: dict[str, Floats]  # In the same order; shape (samples,)
+    angle: Floats  # Ascending crank angles [degree]; shape (samples,)
+    pressures: dict[str, Floats]  # Pressures at the ascending angles; shape (samples,)
     rolls_over: float  # Degrees after which the file's angle begins again; 0 where it does not
     backward: bool  # Whether the angle was counted backward
 
@@ -86,7 +86,7 @@ def crank_angles(
         said.append("angles fall from row to row")
         angles = -angles
     rising, rolls_over = unwrapped(angles, period, recording)
-    if rolls_over:  # the end of a cycle is the beginning of the next
+    if rolls_over:  # The end of a cycle is the beginning of the next one
         kept = np.append((np.diff(rising) > SAME) | (np.diff(angles) > -SAME), True)
         rising = rising[kept]
         flat = {name: values[kept] for name, values in flat.items()}
@@ -94,7 +94,7 @@ def crank_angles(
     backward = options.direction == "backward" or (falls and several and options.direction is None)
     if backward:
         said.append(COUNTED_BACKWARD)
-    if falls != backward:  # the crank passes the rows in the other order
+    if falls != backward:  # The crank passes the rows in reverse order
         rising = -rising[::-1]
         flat = {name: values[::-1] for name, values in flat.items()}
     return CrankAngles(rising, flat, rolls_over, backward)
@@ -120,7 +120,7 @@ def _in_one_column(
     if len(rows) == 1:
         return angle, rows[0]
     span = float(angle[-1] - angle[0])
-    if abs(abs(span) - period) < SAME:  # the end of a cycle is the beginning of the next
+    if abs(abs(span) - period) < SAME:  # The end of a cycle is the beginning of the next one
         angle, rows = angle[:-1], rows[:, :-1]
     if angle[0] == angle[-1]:
         raise SceneError(f"{recording.label}: the crank angle does not rise")
@@ -233,7 +233,7 @@ def cut_into_cycles(
         )
     number = np.floor(np.round((angle + 0.5 * period) / SAME) * SAME / period).astype(np.int64)
     inside: Floats = np.asarray(np.round(angle - number * period, 7), np.float64)
-    # A cycle is whole if the recording reaches its ends but for less than a step.
+    # A cycle is whole if the recording reaches its ends within less than a step.
     margin = usual if regular else 0.5 * LONGEST
     first = int(np.ceil((angle[0] - margin + SAME) / period + 0.5))
     last = int(np.floor((angle[-1] + margin + SAME) / period + 0.5))
@@ -255,7 +255,7 @@ def cut_into_cycles(
         cycles = [(inside[low:high], pressure[low:high]) for low, high in edges]
         left = (first - 0.5) * period - angle[0], angle[-1] - (last - 0.5) * period + usual
     for part, degrees in zip(("first", "last"), left, strict=True):
-        if degrees > 1.5 * usual:  # a sample at an end is not told
+        if degrees > 1.5 * usual:  # A single missing sample at an end is not reported
             said.append(f"{which}: the {part} {degrees:.4g} degree are no whole cycle and left out")
     grids = [grid for grid, _ in cycles]
     if regular:
@@ -280,8 +280,8 @@ def cut_into_cycles(
 def _begins_elsewhere(angle: Floats, inside: Floats, period: float) -> int:
     """First sample of a cycle that ends or begins with the recording.
 
-    Of the two the one that is cut nearer to a dead centre of gas exchange: there the end of
-    another cycle does the least harm.
+    The cycle whose cut is nearer to a dead centre of gas exchange is chosen: the end of another
+    cycle does the least harm there.
     """
     from_end = int(np.searchsorted(angle, angle[-1] - period + SAME))
     return 0 if abs(inside[0]) >= abs(inside[from_end]) else from_end
@@ -294,7 +294,7 @@ def _recorded(angle: Floats, pressure: Floats, period: float) -> RecordedCycles:
 def _one_cycle(
     inside: Floats, pressure: Floats, period: float, where: str
 ) -> tuple[Floats, Floats]:
-    """One cycle in the order of its angles; the same angle twice (both ends) is averaged."""
+    """One cycle in the order of its angles; samples at one angle (both ends) are averaged."""
     order = np.argsort(inside, kind="stable")
     inside, pressure = inside[order], pressure[order]
     same = np.flatnonzero(np.diff(inside) < SAME)
@@ -334,7 +334,7 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         raise SceneError(f"{where}: the angle {angle[at]:g} degree occurs twice")
 
 
-MOST_REMARKS = 8  # Most remarks on the signal of the wheel that are told
+MOST_REMARKS = 8  # Most remarks on the signal of the wheel that are reported
 
 
 def with_encoder_angles(
@@ -434,7 +434,7 @@ def with_encoder_angles(
 def _time_column(
     recording: Recording, options: PressureOptions, encoder: str, said: list[str]
 ) -> str | None:
-    """Name of the column of times: as given, or the only one that is called so."""
+    """Name of the column of times: as given, or the only one with a usual name."""
     if options.time_column is not None:
         return named_column(recording, options.time_column, "time_column")
     good = [

@@ -108,7 +108,7 @@ def evaluated(
          r"\varphi_{max}"),
     ):  # fmt: skip
         data[name] = _named(CYCLE, values, said, unit, symbol)
-    # A motored cycle has work near 0: the ratio says nothing.
+    # A motored cycle has work near 0: the ratio of works says nothing.
     motored = looks_motored(cycles)
     variation = np.nan if motored else abs(coefficient_of_variation(works.net))
     for name, value, said, unit, symbol in (
@@ -144,7 +144,7 @@ def _named(
 def _add_volume(
     data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry, gamma: float, sized: bool
 ) -> None:
-    """Volume and what follows from it."""
+    """Add volume and the quantities that follow from it."""
     angle = mean.angle
     before, over, unit, symbol = "", "", "cm3", "V"
     scale = 1.0 / CUBIC_CENTIMETRE
@@ -168,7 +168,7 @@ def _add_volume(
 def _add_heat(
     data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry, gamma: float
 ) -> None:
-    """Heat release, where there are samples while the cylinder is closed."""
+    """Add the heat release, where there are samples while the cylinder is closed."""
     try:
         released = heat_release(mean, geometry, gamma)
     except ValueError:
@@ -184,23 +184,24 @@ def _add_heat(
 
 
 def _add_exponents(data: xr.Dataset, mean: RecordedCycles, geometry: CylinderGeometry) -> None:
-    """Polytropic exponents of compression and expansion."""
+    """Add polytropic exponents of compression and expansion."""
     four = mean.period == FOUR_STROKE
-    compression = (-95.0 if four else -85.0, -40.0)  # where exponents are fitted [degree]
+    # Ranges of angle over which exponents are fitted [degree]
+    compression = (-95.0 if four else -85.0, -40.0)
     expansion = (65.0, 105.0 if four else 95.0)
     for name, (start, end) in (
         ("compression_exponent", compression), ("expansion_exponent", expansion),
     ):  # fmt: skip
         try:
             value = polytropic_exponent(mean, geometry, start * DEGREE, end * DEGREE).value[0]
-        except ValueError:  # too few samples, or not positive: `examine` says so
+        except ValueError:  # Samples are too few, or not positive: `examine` reports that
             continue
         data[name] = _named((), np.float64(value), name.replace("_", " "), "1", "n")
         data[name].attrs.update(from_angle=start, to_angle=end)
 
 
 def _summary(imep: Floats, peak: Floats, variation: float) -> str:
-    """One line: what the cycles are on average, and their spread."""
+    """One line: averages of the cycles, and their spread."""
     parts = [f"imep {imep.mean() / BAR:.4g} bar", f"largest pressure {peak.mean() / BAR:.4g} bar"]
     if len(imep) > 1:
         parts.insert(0, f"{len(imep)} cycles")

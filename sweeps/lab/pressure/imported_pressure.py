@@ -26,7 +26,8 @@ from sweeps.base.errors import SceneError, counted, one_line, printable
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE
 from sweeps.scene.features.indicator_files import HEADER, NOT_PEGGED
 
-MOST_CYCLES = 1000  # Each becomes a diagram with tables of its own, of some tenth of a megabyte
+# Most cycles of a recording: each becomes a diagram with tables of a tenth of a megabyte
+MOST_CYCLES = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +120,7 @@ class ImportedPressure:
         if cycles:
             (only,) = self.cylinders.values()
             for number, pressure in enumerate(only.pressure, start=1):
-                # Column of one of several recorded cycles
+                # Each of several recorded cycles has a column
                 columns[f"cycle_{number}_bar"] = pressure / BAR
         lines.append(",".join(columns))
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
@@ -127,7 +128,7 @@ class ImportedPressure:
         return "\n".join(lines) + "\n"
 
     def _mean_of_cycles(self) -> RecordedCycles:
-        """One cycle, the mean of those of the one cylinder that there is."""
+        """One cycle, the mean of the cycles of the only cylinder."""
         if len(self.cylinders) > 1:
             raise SceneError(
                 f"{self.file}: recorded cycles of {len(self.cylinders)} cylinders; must be of one: "
@@ -171,7 +172,7 @@ class EngineMeasures:
     period: float  # Angle of one cycle [rad]
     # Values of parameters in their file units, and `compression_ratio` [1] where it is known.
     values: Mapping[str, float]
-    # Own cylinders: where the cylinders fire, if the engine says it.
+    # Firing angles of the cylinders, if the engine gives them.
     own_cylinders: Cylinders | None
 
 
@@ -219,7 +220,7 @@ def offer_of(
         return ""
     inlet = f"{level.inlet / BAR:.2f}"
     away = abs(level.offset + options.ambient_pressure * BAR)
-    # A level that is too low by the ambient pressure, but for so much, may be gauge pressure.
+    # A level below the right one by about the ambient pressure may be gauge pressure.
     gauge = away < 0.05 * BAR + 2.0 * level.uncertainty
     asked = "; is it gauge pressure (such as --unit barg)? If not, give" if gauge else "; give"
     return (

@@ -62,9 +62,9 @@ from sweeps.lab.pressure.imported_pressure import (
 from sweeps.lab.pressure.work_loops import with_loop_angles
 from sweeps.scene.engine.silenced_warnings import STATED_UNIT
 
-USUAL_CRANK_RATIO = 0.28  # Crank ratio where no engine says it; works depend on it by some percent
+USUAL_CRANK_RATIO = 0.28  # Crank ratio where no engine gives it; works depend on it by some percent
 
-MOST_PRESSURE = 1e10  # [Pa]; no sensor has it
+MOST_PRESSURE = 1e10  # Largest pressure [Pa]; no sensor measures as much
 
 
 @linear_algebra_on_one_thread()
@@ -119,7 +119,8 @@ def imported(
                 level = level_of(cycles, name, geometry, said)
                 if level is not None:
                     levels[name] = level
-                elif not looks_motored(cycles):  # an angle is told no better than the level
+                # An angle is known no better than the level of the pressure
+                elif not looks_motored(cycles):
                     silent.append("dead_centre")
             found = examine(cycles, geometry, silenced=silent, level=level)
             warnings += [f"{before}{one}{offer_of(one, cycles, level, options)}" for one in found]
@@ -143,7 +144,7 @@ def imported(
 
 
 def _check_together(options: PressureOptions, degrees: float, label: str) -> None:
-    """Refuse keys that need others, or exclude them."""
+    """Refuse keys that need others, or exclude each other."""
     check_companions(options, COMPANIONS, f"{label}:")
     for key in ("delay", "time_constant"):
         if getattr(options, key) and options.speed is None:
@@ -172,7 +173,7 @@ def _cycles(
 ) -> dict[str, RecordedCycles]:  # fmt: skip
     """Cycles of each cylinder, at its own firing dead centre."""
     if angle is not None and options.angle_column is None:
-        # Any increment: the angles are given.
+        # The angles are given, so that the increment may have any value.
         signals = signals_of(recording, options.model_copy(update={"angle_increment": 1.0}))
         signals = signals._replace(angle=angle / DEGREE, angle_unit="deg")
     else:
@@ -199,13 +200,13 @@ def _cycles(
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
-    # Falling rows of several cycles that are counted backward may as well be in reverse order; then
-    # a fired cycle looks motored, but for its largest pressure.
-    # Work over its absolute area, and angle [degree] of the largest pressure: where both are more,
-    # a cycle that takes work is a motored one. A fired one that is reversed takes more, or has its
-    # largest pressure earlier.
+    # Falling rows of several cycles that are counted backward may also be in reverse order; then a
+    # fired cycle looks motored, but for its largest pressure. These are limits of the work over its
+    # absolute area, and of the angle [degree] of the largest pressure: where both are above them, a
+    # cycle that takes work is a motored one. A fired cycle that is reversed takes more work, or has
+    # its largest pressure earlier.
     least_work, earliest = -0.12, -2.0 if found.backward else -5.0
-    # Work over its absolute area below which an engine's diagram is taken for a reversed one
+    # Ratio of work to absolute area below which an engine's diagram is taken for a reversed one
     against = -0.05
     if least_work < sign < against and peak > earliest:
         said.append("the cycles consume work and their largest pressure is at dead centre: motored")
@@ -245,7 +246,7 @@ def _pascal(
     recording: Recording, name: str, values: Floats, stated: str, options: PressureOptions,
     said: list[str], warnings: list[str],
 ) -> Floats:  # fmt: skip
-    """Pressure [Pa] of a column, by the unit that is asked for, stated, or part of its name."""
+    """Pressure [Pa] of a column, by the unit that is given, stated, or part of its name."""
     where = recording.where(name)
     stated = stated or unit_of_name(name, recording.label)
     text = options.unit or stated
@@ -288,7 +289,7 @@ def _pascal(
 
 
 def _looks_like(highest: float) -> tuple[str, str]:
-    """A unit that a largest pressure may be in, else bar, and why, for messages."""
+    """Unit in which a largest pressure is plausible, otherwise bar, and the reason for messages."""
     for name, factor in (("MPa", 1e6), ("bar", BAR), ("psi", 6894.76), ("kPa", 1e3), ("Pa", 1.0)):
         if 15e5 < highest * factor < 300e5:
             return name, f" (the largest value, {highest:.4g}, may be in {name})"
@@ -330,7 +331,7 @@ def _degrees(
 
 
 def _correction(options: PressureOptions, said: list[str]) -> float:
-    """Degrees to add to the file's angles, before the dead centres are told apart."""
+    """Degrees to add to the file's angles, before firing and gas exchange are told apart."""
     moved = options.shift
     if options.zero == "BDC":
         moved -= 180.0
@@ -362,7 +363,8 @@ def _firing_angles(
     own = None if engine is None else engine.own_cylinders
     if own is not None and own.count == count:
         found = [-member.phase / DEGREE % period for member in own.members]
-        # An engine may be recorded with each cylinder on its own angle.
+        # An engine may be recorded with the angle of each cylinder counted from its own dead
+        # centre.
     else:
         found = []
     peaks = [is_half_a_cycle_late(crank, p, period)[1] for p in pressures.values()]
@@ -392,7 +394,7 @@ def _at_firing(
     crank: Floats, found: Any, firing: list[float], period: float, options: PressureOptions,
     said: list[str], warnings: list[str],
 ) -> tuple[Floats, bool]:  # fmt: skip
-    """Angles whose zero is the firing dead centre of cylinder 1; whether the peak is off."""
+    """Angles from the firing dead centre of cylinder 1, and whether the peak is far from it."""
     first = next(iter(found.pressures.values()))
     if period > 360.0 and options.dead_centre == "gas exchange":
         crank = crank + 360.0
@@ -413,7 +415,7 @@ def _at_firing(
 
 
 def _geometry(engine: EngineMeasures | None, options: PressureOptions) -> CylinderGeometry:
-    """Measures of a cylinder, as far as they are known."""
+    """Dimensions of a cylinder, as far as they are known."""
     values: Mapping[str, float] = {} if engine is None else engine.values
     ratio = options.crank_ratio
     ratio = values.get("crank_ratio", USUAL_CRANK_RATIO) if ratio is None else ratio
@@ -428,7 +430,7 @@ def _say_ratios(
     engine: EngineMeasures | None, options: PressureOptions, geometry: CylinderGeometry,
     said: list[str], warnings: list[str],
 ) -> None:  # fmt: skip
-    """Warn of an assumed crank ratio; tell the compression ratio, or that it is unknown."""
+    """Warn of an assumed crank ratio; report the compression ratio, or that it is unknown."""
     if options.crank_ratio is None and (engine is None or "crank_ratio" not in engine.values):
         warnings.append(
             f"crank_ratio: {USUAL_CRANK_RATIO:g} assumed for the imep; give crank_ratio or engine"
@@ -446,7 +448,7 @@ def _pegged(
     cycles: RecordedCycles, name: str, geometry: CylinderGeometry, options: PressureOptions,
     said: list[str],
 ) -> RecordedCycles:  # fmt: skip
-    """Cycles with the pressure made absolute, if that is asked for."""
+    """Cycles with the pressure made absolute, if the options ask for it."""
     if options.pegging is None:
         return cycles
     if options.pegging == "inlet":
@@ -469,7 +471,7 @@ def _pegged(
 def _describe(
     recorded: Mapping[str, RecordedCycles], geometry: CylinderGeometry, said: list[str]
 ) -> None:
-    """Tell mean pressures and largest pressures, and how the cylinders differ."""
+    """Report mean and largest pressures, and differences between cylinders."""
     works: dict[str, float] = {}
     highest: dict[str, float] = {}
     for name, cycles in recorded.items():
@@ -505,7 +507,7 @@ def _finished(
     cycles: RecordedCycles, name: str, geometry: CylinderGeometry, options: PressureOptions,
     said: list[str], label: str,
 ) -> RecordedCycles:  # fmt: skip
-    """Average or one cycle, smoothing, thinning, as asked for."""
+    """Average or one cycle, smoothing, thinning, as the options ask."""
     if options.cycle is not None:
         if options.cycle > cycles.cycles:
             raise SceneError(
@@ -537,7 +539,7 @@ def _finished(
 
 
 def _thinned(cycles: RecordedCycles, step: float | None, said: list[str]) -> RecordedCycles:
-    """Cycles on the grid of a step [degree]: its own samples, or the spline through all."""
+    """Cycles on the grid of a step [degree], by their own samples or by a spline through all."""
     if step is None:
         return cycles
     half = 0.5 * cycles.period

@@ -22,15 +22,15 @@ from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import LONGEST
 from sweeps.lab.pressure.imported_pressure import EngineMeasures
 
-SAME = 1e-9  # Part of the stroke: travels that are the same
+SAME = 1e-9  # Difference of travels, over the stroke, below which they are the same
 
 STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
-"""Numbers in a column of strokes; a two-stroke cycle has 2 and 3."""
+"""Names of the strokes by their numbers in a column; a two-stroke cycle has 2 and 3."""
 
 
 @dataclass(frozen=True)
 class _Source:
-    """The column that the travel comes from, as messages name it.
+    """Column that the travel comes from, as messages name it.
 
     `backward` says that the crank passes the points in the reverse order of the file.
     """
@@ -105,7 +105,8 @@ def with_loop_angles(
     else:
         _check_strokes(travel, strokes, source, period)
         angle = _angles(travel, (strokes == 1) | (strokes == 3), geometry)
-        if period > 360.0 and strokes[0] in (1, 4):  # firing dead centre, 0, ends compression
+        # Angle 0, the firing dead centre, ends compression
+        if period > 360.0 and strokes[0] in (1, 4):
             angle = angle + 360.0
     columns = {name: recording.numbers(name)[order] for name in names}
     _check_cycle(angle, period, source, said)
@@ -126,7 +127,7 @@ def with_loop_angles(
 def _check_keys(
     recording: Recording, options: PressureOptions, engine: EngineMeasures | None
 ) -> None:
-    """Refuse keys that exclude each other, and measures that are missing."""
+    """Refuse keys that exclude each other, and missing dimensions."""
     label = recording.label
     if options.volume_column is not None and options.travel_column is not None:
         raise SceneError(f"{label}: volume_column and travel_column: only one of them")
@@ -151,7 +152,7 @@ def _travel(
     source: _Source, options: PressureOptions, geometry: CylinderGeometry,
     engine: EngineMeasures | None, said: list[str],
 ) -> Floats:  # fmt: skip
-    """Travel from top dead centre over the stroke, as the file has it."""
+    """Distance of the piston from top dead centre over the stroke, from the columns of the file."""
     recording, name = source.recording, source.name
     values = recording.numbers(name)
     if values.ndim > 1:
@@ -160,15 +161,15 @@ def _travel(
     own = options.volume_unit if over_volume else options.travel_unit
     ending = re.search(r"[_\s]([A-Za-z]{1,7}[23]?)$", name)
     unit = own or recording.columns[name].unit or (ending[1] if ending else "")
-    # Cubic metres of each unit
+    # Cubic metres in each unit of volumes
     volumes = {
         "m3": 1.0, "dm3": 1e-3, "l": 1e-3, "litre": 1e-3, "liter": 1e-3, "cm3": CUBIC_CENTIMETRE,
         "ccm": CUBIC_CENTIMETRE, "cc": CUBIC_CENTIMETRE, "ml": CUBIC_CENTIMETRE, "mm3": 1e-9,
         "in3": 0.0254**3,
     }  # fmt: skip
-    # Metres of each unit
+    # Metres in each unit of lengths
     lengths = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
-    # Parts of the stroke of each unit
+    # Factor to parts of the stroke of each unit
     parts = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
     known = volumes if over_volume else {**parts, **lengths}
     plain = unit.strip().lower().replace("³", "3").replace("^", "").replace("**", "")
@@ -196,10 +197,10 @@ def _travel(
 
 
 def _inside(travel: Floats, source: _Source, said: list[str]) -> Floats:
-    """Travels from 0 to 1; those a little beyond are at the dead centre."""
+    """Travels from 0 to 1; points slightly beyond a dead centre are moved to it."""
     beyond = np.maximum(-travel, travel - 1.0)
     worst = int(np.argmax(beyond))
-    # Share of the stroke by which points may lie beyond a dead centre; they are taken to be there
+    # Share of the stroke by which points may lie beyond a dead centre; they are moved to it
     if beyond[worst] > 1e-3:
         raise SceneError(
             f"{source.at(worst)}, column '{one_line(source.name, 60)}': lies at "
@@ -216,7 +217,7 @@ def _inside(travel: Floats, source: _Source, said: list[str]) -> Floats:
 
 
 def _numbers_of_strokes(recording: Recording, name: str, period: float) -> Integers:
-    """Numbers of strokes of each point."""
+    """Number of the stroke that each point belongs to."""
     allowed = tuple(STROKES) if period > 360.0 else (2, 3)
     listed = ", ".join(f"{number} ({STROKES[number]})" for number in allowed)
     column = recording.columns[name]
@@ -232,7 +233,7 @@ def _numbers_of_strokes(recording: Recording, name: str, period: float) -> Integ
 
 
 def _pressure_columns(recording: Recording, options: PressureOptions, used: set[str]) -> list[str]:
-    """Columns of pressure: those asked for, else all that are no volume and no stroke."""
+    """Columns of pressure: those asked for, otherwise all without volume and stroke."""
     wanted = wanted_pressures(recording, options)
     if wanted is not None:
         return wanted
@@ -254,7 +255,7 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
     moving = np.flatnonzero(signs)
     if not len(moving):
         raise SceneError(f"{source}: the piston does not move; is this the right column?")
-    # Points of one travel belong to the move before them, until it is known where that turns back.
+    # Points with the same travel belong to the move before them, until the turn is known.
     last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(count - 1), -1))
     sense = np.where(last >= 0, signs[last], signs[moving[0]])
     down = np.append(sense > 0.0, sense[-1] > 0.0)
@@ -263,7 +264,7 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
         while first > 0 and abs(travel[first - 1] - travel[change]) <= SAME:
             first -= 1
         _check_turn(travel[change], bool(sense[change] > 0.0), source, int(change))
-        run = change - first + 1  # the points that have the travel of the turn
+        run = change - first + 1  # Points that have the travel of the turn
         down[first : first + run // 2] = sense[change] < 0.0
         down[first + (run + 1) // 2 : change + 1] = sense[change] > 0.0
         if run % 2:
@@ -276,14 +277,15 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
 def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down: bool) -> bool:
     """Whether the last point before or the first after a dead centre is on the way down.
 
-    On the side on which the steps beside it are more alike. Near a dead centre the travel grows as
-    the square of the angle.
+    It belongs to the side on which the steps next to it are more alike. Near a dead centre the
+    travel grows as the square of the angle.
     """
     at = 1.0 if not begins_down else 0.0
     here = math.sqrt(abs(travel[middle] - at))
     before = math.sqrt(abs(travel[first - 1] - at)) if first > 0 else here
     after = math.sqrt(abs(travel[end + 1] - at)) if end + 1 < len(travel) else here
-    # On the old side the steps are before - here and after + here; on the new one the reverse.
+    # If the point stays on its side the steps are before - here and after + here, otherwise
+    # reversed.
     on_old = abs(before - here - (after + here))
     on_new = abs(before + here - (after - here))
     return begins_down if on_new < on_old else not begins_down
@@ -291,7 +293,7 @@ def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down
 
 def _check_turn(travel: float, at_top: bool, source: _Source, place: int) -> None:
     apart = travel if at_top else 1.0 - travel
-    # Part of the stroke: how near to a dead centre a loop must come to turn back
+    # Part of the stroke within which a loop must approach a dead centre to turn back
     near = 0.02
     if apart > near:
         raise SceneError(
@@ -302,7 +304,7 @@ def _check_turn(travel: float, at_top: bool, source: _Source, place: int) -> Non
 
 
 def _check_strokes(travel: Floats, strokes: Integers, source: _Source, period: float) -> None:
-    """Refuse strokes out of order, and a travel that is not that of the stroke it belongs to."""
+    """Refuse strokes out of order, and a travel that contradicts its stroke."""
     down = (strokes == 1) | (strokes == 3)
     following = strokes % 4 + 1 if period > 360.0 else 5 - strokes
     steps = np.diff(travel)
@@ -335,14 +337,14 @@ def _angles(travel: Floats, down: Booleans, geometry: CylinderGeometry) -> Float
 def _merged(
     angle: Floats, columns: dict[str, Floats], source: _Source
 ) -> tuple[Floats, dict[str, Floats]]:
-    """Points of one angle as one, their pressures averaged where they are alike."""
+    """Points of one angle as one, with the average of their pressures, if these are alike."""
     new = np.append(True, np.diff(angle) > 1e-7)
     if new.all():
         return angle, columns
     group = np.cumsum(new) - 1
     size = np.bincount(group)
     found = {}
-    # Share of the largest pressure by which points of one travel may differ; they are averaged
+    # Share of the largest pressure by which points of one travel may differ and are averaged
     alike = 0.02
     for name, values in columns.items():
         low, high = np.full(len(size), np.inf), np.full(len(size), -np.inf)
@@ -362,7 +364,7 @@ def _merged(
 
 
 def _check_cycle(angle: Floats, period: float, source: _Source, said: list[str]) -> None:
-    """Refuse what is no whole cycle, and points that are too far apart."""
+    """Refuse an incomplete cycle, and points that are too far apart."""
     if len(angle) < 8:
         raise SceneError(f"{source}: {counted(len(angle), 'point')}; must be 8 at least")
     steps = np.diff(angle)

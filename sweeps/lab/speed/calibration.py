@@ -48,9 +48,10 @@ from sweeps.scene.engine.modelled_diagrams import modelled_cycle
 
 __all__ = ["Calibration", "calibrate", "fit"]
 
-WALL_FACTORS = 0.2, 5.0  # Factors on Woschni's heat transfer that a fuel consumption is fitted by
+# Range of the factor on Woschni's heat transfer by which a fuel consumption is fitted
+WALL_FACTORS = 0.2, 5.0
 
-GRAMS_PER_KWH = 1e-3 / 3.6e6  # kg/J in 1 g/kWh
+GRAMS_PER_KWH = 1e-3 / 3.6e6  # One g/kWh in kg/J
 
 
 def calibrate(
@@ -147,14 +148,14 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
     except SceneError:
         raise
     except (ValueError, ArithmeticError) as error:
-        # Gas that becomes too hot, a cylinder that is not emptied, numbers that overflow.
+        # The cycle fails: too hot gas, a cylinder that is not emptied, numbers that overflow.
         raise SceneError(
             f"{sheet.name}: [data_sheet.cycle]: cannot reach this power: {mentioned(error)}"
         ) from None
 
 
 def _fitted(sheet: Sheet, given: Published, kind: EngineKind) -> Calibration:
-    """Fit of a data sheet whose keys go together; ValueError where a cycle is none."""
+    """Fit of a data sheet with consistent keys; ValueError where a cycle cannot be computed."""
     values, assumed, order = _completed(sheet, given, kind)
     own = read_values(values, sheet.name)
     if not min(given.loads) <= own["load"] <= max(given.loads):
@@ -190,7 +191,7 @@ def _completed(
     if "reciprocating_mass" in values:
         left |= {"piston_mass", "rod_mass", "rod_centre_of_gravity", "crank_mass"}
     if {"auxiliary_inertia", "flywheel_inertia", "load_inertia"} & set(values):
-        left.add("inertia")  # the sum of its parts
+        left.add("inertia")  # The inertia is the sum of the parts that the sheet gives
     if {"load_linear", "load_square"} & set(values) or "load_table" in sheet.rest:
         left |= {"load_exponent"}
     assumed: dict[str, str] = {}
@@ -207,7 +208,7 @@ def _completed(
 
 
 class _Free(NamedTuple):
-    """Function from the number that the power is fitted by to a cycle, and the number's range."""
+    """Function that makes a cycle from one number, fitted to the power, and its range."""
 
     make: Callable[[float], FourStrokeCycle]
     low: float
@@ -225,7 +226,7 @@ class _Fitting:
         self.sheet, self.given, self.kind, self.own = sheet, given, kind, own
         self.friction = friction
         volume = 0.25 * math.pi * own["bore"] ** 2 * own["stroke"] * own["cylinders"]
-        # (134): brake mean effective pressure [Pa] of 1 kW.
+        # Brake mean effective pressure [Pa] of 1 kW, equation (134).
         self.of_power = 1e3 * PERIOD / (volume * own["speed"] * RPM)
         self.goal = given.power * self.of_power
         self.fitted: dict[str, str] = {}
@@ -260,7 +261,7 @@ class _Fitting:
         return self._named(found, words)
 
     def _named(self, found: FourStrokeCycle, words: str) -> FourStrokeCycle:
-        """Say what was fitted to what."""
+        """Name the fitted numbers and their aims."""
         if self.given.fuel_consumption is not None:
             fuel = f"the fuel consumption, {self.given.fuel_consumption:.6g} g/kWh"
             self.fitted["heat"] = f"{fuel}; at other loads to their share of the power"
@@ -277,21 +278,21 @@ class _Fitting:
         return found
 
     def _solved(self, free: _Free, goal: float) -> FourStrokeCycle:
-        """Cycle with a brake mean effective pressure [Pa]."""
+        """Cycle that is fitted to a brake mean effective pressure [Pa]."""
         found: FourStrokeCycle = solved(
             free.make, self.friction, goal, free.low, free.high, free.tolerance
         )
         return found
 
     def _free(self, base: FourStrokeCycle) -> _Free:
-        """Function from the number that the power is fitted by to the rated cycle."""
+        """Number by which the rated cycle is fitted to the power, and how it makes the cycle."""
         fuel = self.given.fuel_consumption
         if fuel is not None:
             return _Free(self._with_heat(base, self.heat_of(fuel)), *WALL_FACTORS, 1e-6)
         return self._charged(base) if self.charged else self._heated(base)
 
     def _heated(self, base: FourStrokeCycle) -> _Free:
-        """Cycles of a heat over the swept volume [Pa], up to what the charge burns."""
+        """Cycles by their heat over the swept volume [Pa], up to what the charge can burn."""
         most = self.kind.fuel.heat * trapped_mass(base) / self.kind.fuel.least_air_fuel_ratio
         return _Free(lambda heat: replace(base, heat=heat), 0.0, most)
 
@@ -300,7 +301,7 @@ class _Fitting:
         return self.goal * fuel_consumption * GRAMS_PER_KWH * self.kind.fuel.heat
 
     def _charged(self, base: FourStrokeCycle) -> _Free:
-        """Cycles of an intake pressure [Pa] whose charge burns at the kind's air-fuel ratio."""
+        """Cycles by their intake pressure [Pa], with the kind's air-fuel ratio."""
         of_charge = self.kind.fuel.heat_of_charge
         low, high = (end * BAR for end in self.kind.intake)
         return _Free(
@@ -309,7 +310,7 @@ class _Fitting:
         )  # fmt: skip
 
     def _exhaust(self, base: FourStrokeCycle, intake: float) -> float:
-        """Exhaust pressure [Pa]: before a turbine as much above atmosphere as the intake's is."""
+        """Exhaust pressure [Pa]: before a turbine as far above atmosphere as the intake."""
         if not self.kind.boosted or "exhaust_pressure" in self.sheet.known:
             return base.exhaust_pressure
         return self.kind.cycle["exhaust_pressure"].full * BAR + max(intake - BAR, 0.0)
@@ -342,13 +343,13 @@ class _Fitting:
                 )
         return lambda factor: replace(base, heat=heat, wall_factor=factor)
 
-    # --- what cannot be reached ------------------------------------------------------------------
+    # --- aims that cannot be reached -------------------------------------------------------------
 
     def _power_not_reached(self, error: NotReached) -> SceneError:
-        """Say which power, or which fuel consumption, could be reached."""
+        """Error that names the power, or the fuel consumption, that could be reached."""
         fuel = self.given.fuel_consumption
         if fuel is not None:
-            # Work of the same heat: the less of it goes to the walls, the less fuel is needed.
+            # At equal heat, a smaller loss to the walls needs less fuel.
             if error.most <= 0.0:
                 return SceneError(
                     f"{self.given.places['fuel_consumption']} = {fuel:g} g/kWh: must be higher: "
@@ -377,7 +378,7 @@ class _Fitting:
         )
 
     def _limits(self) -> str:
-        """Limit of the power, in words."""
+        """Limits of the power, in words."""
         if self.charged:
             low, high = self.kind.intake
             return (
@@ -391,7 +392,7 @@ class _Fitting:
         )
 
     def _peak_not_reached(self, error: NotReached, free: _Free) -> SceneError:
-        """Say which largest pressure could be reached."""
+        """Error that names the largest pressure that could be reached."""
         if math.isnan(error.least):
             try:
                 self._solved(free, self.goal)
@@ -454,7 +455,7 @@ class _Fitting:
     # --- tables ----------------------------------------------------------------------------------
 
     def _table(self, share: float) -> dict[str, Any]:
-        """[[diagram]] of a load before anything is fitted."""
+        """Table [[diagram]] of a load before anything is fitted."""
         usual = {key: item.at(share) for key, item in self.kind.cycle.items()}
         table: dict[str, Any] = {
             "wall": "woschni", "intake_pressure": 1.0, "heat": 0.0, **usual, **self.sheet.known,
@@ -512,7 +513,7 @@ def _rounded(value: float) -> float:
 
 
 def _ordered(table: dict[str, Any]) -> dict[str, Any]:
-    """Keys in the order in which the catalogue has them."""
+    """A table with its keys in the order of the catalogue."""
     leading = (
         "load", "kind", "wall", "compression_ratio", "intake_pressure", "exhaust_pressure",
         "charge_temperature", "heat", "combustion_start", "combustion_duration", "combustion_form",

@@ -22,42 +22,41 @@ PUBLISHED: Mapping[str, tuple[str, str]] = {
     "peak": ("peak_pressure", "bar"),
     "fuel_consumption": ("fuel_consumption", "g/kWh"),
 }
-"""Numbers of `Published`: their keys in [data_sheet], and units."""
+"""Keys in [data_sheet] and units of the numbers of `Published`."""
 
 
 @dataclass(frozen=True)
 class Published:
     """Published values of the rated point."""
 
-    kind: str  # Kind of `KINDS`
+    kind: str  # Name of the kind of engine, one of `KINDS`
     # Brake power [kW] and speed [rpm].
     power: float
     speed: float
     peak: float | None  # Largest pressure, absolute [bar]
-    fuel_consumption: float | None  # [g/kWh]
-    # Percentages of the rated mean effective pressure that get a diagram, ascending, 100 among
-    # them.
+    fuel_consumption: float | None  # Brake specific fuel consumption [g/kWh]
+    # Loads with a diagram, in percent of the rated mean effective pressure, ascending, with 100.
     loads: tuple[float, ...]
-    places: Mapping[str, str]  # Places: where each number stands, as messages call it
+    places: Mapping[str, str]  # Place of each number, as messages call it
 
 
 class Point(NamedTuple):
     """A fitted diagram, and what the numbers as they are written make."""
 
-    load: float  # Percent
-    table: dict[str, Any]  # The [[diagram]] in the units of files
-    # Brake power and the one that was aimed at [kW].
+    load: float  # Load of the diagram in percent
+    table: dict[str, Any]  # Table [[diagram]] in the units of files
+    # Brake power of the cycle and the power that was aimed at [kW].
     power: float
     goal: float
-    # Mean effective pressures [bar].
+    # Indicated and brake mean effective pressure [bar].
     imep: float
     bmep: float
-    # Largest pressure [bar] and where [degree].
+    # Largest pressure [bar] and its crank angle [degree].
     peak: float
     peak_angle: float
     compression: float  # Largest pressure without combustion [bar]
-    air_fuel_ratio: float  # [1]
-    fuel_consumption: float  # [g/kWh]
+    air_fuel_ratio: float  # Mass of air over mass of fuel [1]
+    fuel_consumption: float  # Brake specific fuel consumption [g/kWh]
 
 
 @dataclass(frozen=True, repr=False)
@@ -148,7 +147,7 @@ def engine_file(made: Calibration) -> str:
     }
     lines += [f"{_key(key)} = {_toml(reason)}" for key, reason in reasons.items()]
     sources = [source["text"] for source in rest.get("source", [])]
-    # Comments on assumed values name these.
+    # Sources that comments on assumed values name.
     source_lines = (
         "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values "
         "and the modelled cycle",
@@ -221,7 +220,7 @@ def _diagram(table: Mapping[str, Any], made: Calibration) -> list[str]:
 
 
 def _data_sheet(made: Calibration) -> list[str]:
-    """Lines of the known values, so that `calibrate` can do the same again."""
+    """Lines of the known values, from which `calibrate` makes the same engine again."""
     given = made.published
     lines = ["[data_sheet]", f"kind = {_toml(given.kind)}"]
     for name, (key, unit) in PUBLISHED.items():
@@ -293,7 +292,8 @@ def published(
         places[name] = option
         published, where = getattr(inside, key), f"{sheet.name}: [data_sheet] {key}"
         if published is not None:
-            _inside(published, where, name, unit)  # also where an option replaces it
+            # A number is checked although an option replaces it
+            _inside(published, where, name, unit)
             if raw is None:
                 raw, places[name] = published, where
         if raw is None and name == "speed" and "speed" in sheet.values:
@@ -328,7 +328,7 @@ def published(
 
 def _inside(raw: Any, where: str, name: str, unit: str) -> float:
     """A published number, checked against its range."""
-    # Least and largest of the numbers that data sheets have, in the units of `PUBLISHED`
+    # Range of each number in data sheets, in the units of `PUBLISHED`
     ranges = {
         "power": (0.05, 2e5),
         "speed": (10.0, 30000.0),
@@ -343,9 +343,9 @@ def _inside(raw: Any, where: str, name: str, unit: str) -> float:
 
 
 def _loads(raw: Any, where: str) -> tuple[float, ...]:
-    """Loads, ascending and each once; the rated one is among them."""
+    """Loads, ascending and each once, with the rated one."""
     if raw is None:
-        # Loads that get a diagram unless others are asked for [percent]
+        # Loads with a diagram by default [percent]
         return (10.0, 25.0, 50.0, 75.0, 100.0)
     if not isinstance(raw, list) or not 1 <= len(raw) <= MOST_LOADS:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")

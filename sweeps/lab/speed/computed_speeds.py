@@ -30,17 +30,17 @@ OF_DIAGRAM = {
     "pegging": (0.0, 0.1, "bar", "pressure added to all diagrams"),
     "pressure_factor": (1.0, 0.1, "1", "factor on all diagrams"),
 }
-"""Parameters that change the diagrams: where they change nothing, a large change, unit, meaning."""
+"""Parameters of diagrams: value without effect, size of a large change, unit, meaning."""
 
 OF_WHEEL = {
     "gap_angle": (0.0, 1.0, "degree", "crank angle of the first tooth after the longest gap"),
 }
-"""Parameters of the wheel."""
+"""Parameters of the toothed wheel, in the same form."""
 
 OF_RECORDING = {
     "recording_shift": (0.0, 1.0, "degree", "delay angle of diagrams and wheel together"),
 }
-"""Parameters of pressure and wheel together: a dead centre that is wrong moves both."""
+"""Parameters that move pressure and wheel together: a wrong dead centre shifts both."""
 
 NOT_OF_SCENES = OF_DIAGRAM | OF_WHEEL | OF_RECORDING
 
@@ -49,8 +49,9 @@ NOT_OF_SCENES = OF_DIAGRAM | OF_WHEEL | OF_RECORDING
 class SpeedsOfRecordings:
     """Speeds that a scene computes for the designs of its recordings."""
 
-    scene: Scene  # Without axes: one design for each recording
-    keys: tuple[str, ...]  # Keys: what varies; of a parameter of one recording ``key@number``
+    scene: Scene  # Scene without axes, with one design for each recording
+    # Keys of the varied parameters; one recording's own parameter is ``key@number``
+    keys: tuple[str, ...]
     count: int  # Number of recordings
 
     @classmethod
@@ -157,7 +158,8 @@ class SpeedsOfRecordings:
             try:
                 scene = _with_diagrams(replace(self.scene, designs=picked), *change)
                 results[place] = _run(scene)
-            except ValueError as error:  # a step too far, such as a pressure below none
+            # A step of the fit may go too far, such as to a negative pressure
+            except ValueError as error:
                 refused = error
         if not results and refused is not None and first:
             raise refused
@@ -172,7 +174,7 @@ class SpeedsOfRecordings:
 
 
 def _first_value(scene: Scene, key: str) -> float:
-    """Value that a scene gives, or that follows from others, as the mass from piston and rod."""
+    """Value that a scene gives, or one that follows from others (the mass from piston and rod)."""
     if scene.gives(key):
         return float(scene.given[key].values[0])
     return value_of(scene, key) / PARAMETERS[key].si
@@ -181,8 +183,8 @@ def _first_value(scene: Scene, key: str) -> float:
 def _run(scene: Scene) -> Floats:
     """Speeds [rad/s] of the designs of a scene over `crank_angle`.
 
-    Without the labels and warnings of `sweeps.run`, which take as long as a few designs: steps of
-    a fit may pass through engines that nobody builds.
+    It has no labels and warnings, which in `sweeps.run` take as long as a few designs: steps of a
+    fit may pass through engines that nobody builds.
     """
     plan = make_plan(scene)
     omega, dims = compute(plan)["omega"], plan.dims("omega")
@@ -190,7 +192,7 @@ def _run(scene: Scene) -> Floats:
 
 
 def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) -> Scene:
-    """The scene with diagrams that are moved by an angle, raised and multiplied."""
+    """The scene with its diagrams shifted by an angle, raised by a pressure and multiplied."""
     if (shift, pegging, factor) == tuple(neutral for neutral, *_ in OF_DIAGRAM.values()):
         return scene
 
@@ -229,24 +231,25 @@ LEFT_OUT: Mapping[str, str] = {
     },
     "wanted_delta": "wanted_delta is not allowed; inertia must be given",
 }
-"""Words of scenes (`engine_dyn.quantities.graph`) whose engines are not followed here."""
+"""Words of scenes (`engine_dyn.quantities.graph`) with which an engine is refused here."""
 
 
 @dataclass(frozen=True)
 class OneEngine:
     """An engine with equal cylinders, as the torque over recorded cycles needs it."""
 
-    # [m], [m], [1].
+    # Bore and stroke [m], and crank ratio [1].
     bore: float
     stroke: float
     crank_ratio: float
-    # Per cylinder [kg]; mean of engine and load [kg m2].
+    # Reciprocating mass of a cylinder [kg]; mean inertia of engine and load [kg m2].
     reciprocating_mass: float
     inertia: float
-    crankcase_pressure: float  # Absolute [Pa]
+    crankcase_pressure: float  # Absolute pressure in the crankcase [Pa]
     firing: tuple[float, ...]  # Angle at which each cylinder fires [rad], the first 0
     period: float  # Period of the cycle [rad]
-    symmetry: int  # How often the torque repeats within the cycle where all cycles are the same
+    # Number of times that the torque repeats within a cycle if all cylinders are alike
+    symmetry: int
 
     def train(
         self, pressure: Floats, friction_torque: float, exponent: float, constant: float

@@ -46,19 +46,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FALSE_ALARMS = 1e-4
-"""Probability of a false alarm in a cycle of the engine, unless another one is asked for."""
+"""Probability of a false alarm in one cycle of the whole engine, by default."""
 
 TOOTH_DEVIATION = 0.001
-"""Standard deviation of errors of teeth that are not known, in shares of the smallest interval."""
+"""Standard deviation of unknown errors of teeth, in shares of the smallest interval."""
 
-FEWEST = 6  # Cycles: fewer do not tell their dispersion
+FEWEST = 6  # Fewest cycles from which a dispersion is estimated
 
 FEWEST_INTERVALS = 4  # Fewest intervals of a cycle, for each cylinder
 
 SCATTER_OF_MEDIAN = 0.6745
-"""Median of the size of a normally distributed number, over its standard deviation."""
+"""Median of the absolute value of a normally distributed number, over its standard deviation."""
 
-LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` takes
+LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` accepts
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,19 +66,20 @@ class _Found:
     """Results of one recording; pressures in Pa."""
 
     row: CyclesInARow  # Speeds of the recording
-    # Deviations of single cycles from what is usual for their cylinder; shape (cycles, cylinders)
+    # Deviations of single cycles from the usual value of their cylinder; shape (cycles, cylinders)
     single: Floats
-    single_std: Floats  # Standard deviation of its errors; shape (cylinders,)
-    # Deviation of the mean cycle from those of the others; shape (cylinders,)
+    single_std: Floats  # Standard deviation of the errors of single deviations; shape (cylinders,)
+    # Deviation of each cylinder's mean cycle from the other cylinders; shape (cylinders,)
     lasting: Floats
     lasting_std: Floats
     # Detection of a missed cycle, and of a dead cylinder.
     of_cycle: Detection
     of_mean: Detection
-    missing: float  # Imep that a missed cycle lacks [Pa]
-    dispersion: float  # Standard deviation of the imep of normal cycles
+    missing: float  # Indicated mean effective pressure that a missed cycle lacks [Pa]
+    # Standard deviation of the indicated mean effective pressure of normal cycles
+    dispersion: float
     passage: float  # Errors of the places of passing teeth, in shares of the smallest interval
-    reference_cycles: int  # In the mean that single cycles are compared with
+    reference_cycles: int  # Number of cycles in the mean that single cycles are compared with
 
     @property
     def missed(self) -> Booleans:
@@ -205,7 +206,7 @@ def cylinder_deviations(
 
 
 def _check_axes(scene: Scene, name: str) -> None:
-    """Refuse a scene in which the engine varies, or words do."""
+    """Refuse a scene with axes of the engine or of words."""
     allowed = {"load", "speed", *CYCLE_KEYS}
     bad = [k for k, v in scene.axes.items() if k not in allowed and len(v) > 1]
     bad += [k for k in scene.designs if k not in allowed]
@@ -221,7 +222,7 @@ def _computed(scene: Scene, name: str) -> tuple[xr.Dataset, xr.Dataset]:
     from sweeps.running.compute.in_memory import run
 
     step = scene.angle_step
-    # Steps of the computed curves are at most 0.5 degree: work is summed by trapezia.
+    # Steps of the computed curves are at most 0.5 degree, because work is summed by trapezia.
     plain = replace(
         scene, quantities=("omega", "delta", "pressure", "load_coefficient"), reference=None,
         fail_on=(), inertia_models=("variable",),
@@ -250,7 +251,7 @@ def _damping(scene: Scene, computed: xr.Dataset, place: int, speed: Floats) -> F
 def _mean_cycle(
     engine: OneEngine, angle: Floats, speed: Floats, fired: Floats, motored: Floats, damping: Floats
 ) -> tuple[MeanCycle, float]:
-    """Mean cycle of the equal engine, and the imep that a missed one lacks [Pa]."""
+    """Mean cycle of an engine with equal cylinders, and the imep that a missed cycle lacks [Pa]."""
     geometry = CylinderGeometry(engine.bore, engine.stroke, engine.crank_ratio)
     combustion = combustion_torque(angle, fired, motored, geometry)
     work = (fired - motored) * geometry.volume_slope(angle)
@@ -266,7 +267,7 @@ def _judged(
     row: CyclesInARow, cycle: MeanCycle, missing: float, wheel: Wheel, false_alarms: float,
     tooth_deviation: float,
 ) -> _Found:  # fmt: skip
-    """Deviations of single and mean cycles, and what is called missed or weak."""
+    """Deviations of single and mean cycles, and the decisions which are missed or weak."""
     if not row.used.all():
         row = replace(row, speed=_bridged(row))
     good = np.isfinite(row.speed[:, 0])
@@ -315,7 +316,7 @@ def _judged(
 
 
 def _bridged(row: CyclesInARow) -> Floats:
-    """Speeds with those of intervals that are far off replaced by their neighbours'."""
+    """Speeds; those of intervals far away from their neighbours are interpolated."""
     middle = np.cumsum(row.width) - 0.5 * row.width
     period = float(row.width.sum())
     return np.array([
@@ -325,7 +326,7 @@ def _bridged(row: CyclesInARow) -> Floats:
 
 
 def _beside(missed: Booleans) -> Booleans:
-    """Rows with a missed cycle and those beside it, into which the same window reaches."""
+    """Cycles with a missed one within the same window: itself and its neighbours."""
     around = missed.copy()
     around[1:] |= missed[:-1]
     around[:-1] |= missed[1:]
@@ -333,7 +334,7 @@ def _beside(missed: Booleans) -> Booleans:
 
 
 def _against_others(speed: Floats, good: Booleans) -> tuple[Floats, int]:
-    """Energy deviation of each cycle from the mean of the good others; how many these are."""
+    """Energy deviation of each cycle from the mean of the other good ones, and their number."""
     total, count = speed[good].sum(axis=0), int(good.sum())
     own = np.where(good[:, None], speed, 0.0)
     reference = (total - own) / (count - good[:, None])
@@ -341,10 +342,10 @@ def _against_others(speed: Floats, good: Booleans) -> tuple[Floats, int]:
 
 
 def _passage(relative: Floats, wheel: Wheel, count: int) -> float:
-    """Error of the passages of teeth, from what is rougher than any torque makes the speed.
+    """Error of the passages of teeth, from changes too rough for any torque.
 
-    Fourth differences of the places of teeth that are one pitch apart, of which the relative speed
-    is the first difference; their median size, so that single pulses do not count.
+    It takes fourth differences of the places of teeth that are one pitch apart, whose first
+    difference is the relative speed; their median size, so that single pulses do not count.
     """
     turns = relative.shape[1] // wheel.teeth
     even = np.tile(wheel.width < wheel.width.min() * 1.01, turns)
@@ -363,7 +364,7 @@ def _dispersion(
 ) -> float:
     """Dispersion of the imep of normal cycles that explains the scatter of the deviations."""
     spread = np.nanmedian(np.abs(deviations - np.nanmedian(deviations, axis=0))) / SCATTER_OF_MEDIAN
-    # of each unit of dispersion: what others do to an estimate, and the cycle's own
+    # Scatter of an estimate for each unit of dispersion: from other cycles, and its own
     each = float(np.mean(others / assumed) ** 2) + 1.0 + 1.0 / count
     left = float(spread) ** 2 - float(np.mean(noise**2))
     return float(np.sqrt(max(left, 0.01 * float(spread) ** 2) / each))
@@ -372,9 +373,9 @@ def _dispersion(
 def _with_estimated(
     found: Detection, single: WorkEstimator, missing: float, count: int
 ) -> Detection:
-    """Threshold for a dispersion that is known from so many deviations, by Student's distribution.
+    """Threshold for a dispersion that is estimated from some deviations, by Student's distribution.
 
-    Its quantile by the expansion of Abramowitz and Stegun (1964), 26.7.5, from memory.
+    Its quantile is the expansion of Abramowitz and Stegun (1964), 26.7.5, from memory.
     """
     # The median size is as certain as the root mean square of 0.37 times as many numbers (Rousseeuw
     # and Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory).
@@ -398,7 +399,7 @@ def _dataset(
     scene: Scene, given: Measured, labels: Sequence[str], found: Sequence[_Found],
     computed: xr.Dataset, speeds: Floats,
 ) -> xr.Dataset:  # fmt: skip
-    """Labels, units and what was found."""
+    """Results with labels and units."""
     most = max(len(one.single) for one in found)
     cylinders = found[0].single.shape[1]
     every, each, per = ("recording", "recorded_cycle", "cylinder"), ("recording", "cylinder"), (
@@ -417,7 +418,7 @@ def _dataset(
     singles, lastings = (
         np.array([getattr(f, key) for f in found]) / BAR for key in ("single_std", "lasting_std")
     )
-    # Part of the work of combustion: a weak cylinder that lacks more is called dead
+    # Part of the work of combustion above which the lack of a weak cylinder makes it a dead one
     data: dict[str, Any] = {
         "imep_deviation": (every, single + lasting[:, None, :], bar,
                            "deviation of imep from the mean of the other cylinders"),

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 class SpeedFit:
     """A fit to some recordings."""
 
-    # Values and their uncertainty; the angle of the gap is counted from that of `seen`.
+    # Fitted values and their uncertainty; the angle of the gap is counted from that of `seen`.
     fit: FittedSpeeds
-    seen: Seen  # How the recordings show computed speeds
+    seen: Seen  # Computed speeds as the wheel of the recordings shows them
     with_teeth: bool  # Whether errors of the teeth were fitted
 
     @property
@@ -60,7 +60,7 @@ class SpeedFit:
 class Prediction:
     """Prediction of one recording by a fit to the others."""
 
-    # Raw delta as the wheel shows it, and its standard deviation.
+    # Delta of the raw speed on the wheel, and its standard deviation.
     delta: float
     deviation: float
     # Logarithms of the raw speed between the teeth; NaN where the fit takes no interval; shape
@@ -132,7 +132,7 @@ def fit_dataset(
 
 
 def _of_parameters(found: SpeedFit) -> dict[str, Any]:
-    """Values, intervals, and what was known before."""
+    """Fitted values, their intervals, and the priors."""
     fit, of, added = found.fit, ("parameter",), found.added
 
     def known(values: Sequence[float | None]) -> Floats:
@@ -187,7 +187,7 @@ def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
 def _of_predictions(
     given: FittedRecordings, predicted: Sequence[Prediction], middles: Floats
 ) -> dict[str, Any]:
-    """Each recording as the others predict it, at its measured level."""
+    """Each recording as the others predict it, at its measured mean speed."""
     computed = _at_measured_level(given, np.array([one.logs for one in predicted]))
     speed = np.take_along_axis(computed, np.argsort(middles, axis=1), axis=1)
     recording = ("recording",)
@@ -202,14 +202,14 @@ def _of_predictions(
 
 
 def _at_measured_level(given: FittedRecordings, logs: Floats) -> Floats:
-    """Speeds [rad/s] of logarithms of speeds, whose mean over the used angle is the measured."""
+    """Speeds [rad/s] from logarithms, with the measured mean over the used angle."""
     share = np.where(given.used, given.width, 0.0)
     level = np.nan_to_num(np.log(given.raw) - logs) @ share / share.sum()
     return np.exp(logs + level[:, None])
 
 
 def _deviation_over_cycles(cycles: Floats) -> Floats:
-    """Standard deviation over cycles, each at the mean level [rad/s]."""
+    """Standard deviation over cycles, each of them scaled to the mean speed [rad/s]."""
     level = cycles.mean(axis=1, keepdims=True)
     return np.asarray((cycles / level).std(axis=0, ddof=1) * level.mean())
 
@@ -239,14 +239,15 @@ def _unit(name: str) -> str:
 
 
 MOST_SAMPLES = 720
-"""Samples of a cycle of speed over angle that a fit takes: a degree of a four-stroke engine."""
+"""Most samples of a cycle of speed over angle that a fit takes: a degree of a four-stroke engine.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class FittedRecordings(RecordedSpeeds):
     """Recordings that a fit is made to."""
 
-    # For each recording the values of all that varies in the scene, and the measured speed.
+    # Values of all varied parameters and the measured speed of each recording.
     places: list[dict[str, float]]
 
     @classmethod
@@ -307,8 +308,8 @@ class FittedRecordings(RecordedSpeeds):
 class Seen:
     """Logarithms of computed speeds as perfect teeth or samples show them."""
 
-    recordings: FittedRecordings  # Recordings: their intervals
-    computed: SpeedsOfRecordings  # Computed of those that are fitted, in their order
+    recordings: FittedRecordings  # The recordings with their intervals
+    computed: SpeedsOfRecordings  # Computed speeds of the fitted recordings, in their order
     # Crank angle of the first tooth after the longest gap [rad]; None without a wheel.
     gap_angle: float | None
     starts: Floats  # Crank angle at which each recording begins [rad]; shape (recordings,)
@@ -322,7 +323,8 @@ class Seen:
                 shifts = shifts + values[:, place] * DEGREE
         found = []
         for number, start in enumerate(self.starts):
-            # Logarithms of this size stand for a design without an answer: a fit steps back.
+            # Logarithms of this size stand for a design without an answer: the fit then takes a
+            # smaller step.
             rows = np.full((len(values), self.recordings.width.size), 1.0)
             rows[:, ::2] *= -1.0
             for shift in np.unique(shifts):
@@ -332,7 +334,7 @@ class Seen:
         return found
 
     def _shown(self, angle: Floats, speed: Floats, start: float) -> Floats:
-        """Speeds [rad/s] of shape (n, intervals)."""
+        """Speeds [rad/s] as the wheel shows them, shape (n, intervals)."""
         given = self.recordings
         if given.wheel is not None:
             return speed_through_wheel(angle, speed, given.wheel, start, given.period)
@@ -343,7 +345,7 @@ class Seen:
 
 
 def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:
-    """Values of all that varies in a scene for one recording."""
+    """Values of all varied parameters of a scene for one recording."""
     assert scene.measured is not None
     at = scene.measured.at
     found = {}
@@ -354,7 +356,7 @@ def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:
             found[key] = float(at[key][number])
         elif len(values) == 1:
             found[key] = float(values[0])
-        elif key != "speed":  # the measured one
+        elif key != "speed":  # The speed is the measured one
             raise SceneError(
                 f"{name}: [measured] at: the scene also varies {key}; give the value that belongs "
                 "to each file"

@@ -41,14 +41,14 @@ if TYPE_CHECKING:
 class Varied:
     """How a parameter is fitted, in the units of scenes."""
 
-    # Bounds; those of the parameter itself unless given.
+    # Bounds of the value; by default those of the parameter itself.
     low: float | None = None
     high: float | None = None
-    start: float | None = None  # First value; that of the scene unless given
-    # Prior: what is known of it without the speed: a value and its standard deviation.
+    start: float | None = None  # First value of the fit; by default that of the scene
+    # Value known without the speed, and its standard deviation.
     prior: float | None = None
     deviation: float | None = None
-    own: bool = False  # Whether each recording has a value of its own
+    own: bool = False  # Whether each recording has its own value
 
 
 @tables_in_signature
@@ -142,7 +142,7 @@ def identify(
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """Recordings, the designs that they belong to, and what is wanted of them."""
+    """Recordings, the designs that they belong to, and the parameters to fit."""
 
     name: str
     scene: Scene
@@ -222,7 +222,8 @@ class _Task:
             if not np.isfinite(one):
                 raise ValueError(f"{key}: has no initial value; give one in [set]")
             if key not in OF_WHEEL:
-                self._parameter(key, float(one), 0.0)  # refused before anything is computed
+                # A value that is out of range is refused before anything is computed
+                self._parameter(key, float(one), 0.0)
         angle, speed = computed.speeds(start, first=True)
         if not np.isfinite(speed).all():
             bad = int(np.flatnonzero(~np.isfinite(speed[0]).all(axis=1))[0])
@@ -252,7 +253,7 @@ class _Task:
     def _parameter(self, key: str, start: float, gap_angle: float) -> Parameter:
         plain = key.partition("@")[0]
         how = self.vary[plain]
-        # A tenth of a parameter's first value is a large change of it.
+        # A tenth of a parameter's first value counts as a large change of it.
         low, high, scale = -np.inf, np.inf, 0.1 * abs(start)
         if plain in PARAMETERS:
             node = PARAMETERS[plain]
@@ -264,7 +265,8 @@ class _Task:
         low = low if how.low is None else how.low
         high = high if how.high is None else how.high
         prior, deviation = how.prior, how.deviation
-        if plain in OF_WHEEL:  # counted from where the speeds are most alike
+        # The gap's angle is counted from the one where measured and computed speeds are most alike
+        if plain in OF_WHEEL:
             prior = None if prior is None else prior - gap_angle
             if not low <= gap_angle <= high:
                 raise ValueError(
@@ -292,7 +294,8 @@ class _Task:
         errors = found.tooth_errors[given.used]
         logs = seen(value[None])[0][0][given.used] + errors
         step = 0.1 * found.fit.deviation[shared]
-        step = np.where(step > 0.0, step, 1e-3 * np.maximum(np.abs(value), 1e-3))  # at bounds
+        # A value at its bounds has no step
+        step = np.where(step > 0.0, step, 1e-3 * np.maximum(np.abs(value), 1e-3))
         rise = np.zeros((0, logs.size))
         if shared:
             batch = value + np.diag(step)

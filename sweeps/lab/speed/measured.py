@@ -64,25 +64,27 @@ class _Curves:
     # Middle of the intervals in the order of the angle [rad]; shape (intervals,)
     middle: Floats
     width: Floats
-    order: list[Integers]  # For each recording, its intervals in the order of the angle
-    cycles: list[Floats]  # Raw speed of each cycle [rad/s]; shape (cycles, intervals)
+    order: list[Integers]  # Order of each recording's intervals by their angle
+    # Raw speed in each interval of each cycle [rad/s]; shape (cycles, intervals)
+    cycles: list[Floats]
     between: Floats  # Computed speed between the true teeth [rad/s]; shape (recordings, intervals)
-    # Errors of the intervals and their standard errors; 0 where none are known; shape (recordings,
-    # intervals)
+    # Relative errors of the intervals and their standard errors; 0 where none are known; shape
+    # (recordings, intervals)
     errors: Floats
     unsure: Floats
     edges: list[Floats]  # True angles of the teeth [rad]; shape (intervals + 1,)
-    # False for intervals beside a gap that are far off, see `sound_intervals`; shape (recordings,
+    # False for intervals next to a gap that are far off, see `sound_intervals`; shape (recordings,
     # intervals)
     sound: Booleans
-    of_wheel: ToothErrors | None = None  # Estimated from all recordings
-    gap_angle: float | None = None  # [rad]
-    # Errors as they would be with an inertia that is larger by INERTIA_STEP, where they are
-    # estimated; shape (recordings, intervals)
+    # Errors of the teeth that are estimated from all recordings
+    of_wheel: ToothErrors | None = None
+    gap_angle: float | None = None  # Crank angle of the first tooth after the longest gap [rad]
+    # Errors of intervals for an inertia that is larger by INERTIA_STEP, where errors are estimated;
+    # shape (recordings, intervals)
     heavier: Floats | None = None
-    # Correlation of each recording with the computed speed, errors of teeth in neither.
+    # Correlation of each recording with the computed speed, without errors of teeth.
     as_passed: list[float] = field(default_factory=list)
-    doubts: tuple[str, ...] = ()  # About the gap, a line each
+    doubts: tuple[str, ...] = ()  # Doubts about the angle of the gap, a line each
 
     def in_order(self, rows: Sequence[Any] | npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values of all recordings in the order of the angle."""
@@ -192,7 +194,7 @@ def computed_speeds(
 
 
 def _known(speeds: Floats) -> Booleans:
-    """Recordings that have a computed speed."""
+    """Whether each recording has a computed speed."""
     return np.asarray(np.isfinite(speeds).all(axis=1))
 
 
@@ -200,7 +202,7 @@ def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray
     """Values of the design that a recording belongs to."""
     for key, wanted in given.at.items():
         if key not in values.dims:
-            continue  # an axis that nothing depends on
+            continue  # No result depends on this axis
         axis = values[key].values if key != DESIGN else np.arange(values.sizes[DESIGN])
         values = values.isel({key: int(np.argmin(np.abs(axis - wanted[place])))})
     return values
@@ -270,7 +272,7 @@ def _errors_of(
 ) -> tuple[Floats, Floats, ToothErrors | None]:  # fmt: skip
     """Errors of the teeth for each recording, their uncertainty, and those of the wheel.
 
-    Only recordings that have a computed speed tell them.
+    They are estimated from recordings that have a computed speed.
     """
     count, zero = len(raw), np.zeros((len(raw), wheel.teeth))
     if not isinstance(how, str):
@@ -295,7 +297,7 @@ def _errors_of(
 
 
 def _curves_over_angle(recorded: RecordedSpeeds, angle: Floats, speeds: Floats) -> _Curves:
-    """Speed over angle as it is: on the finest angles of the recordings, without a wheel."""
+    """Measured and computed speed over angle, on the finest recorded angles, without a wheel."""
     assert recorded.angle is not None
     middle, width, period, cycles = (
         recorded.angle, recorded.width, recorded.period, recorded.cycles,
@@ -312,7 +314,7 @@ def _dataset(
     scene: Scene, given: Measured, recorded: RecordedSpeeds, curves: _Curves, angle: Floats,
     speeds: Floats, computed: xr.Dataset,
 ) -> xr.Dataset:  # fmt: skip
-    """Labels, units and what was done."""
+    """Results with labels and units."""
     recording, over, along = ("recording",), ("recording", "interval"), ("recording", "crank_angle")
     count, period = range(len(recorded.labels)), recorded.period
     raw = recorded.raw
@@ -339,7 +341,7 @@ def _dataset(
     )
     has = _known(speeds)
     own, own_phase = np.full((2, *size.shape), np.nan)
-    # A sample is no mean over an interval: its width [rad] is next to nothing.
+    # A sample is no mean over an interval: its width [rad] is taken as almost zero.
     own[has], own_phase[has] = orders_of_samples(
         speeds[has], angle, np.full(angle.size, 1e-9), orders
     )
@@ -407,7 +409,8 @@ def _dataset(
     )
     doubts, alike = list(curves.doubts), [k[0] for k in plain]
     if curves.heavier is not None and repeats_every_turn(speeds[has], period):
-        alike = curves.as_passed  # errors that hold the model's whole speed make all alike
+        # Estimated errors that contain the model's whole speed would make all recordings look alike
+        alike = curves.as_passed
         doubts.append(even_firing_doubt(by_inertia))
     doubts += likeness_doubts(recorded.labels, alike, given.wheel is not None)
     dataset.attrs["remarks"] = "\n".join(filter(None, [dataset.attrs["remarks"], *doubts]))
@@ -415,10 +418,10 @@ def _dataset(
 
 
 def _joined(means: Floats, edges: Floats, sound: Booleans) -> tuple[Floats, Floats]:
-    """Means and edges with each run of unsound intervals as one: its outer teeth are sound."""
+    """Means and edges with each run of unsound intervals joined: its outer teeth are sound."""
     if sound.all() or not sound.any():
         return means, edges
-    first = int(np.flatnonzero(sound)[0])  # begin with a sound interval
+    first = int(np.flatnonzero(sound)[0])  # The order begins with a sound interval
     width = np.roll(np.diff(edges), -first)
     time = np.concatenate([[0.0], np.cumsum(width / np.roll(means, -first))])
     turned = np.concatenate([[0.0], np.cumsum(width)]) + edges[first]
@@ -428,12 +431,12 @@ def _joined(means: Floats, edges: Floats, sound: Booleans) -> tuple[Floats, Floa
 
 
 def _deviation(cycles: Floats) -> Floats:
-    """Standard deviation over cycles; of one cycle there is none."""
+    """Standard deviation over cycles; missing for a single cycle."""
     return cycles.std(axis=0, ddof=1) if len(cycles) > 1 else np.full(cycles.shape[1], np.nan)
 
 
 def _corrected(cycles: Floats, curves: _Curves, place: int) -> Fluctuation:
-    """Fluctuation with the errors of the teeth taken out, where they are known."""
+    """Fluctuation without the errors of the teeth, where they are known."""
     sound = curves.sound[place]
     if not curves.errors[place].any():
         return fluctuation(cycles[:, sound])
@@ -442,7 +445,7 @@ def _corrected(cycles: Floats, curves: _Curves, place: int) -> Fluctuation:
 
 
 def _by_inertia(cycles: Floats, curves: _Curves, place: int) -> float:
-    """Relative change of the corrected delta over that of the scene's inertia."""
+    """Relative change of the corrected delta over the relative change of the scene's inertia."""
     if curves.heavier is None:
         return 0.0
     delta = _corrected(cycles, curves, place).delta
@@ -451,7 +454,7 @@ def _by_inertia(cycles: Floats, curves: _Curves, place: int) -> float:
 
 
 def _computed_deltas(computed: xr.Dataset, given: Measured, speeds: Floats) -> Floats:
-    """Delta as it was solved for; that of the samples where the results do not have it."""
+    """Computed delta of the solver; that of the samples where the results do not have it."""
     found = _fluctuations(speeds)
     if "delta" in computed:
         for place in range(len(found)):
@@ -496,7 +499,7 @@ def _attributes(
     scene: Scene, given: Measured, recorded: RecordedSpeeds, curves: _Curves, mean: Floats,
     speeds: Floats, computed: xr.Dataset,
 ) -> dict[str, Any]:  # fmt: skip
-    """Texts and numbers that say what was done, beside those of the computed results."""
+    """Attributes on how the comparison was made, besides those of the computed results."""
     remarks = list(recorded.remarks)
     has = _known(speeds)
     for place, label in enumerate(recorded.labels):

@@ -12,9 +12,11 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE, RPM
 
 LEAST_LIKENESS = float(np.sqrt(0.5))
-"""Correlation below which less than half of what the measured speed does is in the computed one."""
+"""Correlation below which less than half of the measured speed's variance is in the computed one.
+"""
 
-INERTIA_STEP = 0.01  # Relative change of the inertia for the dependence of delta on it
+# Relative change of the inertia by which the dependence of delta on it is computed
+INERTIA_STEP = 0.01
 
 FAR_SPEED = 0.01  # Relative difference of the mean speeds from which a remark says that they differ
 
@@ -40,9 +42,9 @@ def gap_doubts(
     free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else found
     best, here = _likeness(free), _likeness(found)
     if is_given and _clearly_more(best, here):
-        # of angles that are equally alike, as of cylinders that fire evenly, one may be near
-        # Another angle of the gap must be so far away, however fine the wheel: otherwise it is a
-        # pitch.
+        # If two angles are equally alike, as with cylinders that fire evenly, one of them may be
+        # near. Another angle of the gap must be so far away, however fine the wheel: otherwise it
+        # is a pitch.
         reach = max(float(np.median(wheel.width)), 3.0 * DEGREE)
         near = max(
             _likeness(find_gap_angle(raw, angle, speeds, wheel, period, found.angle + away, used))
@@ -54,9 +56,10 @@ def gap_doubts(
                 f"correlation ({best:.2f} instead of {here:.2f} at {found.angle / DEGREE:.1f}); "
                 "is gap_angle wrong, or the recording reversed?"
             )
-    # a wheel that does not look the same from both sides is refused in reverse
+    # A wheel that looks different from its two sides is refused in reverse
     if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
-        turned = np.roll(raw[:, ::-1], -1, axis=1)  # its last interval is the widest again
+        # The last interval of the reversed wheel is the widest again
+        turned = np.roll(raw[:, ::-1], -1, axis=1)
         usable = np.roll(used[::-1], -1)
         back = find_gap_angle(turned, angle, speeds, wheel, period, None, usable)
         if _likeness(back) >= LEAST_LIKENESS and _clearly_more(_likeness(back), best):
@@ -111,8 +114,8 @@ def repeats_every_turn(speeds: Floats, period: float) -> bool:
     number = np.arange(size.size)
     whole = size[(number % turns == 0) & (number > 0)].sum()
     half = size[number % turns != 0].sum()
-    # Half orders over whole ones of the computed speed, root mean square, below which the speed is
-    # taken to repeat every turn
+    # Ratio of half orders to whole ones of the computed speed, root mean square, below which the
+    # speed is taken to repeat every turn
     return bool(half < 0.05**2 * whole or turns == 1)
 
 
@@ -148,18 +151,18 @@ def of_heavier_engine(model: Floats, step: float = INERTIA_STEP) -> Floats:
 
 
 def _likeness(found: GapAngle) -> float:
-    """Mean over recordings of the correlation with the best turn."""
+    """Mean over recordings of the correlation at the best turn."""
     return float(found.correlation.max(axis=1).mean())
 
 
 def _clearly_more(one: float, other: float) -> bool:
     """Whether a correlation leaves clearly less unexplained than another one."""
-    # More alike is what leaves less than this part of the share 1 - r^2 that is not explained
+    # A correlation is clearly larger if its share 1 - r^2 is less than this part of the other's
     return one > max(other, 0.0) and 1.0 - one**2 < 0.5 * (1.0 - max(other, 0.0) ** 2)
 
 
 def _whole_ratio(ratio: float) -> str:
-    """Text of a ratio near 2, 3, 4 or one over them; "" for any other."""
+    """Text of a ratio near 2, 3, 4 or one of their reciprocals; "" for any other."""
     for number in (2, 3, 4):
         for one, text in ((float(number), f"{number}"), (1.0 / number, f"1/{number}")):
             if abs(ratio / one - 1.0) <= FAR_SPEED:
@@ -172,7 +175,7 @@ def far_speed_remark(label: str, measured: float, computed: float, changing: str
     ratio = measured / computed
     if abs(ratio - 1.0) <= FAR_SPEED:
         return []
-    # Ratio of the mean speeds from which on the unit of the times seems wrong
+    # Ratio of the mean speeds from which the unit of the times seems wrong
     wrong_unit = 50.0
     return [
         f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "

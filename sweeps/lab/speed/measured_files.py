@@ -38,17 +38,17 @@ OF_SPEED = (
     "скорость",
     "частота",
 )
-"""Parts of names of columns."""
+"""Parts of the names of columns that hold a speed."""
 
 TURNING_BACK = 0.3
-"""Share of steps that do not ascend from which on times of teeth are certainly intervals; where it
-is smaller, but as large as a gap in every second turn makes it, they are if they fit the wheel."""
+"""Share of steps that do not ascend, from which times of teeth are certainly intervals. A smaller
+share, as large as a gap in every second turn makes it, counts if they fit the wheel."""
 
 RATES_DIFFER = 0.01
-"""Relative difference of a given sample rate and that of the times beside it."""
+"""Relative difference allowed between a given sample rate and that of the column of times."""
 
 FEWEST = 12
-"""Samples of a cycle of speed over angle."""
+"""Fewest samples of a cycle of speed over angle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
 
 
 def _longest_stretch(intervals: Floats, recording: Recording) -> tuple[Floats, tuple[str, ...]]:
-    """Return the most intervals between two marks, where time passes unseen, and a remark."""
+    """The most intervals between two marks, where unknown time passes, and a remark."""
     stretches = np.split(intervals, recording.marks)
     longest = max(stretches, key=len)
     if len(longest) == len(intervals):
@@ -174,10 +174,10 @@ def _are_intervals(times: Floats, teeth: int, share: float) -> bool:
 
 
 def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
-    """Recordings of a sensor, all with one edge and threshold at one height of the swing.
+    """Recordings of a sensor, all with one edge and one threshold, in parts of the swing.
 
-    Where a tooth seems to pass depends on the threshold: with another one in each recording the
-    wheel would have other errors in each.
+    The threshold changes where a tooth seems to pass: with a threshold for each recording, the
+    errors of the wheel would differ between recordings.
     """
     table, wheel = measured.table, measured.wheel
     assert wheel is not None
@@ -267,7 +267,7 @@ def _logs(
             tried.append((turns, scatter, edge, found))
     if not tried:
         raise SceneError(refusal)
-    most = max(turns for turns, *_ in tried)  # the other edge may cost a turn at an end
+    most = max(turns for turns, *_ in tried)  # The other edge may lose a turn at an end
     good = [one for one in tried if one[0] >= most - len(events)]
     *_, edge, best = min(good, key=lambda one: one[1])
     said = f"the level is logged at its changes; the {edge} edge is used"
@@ -323,7 +323,7 @@ def _column(
     recording: Recording, wanted: str | int | None, key: str, words: tuple[str, ...] = (),
     without: Sequence[str] = (),
 ) -> str:  # fmt: skip
-    """Name of a column: as given, or the one that is clear."""
+    """Name of a column: as given, or the only one with a usual name."""
     names = list(recording.columns)
     if isinstance(wanted, int) and not isinstance(wanted, bool):
         if not 1 <= wanted <= len(names):
@@ -367,7 +367,7 @@ def _factor(
     recording: Recording, wanted: str | int | None, words: tuple[str, ...], unit: str | None,
     units: Mapping[str, float], what: str,
 ) -> float:  # fmt: skip
-    """SI value of the unit that is given, or that the file states for the column."""
+    """SI value of the given unit, or of the one that the file states for the column."""
     name = _column(recording, wanted, "column", words)
     text = recording.columns[name].unit if unit is None else unit
     plain = stated_unit(text, name, units)
@@ -381,7 +381,7 @@ def _factor(
 
 
 def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float | Floats]:
-    """Samples of the signal and the time between them; of a log of levels, their times."""
+    """Samples of the signal and the time between them; the times of changes of a log of levels."""
     time_name = None
     if table.sample_rate is None:
         time_name = _time_column(recording, table)
@@ -406,8 +406,8 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     # Share of the time between samples by which a sample may be away from its place
     uneven = off.max() > 0.5 * interval
     two_levels = bool(np.isin(signal, (signal.min(), signal.max())).all())
-    # Evenly spaced rows are changes of the level, not samples of it, where nearly all change it:
-    # with three samples from tooth to tooth, two thirds of them do.
+    # Evenly spaced rows are changes of the level, not samples, where nearly all change it: with
+    # three samples from tooth to tooth, two thirds of the samples do.
     if two_levels and changes > (0.0 if uneven else 0.95):
         return signal, time
     if uneven:
@@ -421,7 +421,7 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
 
 
 def _check_rate(recording: Recording, rate: float, column: str) -> None:
-    """Refuse a sample rate that is not that of the times in the file."""
+    """Refuse a sample rate that differs from that of the times in the file."""
     for name in (name for name in recording.columns if name != column and is_time_name(name)):
         time = _flat(recording, name) * _factor(recording, name, (), None, SECONDS, "time")
         stated = (time.size - 1) / float(np.ptp(time)) if np.ptp(time) > 0.0 else rate
@@ -433,7 +433,7 @@ def _check_rate(recording: Recording, rate: float, column: str) -> None:
 
 
 def _time_column(recording: Recording, table: MeasuredTable) -> str:
-    """The column with the time: as given, named so, or the only one that ascends throughout."""
+    """Name of the column of times: as given, as usual, or the only one that ascends throughout."""
     if table.time_column is not None:
         return _column(recording, table.time_column, "time_column")
     named = [n for n in recording.columns if is_time_name(n)]
@@ -455,7 +455,7 @@ def _time_column(recording: Recording, table: MeasuredTable) -> str:
 def _speed_over_angle(
     recording: Recording, table: MeasuredTable, period: float
 ) -> tuple[Floats, Floats, tuple[str, ...]]:
-    """Cycles of speed on uniform angles from -period/2; angles may run on over many cycles."""
+    """Cycles of speed on uniform angles from -period/2; angles may count on over many cycles."""
     of_angle = ("angle", "crank", "°", "deg", "winkel", "角", "угол")
     angle_name = _column(recording, table.angle_column, "angle_column", of_angle)
     column = _column(recording, table.column, "column", OF_SPEED, (angle_name,))
@@ -481,7 +481,7 @@ def _speed_over_angle(
             f"{recording.label}, column {shown(angle_name)}: begins again after {again:g} degrees; "
             f"must run over the cycle of {period / DEGREE:g}, or on over many cycles"
         )
-    if again and speed.ndim == 1:  # the end of a cycle is the beginning of the next
+    if again and speed.ndim == 1:  # The end of a cycle is the beginning of the next one
         kept = np.append(np.diff(running) > SAME, True)
         running, speed = running[kept], speed[kept]
     angle = running * DEGREE
@@ -509,7 +509,7 @@ def _speed_over_angle(
     if speed.ndim == 2:
         cycles = np.array([np.interp(grid, angle, one, period=period) for one in speed])
         return grid, cycles, ()
-    # without a period at its ends a train of cycles is not bent into itself
+    # A train of cycles without a period at its ends is not bent into itself
     if angle[-1] - angle[0] < period + 1.5 * step:
         return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
     first = np.ceil((angle[0] + 0.5 * period) / period - 1e-9)
