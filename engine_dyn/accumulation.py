@@ -19,15 +19,15 @@ from engine_dyn.compilation import kernel
 from engine_dyn.types import Floats, Integers
 
 LIMBS = 67
-"""Limbs of a sum: 2,046 exponents of doubles, 53 bits, and room for what 2^32 of them add."""
+"""Limbs of an exact sum, of 32 bits: 2,046 exponents of doubles, 53 bits, room for 2^32 addends."""
 
 _LIMB = (1 << 32) - 1
 _MAGNITUDE = (1 << 63) - 1
 _NO_NUMBER = 0x7FF
-UNITS_IN_ONE = 1 << 1074  # The unit of sums is the smallest double
+UNITS_IN_ONE = 1 << 1074  # Smallest doubles in 1: the smallest double is the unit of exact sums
 
 SMALLEST, LARGEST = 2.0**-64, 2.0**64
-"""Magnitudes between which bins tell numbers apart; smaller ones are in the bin of zero."""
+"""Magnitudes between which bins tell numbers apart; smaller ones share the bin of zero."""
 
 
 def add_exactly(values: Floats, limbs: Integers) -> None:
@@ -134,7 +134,7 @@ def _count(
 
 
 def _ends(bits: int) -> tuple[int, int]:
-    """Number of the first bin above zero among a double's own, and the last bin."""
+    """Indices of the first bin above zero, counted in a double's own bins, and of the last bin."""
     first, last = np.array([SMALLEST, LARGEST]).view(np.int64) >> (52 - bits)
     return int(first), int(last - first) + 1
 

@@ -279,7 +279,7 @@ def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
     )
 
 
-# --- the ring -------------------------------------------------------------------------------------
+# --- flywheel as a ring ---------------------------------------------------------------------------
 
 
 def ring_mass(inertia: Any, outer_diameter: Any, inner_diameter: Any) -> Any:
@@ -316,7 +316,7 @@ def ring_thickness(mass: Any, outer_diameter: Any, inner_diameter: Any, density:
     return given_array("mass", mass) / (np.asarray(density) * 0.25 * math.pi * square)
 
 
-# --- the thin rim ---------------------------------------------------------------------------------
+# --- flywheel as a thin rim -----------------------------------------------------------------------
 
 
 def rim_speed_at_stress(stress: Any, density: Any) -> Any:
@@ -352,7 +352,7 @@ def rim_thickness(mass: Any, mean_diameter: Any, density: Any, width_over_thickn
         mean_diameter=mean_diameter, density=density, width_over_thickness=width_over_thickness
     )
     section = given_array("mass", mass) / (math.pi * np.asarray(mean_diameter) * density)
-    with np.errstate(invalid="ignore"):  # an inertia may leave nothing for a rim
+    with np.errstate(invalid="ignore"):  # the other parts' inertia may leave nothing for a rim
         thickness = np.sqrt(section / width_over_thickness)
     return np.where(thickness < mean_diameter, thickness, np.nan)
 
@@ -477,7 +477,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     return RequiredInertia(inertia, solved.delta, swing, estimate, triangle, code)
 
 
-MOST_CROSSINGS = 64  # Crossings that are told of a design; further ones are left out
+MOST_CROSSINGS = 64  # Largest number of speed crossings that are reported for a design
 
 
 def net_torque(torque: Any, load: Any) -> Floats:
@@ -503,7 +503,7 @@ def excess_energy(net: Floats, step: float) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         waves = np.where(order > 0.0, waves / (1j * order), 0.0)
     if samples % 2 == 0:
-        waves[..., -1] = 0.0  # the samples do not tell the phase of this order
+        waves[..., -1] = 0.0  # the samples do not determine the phase of this order
     return np.asarray(np.fft.irfft(waves, samples, axis=-1))
 
 
@@ -533,9 +533,9 @@ def crossings(net: Floats, first: float, step: float) -> tuple[Floats, Floats]:
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         t = b / (b - c)
-        # Newton steps behind a linear interpolation: the error is that of the polynomial then
+        # Newton steps after a linear interpolation leave only the polynomial's own error.
         for _ in range(3):
-            # The cubic through a, b, c, d at -1, 0, 1, 2.
+            # The cubic passes through a, b, c, d at -1, 0, 1, 2.
             linear, square = c - a / 3.0 - b / 2.0 - d / 6.0, (a + c) / 2.0 - b
             cube = (d - a) / 6.0 + (b - c) / 2.0
             value = b + t * (linear + t * (square + t * cube))

@@ -42,12 +42,12 @@ class Parameter:
     meaning: str
     source: str
     si: float = 1.0  # SI value of one file unit
-    # Ends of the range in file units: outside it, or part of it.
+    # Ends of the range in file units: excluded (above, below) or included (at_least, at_most).
     above: float | None = None
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
-    # Whether only whole numbers are allowed, and only even ones.
+    # Whether the value must be a whole number, and whether it must be even.
     whole: bool = False
     even: bool = False
     # Names that scenes may write for values, in file units.
@@ -56,8 +56,7 @@ class Parameter:
     # then says that there is none (`passes` = 0: until the cycle closes).
     unless_given: float | None = None
     keyword: str = ""  # Keyword of `engine_dyn.periodic_speed`, where it has another name there
-    # Value in file units that templates propose; that of the keyword where it is left out. NaN
-    # where there is none.
+    # Value in file units that templates propose, or the keyword's default. NaN where there is none.
     typical: float = math.nan
     usual: Usual | None = None  # Range outside of which a warning asks whether the value is meant
 
@@ -79,7 +78,7 @@ HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 COMPRESSION_RATIO = Usual(
     "compression ratio", 4.0, 25.0, f"{HEYWOOD}, table 2.1: 6 to 24; widened to old engines"
 )
-"""Usual compression ratios, of modelled cycles as of the cylinder."""
+"""Usual range of compression ratios, for modelled cycles and for cylinders."""
 
 _PARAMETERS = (
     Parameter(
@@ -355,9 +354,9 @@ _PARAMETERS = (
 )  # fmt: skip
 
 PARAMETERS: Mapping[str, Parameter] = MappingProxyType({one.name: one for one in _PARAMETERS})
-"""All of them by name, in the order of lists."""
+"""All parameters by name, in the order of lists."""
 
 KEYWORDS: Mapping[str, Parameter] = MappingProxyType(
     {one.keyword or one.name: one for one in _PARAMETERS}
 )
-"""The same by their keywords of `engine_dyn.periodic_speed`."""
+"""All parameters by their keywords of `engine_dyn.periodic_speed`."""

@@ -31,8 +31,8 @@ from numba.extending import (
 class PlainArray(np.ndarray):
     """A view of an array for kernels; it is contiguous."""
 
-    # Else Numba takes it for an array, and looks anew for the kernel at each call: a sixth of the
-    # time of a small run. Truths and arrays that may not be written are mistaken all the same.
+    # Without it Numba takes the type for an array, and searches for the kernel at each call: a
+    # sixth of a small run's time. Boolean and read-only arrays are mistaken all the same.
     __numba_array_subtype_dispatch__ = True
 
 
@@ -74,7 +74,7 @@ make_attribute_wrapper(PlainType, "shape", "shape")
 
 @unbox(PlainType)
 def _unbox(kind: Any, array: Any, c: Any) -> Any:
-    """Take address and shape."""
+    """Read an array's address and shape from the Python object."""
     whole = types.Array(kind.item, kind.ndim, "C")
     native = c.unbox(whole, array).value
     native_array = c.context.make_array(whole)(c.context, c.builder, native)
@@ -134,7 +134,7 @@ def _put_kind(context: Any) -> Any:
 
 
 def _item(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    """A number, or the array of what is left of the axes."""
+    """A number, or the array over the axes that are left after indexing."""
     address, kind_of_item = address_of(context, builder, signature, values), signature.return_type
     if not isinstance(kind_of_item, PlainType):
         return context.unpack_value(builder, kind_of_item, address)

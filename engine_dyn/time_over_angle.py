@@ -185,7 +185,7 @@ def _mean(curve: Any) -> Any:
 
 
 EXCITED = 1e-3
-"""Part of the largest swing of the free rotor from which on an order counts as excited."""
+"""Fraction of the free rotor's largest swing above which an order counts as excited."""
 
 
 def torque_from_power(power: Any, pole_pairs: Any, speed: Any) -> Any:
@@ -215,7 +215,7 @@ def angle_harmonics(
     torque: Any, order: Any, speed: Any, inertia: Any, stiffness: Any, damping: Any
 ) -> Complexes:
     """Harmonics of the angle against the grid, theta_nu [rad]; everything broadcasts."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # an undamped order in resonance
+    with np.errstate(divide="ignore", invalid="ignore"):  # undamped resonance
         return np.asarray(torque / _dynamic_stiffness(order, speed, inertia, stiffness, damping))
 
 
@@ -267,7 +267,7 @@ def half_range(harmonics: Any, orders: Floats, period: float) -> Floats:
 
     `period` is the angle of the cycle [rad].
     """
-    # Between 16 points a period of the highest order a sum of orders is a cubic.
+    # Between 16 points a period of the highest order, a cubic represents a sum of orders.
     points = 16 * math.ceil(orders.max() * period / (2.0 * math.pi) - 1e-9)
     angle = period / points * np.arange(points)
     curve = sum_of_orders(harmonics, orders, angle)

@@ -31,19 +31,19 @@ from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Booleans, Integers
 
 PIECE = 1 << 16
-"""Designs of one launch at most."""
+"""Largest number of designs in one launch of the kernel."""
 
 BLOCK = 64
-"""Threads of a block."""
+"""Number of threads in a block of the card."""
 
 SLOTS = 2
-"""Launches that are under way at a time, each with buffers of its own."""
+"""Number of launches that are under way at a time, each with buffers of its own."""
 
 LEAST_MEMORY = 256_000_000
-"""Bytes of the card's memory that must be free."""
+"""Bytes of the card's memory that must be free for it to be used."""
 
 PART_OF_MEMORY = 0.8
-"""Part of the free memory that is used."""
+"""Fraction of the card's free memory that is used for buffers."""
 
 OF_DESIGN = ("gas", "eta", "kappa", "unsure", "speed", "first", "second", "gear")
 """Numbers of `Designs` on the card, in the order of their rows; factors and shares follow."""
@@ -133,7 +133,7 @@ class Slot:
 
 
 OF_COLUMNS = ("fine", "coarse", "jagged", "between", "ends")
-"""Buffers that the next launch may have in common."""
+"""Buffers that the next launch uses again where its designs have the same work table."""
 
 
 def buffers_of(
@@ -162,7 +162,7 @@ def buffers_of(
 
 
 def _ends_of(columns: Columns) -> Integers:
-    """Ends of the rows of a thread: those of a block, and its weights."""
+    """Row ends of the work table and interpolation weights that every thread needs."""
     _, _, kinds, terms = columns.fine.shape
     numbers = chain(*row_numbers(columns.coarse.shape[1], kinds, terms))
     weights = [1] * len(Weights._fields)
@@ -176,10 +176,10 @@ class Card:
         check_card()
         slots = 1 if device.simulated() else SLOTS
         self.launch, self.piece = _launcher(), PIECE
-        # At most 16 blocks of a launch for each multiprocessor.
+        # At most 16 blocks of a launch for each multiprocessor of the card.
         self.most_threads = BLOCK * 16 * device.multiprocessors()
         if device.simulated():
-            self.most_threads = 2  # each is a thread of Python
+            self.most_threads = 2  # each thread of the card is a thread of Python
         memory = int(PART_OF_MEMORY * device.free_memory()) // slots
         self.slots: SimpleQueue[Slot] = SimpleQueue()
         for _ in range(slots):
@@ -212,7 +212,7 @@ class Card:
         self, slot: Slot, here: slice, task: Task, columns: Columns, designs: Designs,
         results: Results, left: Booleans,
     ) -> bool:  # fmt: skip
-        """Solve some designs, in one launch."""
+        """Solve some designs on the card in one launch of the kernel."""
         count, pieces, rows = here.stop - here.start, len(designs.part), len(results.scalars)
         one, two = (
             sum(buffer.nbytes for buffer in buffers_of(columns, pieces, count, rows, n).values())
@@ -250,7 +250,7 @@ class Card:
 
 
 def _shared(columns: Columns) -> tuple[Any, ...]:
-    """Contents of the buffers `OF_COLUMNS`."""
+    """Contents of the buffers that launches with one work table have in common."""
     between = weights_between(columns.fine.shape[1] // columns.coarse.shape[1])
     return columns.fine, columns.coarse, columns.jagged, between, _ends_of(columns)
 
@@ -272,7 +272,7 @@ _LAUNCHER: list[device.Launcher] = []
 
 
 def _launcher() -> device.Launcher:
-    """Return the kernel, which is compiled once."""
+    """Return the launcher of the batch solver's kernel, which is compiled once."""
     if not _LAUNCHER:
         _LAUNCHER.append(device.Launcher(solve_on_card, INSTEAD))
     return _LAUNCHER[0]

@@ -37,7 +37,7 @@ def what_is_missing() -> str:
         return ""
     if find_spec("numba_cuda") is None:
         return "needs numba-cuda, which is not installed: pip install 'engine-dyn[gpu]'"
-    with suppress(Exception):  # the driver raises several kinds
+    with suppress(Exception):  # the CUDA driver raises several kinds of exceptions
         if cuda.is_available() and len(cuda.gpus):
             return ""
     return "no NVIDIA card with a working driver was found (see nvidia-smi)"
@@ -45,7 +45,7 @@ def what_is_missing() -> str:
 
 def free_memory() -> int:
     """Bytes of the card's memory that are free."""
-    # The simulator, which reports endless memory, is said to have a terabyte.
+    # The simulator reports unlimited memory: a terabyte stands for it.
     return int(min(cuda.current_context().get_memory_info()[0], 1 << 40))
 
 
@@ -96,12 +96,12 @@ class Launcher:
 
         body = _quiet(part(function)) if simulated() else part(function)
 
-        # Kernels cannot take `*given`.
+        # Kernels of CUDA cannot take `*given`: each argument is written out.
         given = ", ".join(list(inspect.signature(function).parameters)[2:])
         names: dict[str, Any] = {"body": body, "cuda": cuda, "__name__": __name__}
         exec(f"def every({given}): body(cuda.grid(1), cuda.gridsize(1), {given})", names)
-        # Registers of a thread. Without a limit a kernel takes all 255, and half as many threads
-        # run at a time; which is faster has to be measured on a card: `make bench-gpu`.
+        # Limit on the registers of a thread. Without it a kernel takes all 255, and half as many
+        # threads run at a time; which is faster has to be measured on a card: `make bench-gpu`.
         more = {} if simulated() else {"max_registers": 128}
         self.kernel = cuda.jit(**more)(names["every"])
 
@@ -110,7 +110,7 @@ class Launcher:
         with _launching:
             kept = vars(config).get("CUDA_LOW_OCCUPANCY_WARNINGS", 0)
             try:
-                vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0  # few designs are not a mistake
+                vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0  # few designs are no mistake
                 self.kernel[blocks, threads, stream](*given)
             finally:
                 vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = kept
@@ -119,7 +119,7 @@ class Launcher:
 def _with_names(
     function: types.FunctionType, part: Callable[[Any], Any], instead: Mapping[str, Any]
 ) -> Any:
-    """A function whose names of its module mean what `instead` says, and what `part` makes."""
+    """A function whose module's names are compiled by `part`; `instead` replaces some of them."""
     found = function.__globals__
     names = {name for name in function.__code__.co_names if name in found}
     own = {name: part(instead.get(name, found[name])) for name in sorted(names)}
@@ -133,7 +133,7 @@ def _as_it_is(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
-    """For the simulator: plain arrays, which are quick, and no warnings of designs that fail."""
+    """A function for the simulator: with plain arrays, which are quick, and without warnings."""
 
     def silent(thread: int, threads: int, *given: Any) -> None:
         plain = [one if np.isscalar(one) else one.view() for one in given]

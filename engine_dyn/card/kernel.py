@@ -24,7 +24,7 @@ from engine_dyn.speed.batch.work_table import (
 from engine_dyn.speed.designs import Angles, Designs, Task
 from engine_dyn.speed.fields import AUTO, POWER_MEAN, Results
 
-# --- on the card: what stands for vectors, of one lane --------------------------------------------
+# --- replacements on the card of functions for vectors: each thread has one lane ------------------
 
 
 def read(rows: Any, row: int) -> Any:
@@ -80,7 +80,7 @@ INSTEAD: dict[str, Any] = {
 """Replacements of some names that functions of the batch solver use, on a card."""
 
 
-# --- on the card: a design ------------------------------------------------------------------------
+# --- solving one design on the card ---------------------------------------------------------------
 
 
 def scratch_of(

@@ -32,7 +32,7 @@ from typing import Any
 _VERSIONS = ", ".join(f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy"))
 _ROOT = Path(__file__).parents[2]
 
-# Read on import: the code of this process is that of then, whatever is edited later.
+# Sources are read on import: this process runs the code of that moment, whatever is edited later.
 _SOURCES = {
     ".".join(path.relative_to(_ROOT).with_suffix("").parts).removesuffix(".__init__"): (
         path.read_text(encoding="utf-8")
@@ -82,11 +82,11 @@ def archive_of(function: Callable[..., Any]) -> Path:
 def unpacked(archive: Path) -> str:
     """Folder that this process alone has, with what is in an archive that is there and whole."""
     folder = tempfile.mkdtemp(prefix="engine-dyn-")
-    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # not in a fork
+    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # a fork leaves the folder
     whole = False
     with suppress(Exception), zipfile.ZipFile(archive) as content:
         os.utime(archive)
-        whole = content.testzip() is None  # a crash of the system may leave zeros in a file
+        whole = content.testzip() is None  # after a crash of the system a file may be full of zeros
     if whole:
         shutil.unpack_archive(archive, folder)
     return folder
@@ -98,10 +98,10 @@ def pack(folder: str, archive: Path) -> None:
     try:
         os.replace(shutil.make_archive(made, "zip", folder), archive)
         for other in archive.parent.iterdir():
-            with suppress(FileNotFoundError):  # another process has removed it
+            with suppress(FileNotFoundError):  # another process may have removed the file already
                 if other.stat().st_mtime < time.time() - 60 * 86400:
                     other.unlink()
-    except (OSError, ValueError) as error:  # ValueError: of a clock that stands before 1980
+    except (OSError, ValueError) as error:  # zipfile: the clock is before 1980
         not_kept(error)
         with suppress(OSError):
             os.unlink(f"{made}.zip")
@@ -115,7 +115,7 @@ OPTIONS: dict[str, Any] = {
 
 
 class _Compiled:
-    """A function that Python and kernels may call, compiled for each when it first does."""
+    """A function for Python and for kernels, compiled for each of them at its first call."""
 
     _lock, _process = threading.Lock(), 0
     _kept: tuple[str, Path] | None = None
@@ -129,9 +129,9 @@ class _Compiled:
         """The arrays that kernels see in its place."""
         import numba
 
-        # A kernel has all that it calls inlined: else that would be optimised apart from a new
-        # kernel, but together with one from the disk, and last digits would tell. Without what only
-        # Python needs, it takes a sixth less time to compile.
+        # A kernel has all that it calls inlined: otherwise new and cached functions would be
+        # optimised together or apart, and last digits would differ. Without the wrappers for
+        # Python, compiling takes a sixth less time.
         wrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         return numba.njit(**{"forceinline": True, **wrapped, **OPTIONS})(self.py_func)
 
@@ -143,7 +143,7 @@ class _Compiled:
         before = seconds_compiling()
         try:
             result = self._whole(*given)
-        except OSError as error:  # from Numba's cache on a full disk, when all is compiled already
+        except OSError as error:  # a full disk stops Numba's cache after compiling
             not_kept(error)
             result = self._whole(*given)
         if self._kept is not None and seconds_compiling() != before:
@@ -158,7 +158,7 @@ class _Compiled:
         if _Compiled not in typeof_impl.registry:
             typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
         listen_for(self.py_func)
-        # Without the second, which newer versions have, Numba might take another folder.
+        # Without the second key, which newer versions have, Numba might take another folder.
         ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
         before = {name: getattr(config, name, "") for name in ours}
         try:
@@ -174,7 +174,7 @@ class _Compiled:
             vars(config).update(before)
 
 
-if hasattr(os, "register_at_fork"):  # a fork lacks the thread that may hold the lock
+if hasattr(os, "register_at_fork"):  # a forked process lacks the thread that may hold the lock
     os.register_at_fork(after_in_child=lambda: setattr(_Compiled, "_lock", threading.Lock()))
 
 
@@ -184,7 +184,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 inlined = formula = kernel
-"""The same, of functions that kernels call, and Python in tests; formulas take numbers alone."""
+"""Decorators of functions that kernels call, and Python in tests; formulas take numbers only."""
 
 
 COMPILING = "compiling kernels for this kind of scene (once; later runs of the kind start at once)"
@@ -218,11 +218,11 @@ _tell = [lambda: logging.getLogger("engine_dyn").warning(COMPILING)]
 
 @cache
 def _listener() -> Any:
-    """Count the time of compilations of our functions; of one within another once."""
+    """Measure the time of compiling this package's functions; nested compilations count once."""
     from numba.core import event
 
     class Listener(event.TimingListener):
-        def notify(self, event: Any) -> None:  # Numba's lock lets one thread compile at a time
+        def notify(self, event: Any) -> None:  # Numba compiles in one thread at a time
             if event.data["dispatcher"].py_func in _functions:
                 if "compiling" not in _said:
                     _said.add("compiling")

@@ -16,7 +16,7 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Complexes
 
-SAMPLES = 360  # Samples of a revolution, for single orders
+SAMPLES = 360  # Samples of a revolution from which single orders are computed
 
 
 def inertia_force(
@@ -73,9 +73,9 @@ def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
 class MasterLoads(NamedTuple):
     """Loads of the master rod of cylinder 1 [N]."""
 
-    # Force of the wall on the master's piston, to the side to which the crank pin goes down.
+    # Force of the wall on the master's piston, to the side to which the crank pin descends.
     wall_thrust: Any
-    # Force on the crank pin, real along the throw, imaginary in the sense of rotation.
+    # Force on the crank pin: real part along the throw, imaginary in the sense of rotation.
     crank_pin: Any
 
 

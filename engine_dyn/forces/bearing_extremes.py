@@ -21,18 +21,18 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.types import Floats, Integers
 
-CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2  # Numbers of the loads in kernels
+CRANK_PIN, PISTON_PIN, MAIN_JOURNAL = 0, 1, 2  # Codes of the bearing loads in kernels
 
 INPUTS = 10
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
 of the diagrams, and the `bearings.Factors`; the last two are those of the webs beside a journal."""
 
 
-CRESTS = 8  # Most crests that are told of a design, those that reach highest
+CRESTS = 8  # Largest number of crests reported for a design, the highest ones
 
 MEAN, RMS, COUNT, FIRST = range(4)
-"""Rows of what is found: mean and root mean square of the load, number of crests, and of each of
-them the place in samples and the squares of the load before it, at it and behind it."""
+"""Columns of a design's result: mean and root mean square of the load, number of crests; then,
+for each crest, its place in samples and the squared load before, at and after that place."""
 
 
 class Sampled(NamedTuple):
@@ -41,14 +41,14 @@ class Sampled(NamedTuple):
     # Cylinders: mass times crank radius, and crank radius, over the engine's; sine and cosine
     # of its direction from upright; its share in its throw; its factor on the offset; shape (6, Z)
     cylinders: Floats
-    # Curve: which of the curves below is a cylinder's: those of one phase and one pressure share
-    # it; shape (Z,)
+    # Index of each cylinder's curve among `turn` and `pressure`: cylinders of one phase and one
+    # pressure share a curve; shape (Z,)
     curve: Integers
-    # Throws: where the cylinders of each throw along the shaft begin in `on_throws`; shape (T + 1,)
+    # Index in `on_throws` at which the cylinders of each throw begin; shape (T + 1,)
     throws: Integers
-    on_throws: Integers  # Cylinders of the throws
-    turn: Floats  # Sine and cosine of a cylinder's own angle; shape (C, 2, A)
-    pressure: Floats  # Pressure of each row of the diagrams [Pa]; shape (C, R, A)
+    on_throws: Integers  # Cylinders of the throws, in the order of the throws
+    turn: Floats  # Sine and cosine of each curve's own crank angle; shape (C, 2, A)
+    pressure: Floats  # Pressure on each curve for each row of the diagrams [Pa]; shape (C, R, A)
 
     @classmethod
     def of(
@@ -103,7 +103,7 @@ def fill_crests_of_loads(
     """
     samples = sampled.turn.shape[2]
     throws = sampled.throws.size - 1
-    # Loads of two neighbouring throws: an even one in the first, an odd one in the second.
+    # Loads of two neighbouring throws: even ones in the first arrays, odd ones in the second.
     x_even, y_even = np.empty(samples), np.empty(samples)
     x_odd, y_odd = np.empty(samples), np.empty(samples)
     x, y, square = np.empty(samples), np.empty(samples), np.empty(samples)
@@ -131,7 +131,7 @@ def fill_crests_of_loads(
             x[:], y[:] = x_odd, y_odd
         up, side = inputs[8, design], inputs[9, design]
         for i in range(samples):
-            # Cylinder 1 has the phase 0, so its angle is the engine's.
+            # Cylinder 1 has the phase 0: its crank angle is the engine's.
             sine, cosine = sampled.turn[0, 0, i], sampled.turn[0, 1, i]
             across, along = x[i] + up * sine + side * cosine, y[i] + up * cosine - side * sine
             square[i] = across * across + along * along
@@ -140,7 +140,7 @@ def fill_crests_of_loads(
 
 @inlined
 def _same_design(inputs: Floats, rows: Integers, design: int) -> bool:
-    """Whether a design has the numbers of the one before it, but for those of its journal."""
+    """Whether a design differs from the one before it in nothing but the number of its journal."""
     for i in range(INPUTS - 2):
         if inputs[i, design] != inputs[i, design - 1]:
             return False
@@ -152,10 +152,10 @@ def _load_of_throw(
     load: int, throw: int, design: int, inputs: Floats, rows: Integers, sampled: Sampled,
     x: Floats, y: Floats,
 ) -> None:  # fmt: skip
-    """Components of the load that the cylinders of a throw put on a pin, or on a journal beside it.
+    """Components of the load that the cylinders of a throw put on a pin, or on an adjacent journal.
 
-    See `bearings` for them. With W = sqrt(1 - lean^2), tan(beta) = lean/W and, docs/method.md (10),
-    b = cos(theta) + lambda cos^2(theta)/W^3 - lean sin(theta)/W.
+    As `bearings` defines them. With W = sqrt(1 - lean^2), tan(beta) = lean/W and, docs/method.md
+    (10), b = cos(theta) + lambda cos^2(theta)/W^3 - lean sin(theta)/W.
     """
     samples = x.size
     for i in range(samples):
@@ -186,13 +186,13 @@ def _load_of_throw(
             slope = lean * root
             b = c + ratio * c * c * (root * root * root) - slope * s
             force = gas_below * below[i] + gas_above * above[i] - crankcase - mass * b
-            if load == CRANK_PIN:  # radial, tangential
+            if load == CRANK_PIN:  # radial and tangential component
                 x[i] += turning - (c - s * slope) * force
                 y[i] += (s + c * slope) * force
-            elif load == PISTON_PIN:  # to the side, down
+            elif load == PISTON_PIN:  # component to the side, and downwards
                 x[i] += slope * force
                 y[i] += force + turning * b
-            else:  # sideways, up
+            else:  # component sideways, and upwards
                 side = slope * force
                 along, across = force - throw_pull * c, side + throw_pull * s
                 x[i] += 0.5 * (across * bank_cosine - along * bank_sine)
@@ -201,7 +201,7 @@ def _load_of_throw(
 
 @inlined
 def _crests_of_square(square: Floats, extremes: Floats) -> None:
-    """Fill in what the squares of a load over a cycle give: see `MEAN`."""
+    """Fill in mean, root mean square and crests of a load from its squares over a cycle."""
     samples = square.size
     total = squares = highest = 0.0
     for i in range(samples):
@@ -216,7 +216,7 @@ def _crests_of_square(square: Floats, extremes: Floats) -> None:
         reach = 3.0 * here - before - after
         if here < before or here < after or reach < highest:
             continue
-        if count == CRESTS:  # in place of the lowest one
+        if count == CRESTS:  # the new crest replaces the lowest one
             lowest, least = -1, reach
             for k in range(CRESTS):
                 at = FIRST + 4 * k

@@ -84,28 +84,29 @@ def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
     return load / (diameter * width)
 
 
-PARTS = 5  # Gas pressure, crankcase pressure, reciprocating and rotating masses, throws
+PARTS = 5  # Parts of a load: gas and crankcase pressure, reciprocating and rotating masses, throws
 
 DESIGNS_AT_ONCE = 65536
 
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
-"""Largest and mean size of a load [N], crank angle of the largest [rad], root mean square [N]."""
+"""Extremes of a load: largest and mean size [N], angle of the largest [rad], rms [N]."""
 
 Parts = Callable[[Any, Cylinders, Any, Any, Family, Any, int], Any]
-"""Function of angle, engine, crank ratio, offset, family, row and number: see `_crank_pin`."""
+"""A load's parts from angle, engine, crank ratio, offset, family, row, number: see `_crank_pin`."""
 
 
 class Factors(NamedTuple):
     """Factors of the five parts of a load, for each design."""
 
-    # p scale times area [m2], p_c times area [N], m r omega^2 and m_turning r omega^2 [N].
+    # Factors of the parts: pressure scale times area [m2], crankcase pressure times area [N], m r
+    # omega^2 and m_turning r omega^2 [N].
     gas: Any
     crankcase: Any
     reciprocating: Any
     rotating: Any
-    throws: Any = 0.0  # m r omega^2 of each throw [N]; only main journals bear it
-    # Load of a main journal by the counterweights of webs at crank angle 0, upwards and to the side
-    # [N].
+    throws: Any = 0.0  # Inertia force m r omega^2 of each throw [N], which only main journals bear
+    # Load of a main journal by the counterweights of webs at crank angle 0 [N], upwards and to the
+    # side.
     web_up: Any = 0.0
     web_side: Any = 0.0
 
@@ -113,7 +114,7 @@ class Factors(NamedTuple):
 def _piston_force(
     phi: Any, member: Member, crank_ratio: Any, offset: Any, family: Family, row: Any
 ) -> Any:
-    """Parts of P of a cylinder, five along the last axis.
+    """Five parts of the force P on a piston, along the last axis.
 
     `crank_ratio` and `offset` are those of the cylinder's own crank radius, the factors those of
     the engine's.
@@ -129,10 +130,7 @@ def _crank_pin(
     phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
     number: int,
 ) -> Any:  # fmt: skip
-    """Parts of the load of cylinder 1's rod on its pin, shape (..., parts, 2), radial, tangential.
-
-    `number` is not used: there is one such load.
-    """
+    """Parts of cylinder 1's rod load on its pin, shape (..., parts, 2), radial, tangential."""
     member = engine.members[0]
     pushed = _piston_force(phi, member, crank_ratio, offset, family, row)
     radial = -mechanism.radial_ratio(phi, crank_ratio, offset)[..., None] * pushed
@@ -175,7 +173,7 @@ def _on_throw(
     phi: Any, engine: Cylinders, crank_ratio: Any, offset: Any, family: Family, row: Any,
     cylinder: int,
 ) -> tuple[Any, Any]:  # fmt: skip
-    """Parts of the load of a cylinder (from 0) and its share of the throw, x and y."""
+    """Parts of the load that a cylinder (from 0) and its share of the throw cause, x and y."""
     member, bank = engine.members[cylinder], mechanism.banks_of(engine)[cylinder]
     angle, radius = phi + member.phase, member.radius_factor
     own = member.own(crank_ratio, offset)
@@ -215,7 +213,7 @@ LOADS: dict[str, Parts] = {
 }
 
 KINDS = {"crank_pin": CRANK_PIN, "piston_pin": PISTON_PIN, "main_journal": MAIN_JOURNAL}
-"""Numbers of the loads in kernels."""
+"""Code of each bearing load in kernels."""
 
 
 def crank_pin_load(
@@ -329,11 +327,11 @@ def _components(
 def _squares(
     load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats
 ) -> Floats:  # fmt: skip
-    """Square of a load of some designs, each at an angle of its own; `columns` as `_of_engine`."""
+    """Square of a load of some designs, each at its own angle; `columns` as in `_of_engine`."""
     squares = np.empty(phi.size)
     for number in np.unique(columns[4]).astype(int).tolist():
         here = np.flatnonzero(columns[4] == number)
-        two = np.resize(here, max(here.size, 2))  # never one alone: see `samples`
+        two = np.resize(here, max(here.size, 2))  # one angle alone has other bits: see `samples`
         ratio, offset, row, _, _, *factors = columns[:, two, None]
         x, y = _components(
             load, phi[two, None], engine, ratio, offset, family, row, Factors(*factors), number
@@ -440,14 +438,14 @@ def of_all_journals(
 def _of_engine(
     load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats, threads: int | None
 ) -> Iterator[tuple[Integers, npt.NDArray[Any]]]:
-    """Extremes of the designs of one engine: which ones, and theirs.
+    """Extremes of all designs of one engine, with the indices of these designs.
 
     `columns` are crank ratio, offset, row, engine, number of the main journal and the factors.
     """
     along = load == "main_journal"
     below = np.floor(columns[2]).astype(np.int64)
     curves = len({(m.phase, m.pressure_factor) for m in engine.members}) if along else 1
-    # Bytes of the pressures that are tabulated at a time
+    # Pressures of at most 32 MB are tabulated at a time.
     at_once = max(1, int(32e6 // (16 * curves * phi.size)))
     order = np.argsort(below, kind="stable")
     begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::at_once]
@@ -480,13 +478,13 @@ def _of_engine(
             results["peak"][begin:end], results["angle"][begin:end] = np.sqrt(square), angle
             results["mean"][begin:end], results["rms"][begin:end] = mine[MEAN], mine[RMS]
 
-        # A thread is worth 64 designs, each of which takes some 5 us and more.
+        # 64 designs, each of which takes 5 us or more, are worth a thread.
         on_threads(some.size, work, threads or os.cpu_count() or 1, 64)
         yield some, results
 
 
 def _exist(load: str, engine: Cylinders, numbers: Floats) -> Any:
-    """Whether an engine has each of some main journals."""
+    """Whether an engine has each of the given main journals."""
     places = engine.along_shaft
     if load != "main_journal" or places is None:
         return np.ones(numbers.shape, dtype=np.bool_)

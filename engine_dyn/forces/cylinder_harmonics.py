@@ -44,14 +44,14 @@ from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Booleans, Complexes, Floats, Integers
 
 ORDERS_AT_ONCE = 64
-"""Orders whose weights exist at the same time."""
+"""Number of orders whose weights are held at the same time."""
 
 SERIES_UP_TO = 2.0
-"""Up to this z the integrals A and B are power series of so many terms, which leave 1e-17; above,
-closed forms, whose differences of near numbers then cost one digit at most."""
+"""Largest z at which the integrals A and B are computed as power series, whose error is 1e-17;
+above, closed forms lose one digit at most by subtracting nearly equal numbers."""
 
 ROWS_OF_TILE = 16
-"""Diagrams that the second-level cache holds beside the weights of an order."""
+"""Number of diagrams that the second-level cache holds together with the weights of an order."""
 
 
 def coefficients_of_rows(
@@ -86,7 +86,7 @@ def coefficients_of_rows(
 
 
 def _knots(family: Family, rows: Integers, factor: float) -> tuple[Floats, Floats, Floats]:
-    """Angles of the knots, and pressure and slope of rows there."""
+    """Angles of the knots of a family, with pressure and slope of some rows there."""
     if isinstance(family, CycleTable):
         pressure, slope = family.at_knots(rows, factor)
         return family.angle, pressure, slope
@@ -105,7 +105,7 @@ def weights_of_knots(angle: Floats, period: float, orders: Floats) -> Floats:
     step = np.diff(angle, append=angle[0] + period)
     turn = orders[:, None] * step
     even, odd = _integrals(turn)
-    # The angle behind the last knot is a period on, of which an order need not be a part.
+    # The angle after the last knot is one period further: an order need not repeat there.
     left = step * np.exp(-1j * orders[:, None] * angle) * (2.0 / period)
     right = left * np.exp(-1j * turn)
     of_pressure = left * even + np.roll(right * np.conj(even), 1, axis=1)
@@ -114,11 +114,11 @@ def weights_of_knots(angle: Floats, period: float, orders: Floats) -> Floats:
 
 
 def _integrals(z: Floats) -> tuple[Complexes, Complexes]:
-    """A(z) and B(z) of the module."""
+    """Integrals A(z) and B(z), as the module's docstring defines them."""
     low = np.where(z <= SERIES_UP_TO, z, 0.0)
     even, odd = np.zeros(z.shape, dtype=np.complex128), np.zeros(z.shape, dtype=np.complex128)
-    for n in reversed(range(28)):  # terms
-        # moments of t^n, over n!, in powers of -i z
+    for n in reversed(range(28)):  # 28 terms of the power series
+        # Moments of t^n, divided by n!, in powers of -i z.
         a = 1.0 / (n + 1) - 3.0 / (n + 3) + 2.0 / (n + 4)
         b = 1.0 / (n + 2) - 2.0 / (n + 3) + 1.0 / (n + 4)
         even = even * (-1j * low) + a / math.factorial(n)
@@ -142,7 +142,7 @@ def _add_up(
     first: int, last: int, begin: int, pressure: Floats, slope: Floats, weights: Floats,
     real: Floats, imaginary: Floats,
 ) -> None:  # fmt: skip
-    """Coefficients of some rows, for the orders from `begin` on that have weights."""
+    """Coefficients of some rows, for the orders with weights that begin at `begin`."""
     knots = pressure.shape[1]
     for tile in range(first, last, ROWS_OF_TILE):
         for order in range(weights.shape[0]):
@@ -157,7 +157,7 @@ def _add_up(
 
 
 MOST = 1024
-"""Highest order of smooth curves with an offset."""
+"""Highest order of the series of smooth curves with an offset."""
 
 
 def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
@@ -194,16 +194,16 @@ def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 def _of_smooth(
     kernel_of: Any, coefficients: Any, orders: Any, crank_ratio: Any, offset: Any
 ) -> Any:
-    """Harmonics of a curve that repeats every turn; half orders have none.
+    """Harmonics of a curve that repeats every turn; half orders are 0.
 
-    Without offset they are -i times the coefficients of the series: of each design, whatever the
-    offsets of others are.
+    A design without offset gets -i times the coefficients of the series, whatever offsets other
+    designs have.
     """
     centred = np.asarray(offset) == 0.0
     series = -1j * coefficients(orders, crank_ratio) if centred.any() else None
     if centred.all():
         return series
-    slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
+    slider_crank.dead_centres(crank_ratio, offset)  # raises for cranks that cannot turn
     nu, shape, columns = _designs(
         kinematic_series.checked_orders(orders, MOST), crank_ratio, offset
     )
@@ -224,7 +224,7 @@ def _of_smooth(
 def _velocity_orders(
     wave: Floats, quadrature: Floats, orders: Integers, real: Floats, imaginary: Floats
 ) -> None:
-    """Harmonics 2 v_nu of each design; an order 0 is one that has none."""
+    """Harmonics 2 v_nu of each design's piston velocity; 0 marks an order without harmonics."""
     for design in range(wave.shape[0]):
         for i in range(orders.size):
             there = 0 < orders[i] < wave.shape[1]
@@ -237,7 +237,7 @@ def _velocity_orders(
 def _inertia_orders(
     wave: Floats, quadrature: Floats, orders: Integers, real: Floats, imaginary: Floats
 ) -> None:
-    """Harmonics -i nu sum_m v_m v_(nu - m) of each design; an order 0 is one that has none."""
+    """Harmonics -i nu sum_m v_m v_(nu - m) of the inertia torque; an order 0 has none."""
     highest = wave.shape[1] - 1
     for design in range(wave.shape[0]):
         w, q = wave[design], quadrature[design]
@@ -255,7 +255,7 @@ def _inertia_orders(
 
 @inlined
 def _wave_at(real: Floats, imaginary: Floats, order: int) -> tuple[float, float]:
-    """v_m of any order: v_-m is the conjugate of v_m."""
+    """Coefficient v_m of a velocity for any order m: v_-m is the conjugate of v_m."""
     return real[abs(order)], imaginary[abs(order)] if order >= 0 else -imaginary[abs(order)]
 
 
@@ -290,7 +290,7 @@ def gas_harmonics(
         one = partial(gas_harmonics, orders, crank_ratio, offset, row, family, period,
                       threads=threads)  # fmt: skip
         return over_cycles(one, np.asarray(orders, dtype=float), pressure_factor, period)
-    slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
+    slider_crank.dead_centres(crank_ratio, offset)  # raises for cranks that cannot turn
     nu, shape, columns = _designs(orders, crank_ratio, offset, row)
     result = np.empty((columns.shape[1], nu.size), dtype=np.complex128)
     most = threads or os.cpu_count() or 1
@@ -298,7 +298,7 @@ def gas_harmonics(
     for highest, designs in by_highest_order(columns[0], columns[1]):
         reached = _reached(nu, highest)
         order = designs[np.argsort(below[designs], kind="stable")]
-        # The coefficients of 1024 diagrams exist at the same time.
+        # Coefficients of 1024 diagrams are held at the same time.
         begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::1024]
         for some in np.split(order, begins[1:]):
             _add_gas(some, columns, below, family, pressure_factor, highest, reached, most, result)
@@ -325,7 +325,7 @@ def over_cycles(
 
 
 def _reached(orders: Floats, highest: int) -> tuple[Floats, Integers, Booleans]:
-    """Orders nu - m of the pressure that waves reach: their sizes, and which one each is.
+    """Orders of the pressure that velocity waves combine with, and the index of each wave's.
 
     `place` is (nu, m) from m = -highest on; `turned` is True where nu - m is below 0, so that the
     coefficient is the conjugate.
@@ -339,7 +339,7 @@ def _add_gas(
     designs: Integers, columns: Floats, below: Integers, family: Family, factor: float,
     highest: int, reached: tuple[Floats, Integers, Booleans], threads: int, result: Complexes,
 ) -> None:  # fmt: skip
-    """Fill in the harmonics of some designs, with few different rows."""
+    """Fill in the gas harmonics of designs that share a few rows of the family."""
     sizes, place, turned = reached
     first, weight = below[designs], columns[2, designs] - below[designs]
     both = np.stack([first, first + (weight > 0.0)])
@@ -359,7 +359,7 @@ def _add_gas(
             waves = velocity_waves(columns[0, mine], columns[1, mine], highest)
             _gas_orders(begin, *waves, pair, share, *of_rows, place, turned, *parts)
 
-        # A thread is worth 256 designs, each of which takes some 2 us.
+        # 256 designs, each of which takes some 2 us, are worth a thread.
         on_threads(some.size, work, threads, 256)
         result[some] = parts[0] + 1j * parts[1]
 
@@ -370,7 +370,7 @@ def _gas_orders(
     row_real: Floats, row_imaginary: Floats, place: Integers, turned: Booleans, real: Floats,
     imaginary: Floats,
 ) -> None:  # fmt: skip
-    """Harmonics sum_m v_m c_(nu - m) of the designs from `begin` on that have waves."""
+    """Harmonics sum_m v_m c_(nu - m) of the designs with velocity waves from `begin` on."""
     highest = wave.shape[1] - 1
     sizes = row_real.shape[1]
     one, other = np.empty(sizes), np.empty(sizes)
@@ -386,7 +386,7 @@ def _gas_orders(
         for i in range(place.shape[0]):
             sum_real, sum_imaginary = 0.0, 0.0
             for m in range(1, highest + 1):
-                # v_m c_(nu - m) and conj(v_m) c_(nu + m)
+                # Terms v_m c_(nu - m) and conj(v_m) c_(nu + m) of the sum.
                 down, up = place[i, highest + m], place[i, highest - m]
                 sign = -1.0 if turned[i, highest + m] else 1.0
                 a, b = one[down], sign * other[down]
@@ -397,14 +397,14 @@ def _gas_orders(
 
 
 def _designs(orders: Any, *inputs: Any) -> tuple[Floats, tuple[int, ...], Floats]:
-    """Orders in a row; shape of the other inputs together, and these as columns."""
+    """Orders as a row, the common shape of the other inputs, and these inputs as columns."""
     others = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
     columns = np.stack([one.reshape(-1) for one in others])
     return kinematic_series.checked_orders(orders).reshape(-1), others[0].shape, columns
 
 
 def _along_orders(values: Complexes, orders: Any, shape: tuple[int, ...]) -> Complexes:
-    """Give (designs, orders) the shape of both broadcast; designs have size 1 along the orders."""
+    """Broadcast (designs, orders) to the shapes of both; designs have size 1 along the orders."""
     own = np.shape(orders)
     if values.shape[1] == 1:
         return np.array(np.broadcast_to(values.reshape(shape), np.broadcast_shapes(own, shape)))

@@ -58,13 +58,13 @@ __all__ = [
 
 
 WHOLE = 1e-6
-"""By how much an order may miss a multiple of a curve's lowest, in parts of it: rounding."""
+"""Rounding by which an order may miss a multiple of a curve's lowest order, in parts of it."""
 
 SAMPLES, SAMPLED_AT_ONCE = 2880, 256
 """Samples of two revolutions, a quarter of a degree apart; designs whose samples exist at once."""
 
 CANCELLED = 1e-12
-"""Sums of phase vectors below this part of the number of cylinders are nothing but rounding."""
+"""Fraction of the number of cylinders below which a sum of phase vectors is rounding."""
 
 
 def phase_vectors(orders: Any, cylinders: Any, by_count: CylindersByCount) -> Complexes:
@@ -144,20 +144,20 @@ def _in_first_mode(
 
 
 Single = Callable[[Floats, Any, Any, PressureFactor], Any]
-"""Harmonics of a cylinder, of orders, crank ratio, offset ratio and its factor on the pressure."""
+"""A cylinder's harmonics, from orders, crank ratio, offset ratio and its factor on the pressure."""
 
 
 class Part(NamedTuple):
     """A part of the torque of one cylinder."""
 
-    single: Single  # Single: its harmonics, over the lever of the cylinder: see `Single`
-    # Factor of a cylinder on them. On a throw of rho engine's radii the force has rho times the
-    # lever, and the acceleration is rho times as large besides.
+    single: Single  # Harmonics of one cylinder over the cylinder's lever: see `Single`
+    # Factor on the harmonics of a cylinder. On a throw of rho engine radii the force has rho times
+    # the lever, and the acceleration is rho times as large besides.
     lever: Callable[[Member], float]
-    # The part over a cylinder's own angle, of angle, cylinder, crank ratio, offset ratio and
-    # `more`: its harmonics with an articulated rod are those of samples.
+    # Curve of the part over a cylinder's own angle, from angle, cylinder, crank ratio, offset ratio
+    # and `more`: samples give its harmonics for an articulated rod.
     curve: Callable[..., Any]
-    more: tuple[Any, ...] = ()  # Further inputs of the curve; they broadcast
+    more: tuple[Any, ...] = ()  # Further inputs of the curve, which broadcast
 
 
 VELOCITY = Part(
@@ -173,13 +173,13 @@ INERTIA = Part(
 
 
 def _where(there: Booleans, nu: Floats, of: Callable[[Floats], Complexes]) -> Complexes:
-    """Harmonics of the orders that are `there`, 0 of the others.
+    """Harmonics of the orders that `there` marks, and 0 for all others.
 
     Firing patterns bring orders that a cylinder which repeats sooner does not have.
     """
     if not there.any():
         return 0.0 * of(nu)
-    along = int(np.argmax(nu.shape)) - nu.ndim  # orders lie along one axis
+    along = int(np.argmax(nu.shape)) - nu.ndim  # all orders lie along one axis
     each = there.reshape(-1)
     values = np.moveaxis(of(np.compress(each, nu, axis=along)), along, -1)
     result = np.zeros((*values.shape[:-1], each.size), dtype=np.complex128)
@@ -353,7 +353,7 @@ def _vectors(
 def _sum_of(
     part: Part, crank_ratio: Any, offset: Any
 ) -> Callable[[Floats, tuple[Member, ...]], Any]:
-    """Sum of a part over cylinders: those of one pressure and one mechanism share harmonics."""
+    """Sum of a part over the cylinders; those of one pressure and one mechanism share harmonics."""
     known: dict[tuple[Any, ...], Any] = {}
 
     def summed(nu: Floats, members: tuple[Member, ...]) -> Any:

@@ -80,7 +80,7 @@ from engine_dyn.types import Floats, Integers
 
 GRAVITY = 9.80665  # Standard acceleration of free fall [m/s2] (CGPM 1901)
 
-SAMPLES = 720  # Angles of a turn at which a largest value is looked for
+SAMPLES = 720  # Number of angles of a turn at which a largest value is searched
 
 
 def _sine_and_cosine(phi: npt.ArrayLike, crank_ratio: Any, offset: Any) -> tuple[Any, Any]:
@@ -167,7 +167,7 @@ def gravity_torque(
 
 def sense_of_motion(velocity: Any) -> Any:
     """Return 1 where the piston moves towards the crank, -1 where away, 0 at the dead centres."""
-    # A piston below this reduced velocity stands still but for rounding.
+    # A piston below this reduced velocity stands still: the velocity is rounding.
     return np.where(np.abs(velocity) < 1e-12, 0.0, np.sign(velocity))
 
 
@@ -234,7 +234,7 @@ def rod_acceleration(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     sine, _ = _sine_and_cosine(phi, crank_ratio, offset)
     speed = rod_speed(phi, crank_ratio, offset)
     lean = thrust_ratio(phi, crank_ratio, offset)
-    # beta'^2 tan(beta) - lambda sin(theta)/W
+    # beta'^2 tan(beta) - lambda sin(theta)/W, the angular acceleration of the rod.
     return lean * speed**2 - crank_ratio * sine * rod_ratio(phi, crank_ratio, offset)
 
 
@@ -287,8 +287,8 @@ _TORQUE, _THRUST = 0, 1
 
 
 def _largest_errors(which: int, crank_ratio: Any, excess: Any, moment: Any, offset: Any) -> Any:
-    """Largest size of what two masses leave out over that of the whole, for each design."""
-    slider_crank.dead_centres(crank_ratio, offset)  # refuses cranks that cannot turn
+    """Largest error of the two-mass model over the largest exact value, for each design."""
+    slider_crank.dead_centres(crank_ratio, offset)  # raises for cranks that cannot turn
     inputs = (crank_ratio, excess, moment, offset)
     columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))
     theta = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
@@ -302,7 +302,7 @@ def _largest_errors(which: int, crank_ratio: Any, excess: Any, moment: Any, offs
 
 @kernel
 def _fill_errors(which: int, inputs: Floats, sine: Floats, cosine: Floats, result: Floats) -> None:
-    """Fill in the errors; rows of `inputs` are lambda, excess, m r^2 and e/r."""
+    """Fill in the errors of two masses; rows of `inputs` are lambda, excess, m r^2 and e/r."""
     for design in range(result.size):
         ratio, offset = inputs[0, design], inputs[3, design]
         excess, moment = inputs[1, design], inputs[2, design]
@@ -312,14 +312,14 @@ def _fill_errors(which: int, inputs: Floats, sine: Floats, cosine: Floats, resul
         for i in range(sine.size):
             s, c = sum_of_angles(sine[i], cosine[i], top, upright)
             lean = ratio * (s - offset)
-            root = 1.0 / math.sqrt(1.0 - lean * lean)  # 1/cos(beta)
+            root = 1.0 / math.sqrt(1.0 - lean * lean)  # 1/cos(beta) of the rod
             speed = ratio * c * root
             couple = -excess * (lean * root * speed * speed - ratio * s * root)
             b = offset_acceleration_at(s, c, ratio, offset)
             if which == _TORQUE:
                 left_out = couple * speed
                 masses = moment * (s + lean * root * c) * b
-            else:  # both times the crank radius: r/l is the crank ratio
+            else:  # both masses times the crank radius: r/l is the crank ratio
                 left_out = couple * root * ratio
                 masses = moment * lean * root * b
             most, whole = max(most, abs(left_out)), max(whole, abs(left_out - masses))
@@ -333,8 +333,8 @@ ROD_LOADS = np.dtype(
                      "ratio")
     ]
 )  # fmt: skip
-"""Largest compression and tension of the gas load and of the combined rod load [N], 0 where there
-is none, and the reversal's duration [rad] and ratio."""
+"""Fields of a rod's loads: largest compression and tension of the gas load and of the combined
+rod load [N], 0 where there is none, and the load reversal's duration [rad] and ratio."""
 
 
 def rod_load_extremes(
@@ -366,7 +366,7 @@ def rod_load_extremes(
     flat = {name: column.reshape(-1) for name, column in columns.items()}
     result = np.empty(flat["cylinder_set"].size, dtype=ROD_LOADS)
     phi = sample_angles(period, family)
-    # The loads that are held at once take 16 MB.
+    # Loads of at most 16 MB are held at once.
     at_once = max(1, (1 << 21) // phi.size)
     for number in np.unique(flat["cylinder_set"]).astype(int).tolist():
         mine = np.flatnonzero(flat["cylinder_set"] == number)
@@ -382,7 +382,7 @@ def rod_load_extremes(
 def _worst(
     one: Mapping[str, Any], phi: Floats, engine: Cylinders, family: Family, period: float
 ) -> list[Floats]:
-    """Extremes of designs along the first axis, in the order of `ROD_LOADS`."""
+    """Extreme rod loads of designs along the first axis, in the order of `ROD_LOADS`."""
     extremes = []
     for member in dict.fromkeys(member._replace(phase=0.0) for member in engine.members):
         gas = _load(one, phi, member, family, 0.0)
@@ -412,7 +412,7 @@ def _worst(
 def _load(
     one: Mapping[str, Any], phi: Floats, member: Member, family: Family, moved: float
 ) -> Floats:
-    """Load of a cylinder of designs along the first axis [N], with a part of its inertia."""
+    """Rod load of designs along the first axis [N], with a fraction of the inertia force."""
     gas = torque.pressure(phi, family, one["row"], one["pressure_scale"], member.pressure_factor)
     gas = (gas - one["crankcase_pressure"]) * torque.piston_area(one["bore"])
     if moved == 0.0:
@@ -425,7 +425,7 @@ def _load(
 
 @kernel
 def _fill_reversals(load: Floats, result: Floats) -> None:
-    """Fill in the shorter of the longest stretches of compression and of tension, in samples."""
+    """Fill in the shorter of the longest intervals of compression and of tension, in samples."""
     designs, count = load.shape
     for design in range(designs):
         force = load[design]

@@ -30,8 +30,8 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
 EXTREMES = np.dtype([("range", np.float64), ("rms", np.float64)])
-"""Largest range of the torque after a throw, and the root mean square of the torque that excites
-the first mode, less its mean [N m]."""
+"""Fields of a shaft's torques: largest range of the torque after a throw, and the root mean
+square, without the mean, of the torque that excites the first mode [N m]."""
 
 
 def shaft_torque_extremes(
@@ -74,14 +74,14 @@ def shaft_torque_extremes(
         engine = by_count[number]
         weights = first_mode_weights(engine)
         steps = np.diff(weights, prepend=0.0)[:, None]
-        # The curves that are held at once take 16 MB.
+        # Curves of at most 16 MB are held at once.
         at_once = max(1, 2_000_000 // (phi.size * len(along_shaft(engine))))
         for begin in range(0, mine.size, at_once):
             some = mine[begin : begin + at_once]
             one = {name: column[some][:, None] for name, column in flat.items()}
             friction: dict[tuple[Any, ...], Floats] = {}
             curves = _curves(one, phi, number, family, {number: engine}, period, friction)
-            curves = curves[:, : weights.size]  # those past the last throw are missing
+            curves = curves[:, : weights.size]  # weights past the last throw are missing
 
             def of_throws(
                 which: Integers, angle: Floats, one: Mapping[str, Any] = one, number: int = number,
@@ -102,7 +102,7 @@ def _curves(
     one: Mapping[str, Any], phi: Floats, number: int, family: Family, by_count: CylindersByCount,
     period: float, weights: dict[tuple[Any, ...], Floats],
 ) -> Floats:  # fmt: skip
-    """Torque after each throw of some designs of one engine, shape (design, throw, angle)."""
+    """Torque after each throw for designs of one engine, shape (design, throw, angle)."""
     friction = StrokeFriction._make(one[f"friction_{i}"] for i in range(5))
     uniform = not any(np.any(level) for level in friction.levels)
     gas = torque.GasPressure(family, one["row"], one["pressure_scale"], one["crankcase_pressure"])
@@ -125,7 +125,7 @@ def _largest_ranges(curves: Floats, phi: Floats, curve: CurveOfDesigns) -> Float
         most = np.full(len(rows), np.nan)
         np.fmax.at(most, which, reach(around))
         reached += most.reshape(ranges.shape)
-    may_be = reached >= ranges.max(axis=-1, keepdims=True)  # the largest of the design
+    may_be = reached >= ranges.max(axis=-1, keepdims=True)  # may be the design's largest
     throws = np.flatnonzero(may_be)
     ranges[may_be] = sum(
         largest(rows[throws], phi, lambda which, angle: curve(throws[which], angle), sign)[0]

@@ -59,13 +59,13 @@ def superpose(
 class CrankTrain(NamedTuple):
     """Slider-cranks of the cylinders of designs; arrays broadcast."""
 
-    crank_ratio: Any  # lambda = r/l of the engine [1]
-    double_radius: Any  # 2 r [m], the stroke of an engine without offset
-    cylinders: Any  # Set of each design, or its number of evenly firing equal cylinders
-    period: float  # Angle of the cycle [rad]
+    crank_ratio: Any  # Engine's crank radius over rod length, lambda = r/l [1]
+    double_radius: Any  # Twice the crank radius, 2 r [m], the stroke of an engine without offset
+    cylinders: Any  # Cylinder set of each design, or its number of evenly firing equal cylinders
+    period: float  # Crank angle of the cycle [rad]
     # Distance of the piston pin's line from the crank's axis over the crank radius [1].
     offset: Any = 0.0
-    by_count: CylindersByCount | None = None  # Cylinders of each set
+    by_count: CylindersByCount | None = None  # Cylinders of each cylinder set
 
     def velocity(self, phi: Any, member: Member) -> Any:
         """Piston velocity of a cylinder over the engine's crank radius and speed [1]."""
@@ -102,7 +102,7 @@ def along_shaft(engine: Cylinders) -> tuple[tuple[int, ...], ...]:
     return places
 
 
-WIDEST = np.pi / 360.0  # Half a degree, which smooth curves need, and 1/32 degree
+WIDEST = np.pi / 360.0  # Widest step of samples, half a degree: enough for smooth curves
 
 CurveOfDesigns = Callable[[Integers, Floats], Floats]
 """Values of the curves of some designs, each at an angle [rad] of its own: shapes (N,)."""
@@ -115,7 +115,7 @@ def sample_angles(period: float, family: Family | None = None) -> Floats:
     """
     gap = WIDEST
     if family is not None and not isinstance(family, CycleTable):  # modelled cycles are smooth
-        # Half a degree is what smooth curves need; the least gap is 1/32 degree.
+        # Smooth curves need half a degree; the smallest step is 1/32 degree.
         gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), np.pi / 5760.0)
     count = int(np.ceil(period / gap - 1e-6))
     return np.asarray(-0.5 * period + np.arange(count, dtype=np.float64) * (period / count))
@@ -211,7 +211,7 @@ def tops(
     value, place = np.full(designs, np.nan), np.full(designs, np.nan)
     top, moved = _risen(which, angle, around, step, curve)
     np.fmax.at(value, which, top)
-    # Part of that size by which equal crests may differ: the angle of the first one counts.
+    # Equal crests may differ by this part of their size: the angle of the first one counts.
     size = 1e-9 * np.abs(value)
     first = np.flatnonzero(top >= (value - size)[which])[::-1]  # the last one written counts
     place[which[first]] = angle[first] + step * moved[first]
@@ -221,14 +221,14 @@ def tops(
 def _risen(
     which: Integers, angle: Floats, around: Floats, step: float, curve: CurveOfDesigns
 ) -> tuple[Floats, Floats]:
-    """Value at the top beside each crest, and how far it is from it, in steps."""
+    """Value at the top next to each crest, and the distance of the top from the crest, in steps."""
     left, here, right = np.stack([np.full(which.size, k) for k in (-1.0, 0.0, 1.0)])
     before, top, after = around.copy()
-    # A curve may still rise by this part of its largest size above what was found.
+    # A curve may still rise above the found value by this part of its largest size.
     least = 1e-11 * np.abs(around).max(axis=0)
     calm = np.zeros(which.size, dtype=np.int64)
     alive = np.arange(which.size)
-    # A kink takes about forty evaluations.
+    # A search at a kink takes about forty evaluations.
     for number in range(80):
         a, m, b = left[alive], here[alive], right[alive]
         up = (top[alive] - before[alive]) / (m - a)
@@ -241,18 +241,18 @@ def _risen(
         wider = np.where(m - a > b - m, 0.5 * (a + m), 0.5 * (m + b))
         near = np.abs(vertex - m) < 1e-3 * (b - a)
         by_gap = near | (calm[alive] > 0) | ~np.isfinite(vertex)
-        # A smooth crest takes six evaluations.
+        # A search at a smooth crest takes six evaluations.
         by_gap |= number % 3 == 2 if number < 6 else number % 4 != 0
         tried = np.where(by_gap, wider, vertex)
         go = (calm[alive] < 2) & (b - a > 1e-12)
         if not go.any():
             break
         alive, tried, m = alive[go], tried[go], m[go]
-        # Never one point alone, which may be computed on another way, with other bits.
+        # Two points or more: a single one may be computed by another loop, with other bits.
         two = np.resize(np.arange(alive.size), max(alive.size, 2))
         risen = curve(which[alive][two], (angle[alive] + step * tried)[two])[: alive.size]
         higher, behind = risen > top[alive], tried > m
-        # The new point or the old top becomes the end of the gap on its side.
+        # The new point or the previous top becomes the end of the bracket on its side.
         end, value = np.where(higher, m, tried), np.where(higher, top[alive], risen)
         to_left = higher == behind
         left[alive] = np.where(to_left, end, left[alive])

@@ -24,7 +24,7 @@ from engine_dyn.pressure.motored import over_cycles, pressures_of_rows, row_with
 from engine_dyn.types import Floats
 
 MEANS_AT_ONCE = 64
-"""Designs whose means of the friction are taken together: each has some thousand points."""
+"""Designs whose mean frictions are computed together: each has some thousand points."""
 
 
 def piston_area(bore: Any) -> Any:
@@ -50,7 +50,7 @@ def pressure(
     weight, first = place - below, below.astype(np.int64)
     rows = np.unique(np.concatenate([first.reshape(-1), np.ceil(place).astype(np.int64).ravel()]))
     common = angle.size == (angle.shape[-1] if angle.ndim else 1)
-    if common and place.shape[-1:] in ((), (1,)):  # the angles are those of all designs
+    if common and place.shape[-1:] in ((), (1,)):  # all designs have the same angles
         flat = angle.reshape(-1)
         table = pressures_of_rows(family, rows, flat, factor)
         at = np.searchsorted(rows, first.reshape(-1))
@@ -83,10 +83,10 @@ def pressure_of_first(
 class GasPressure(NamedTuple):
     """Pressure in the cylinders of designs, from their diagrams; arrays broadcast."""
 
-    family: Family  # Indicator diagrams
+    family: Family  # Indicator diagrams of the engine
     row: Any  # (Fractional) row of the family's table, see `family.Family.locate`
-    scale: Any  # Factor on the pressure [1]
-    crankcase: Any  # Absolute pressure under the piston [Pa]
+    scale: Any  # Factor on the pressure of the diagram [1]
+    crankcase: Any  # Absolute pressure under the piston, in the crankcase [Pa]
 
     def difference(self, phi: Any, member: Member, train: CrankTrain) -> Any:
         """Pressure in a cylinder less that in the crankcase, p - p_c [Pa]."""
@@ -227,7 +227,7 @@ def torque_after_throw(
     lever = piston_area(bore) * 0.5 * train.double_radius
     moment = mass * (0.5 * train.double_radius * speed) ** 2
 
-    @cache  # each counts for all throws before it
+    @cache  # each weight counts for all throws before it
     def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]

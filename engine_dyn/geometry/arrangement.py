@@ -51,10 +51,10 @@ MOST_CYLINDERS = 24
 TURN = 2.0 * math.pi
 
 FOUR_STROKE = 2.0 * TURN
-TWO_STROKE = TURN  # Angle of the cycle [rad]
+TWO_STROKE = TURN  # Crank angle of a two-stroke cycle [rad]
 
 SAME_ANGLE = 0.01 * DEGREE
-"""Angles this close are the same: files give sevenths and ninths of a turn with few digits."""
+"""Difference of equal angles: files give sevenths and ninths of a turn with few digits."""
 
 
 def firing_phases(cylinders: int, period: float) -> Any:
@@ -96,7 +96,7 @@ def symmetry(
     marks = marks.reshape(count, -1)
     periods = np.broadcast_to(period if own_periods is None else np.asarray(own_periods), count)
     for parts in range(count, 1, -1):
-        # A shift moves every cylinder, so they fall into groups of `parts`.
+        # A shift moves every cylinder, so cylinders fall into groups of `parts`.
         if count % parts == 0 and _repeats(angle, marks, periods, period / parts):
             return parts
     return 1
@@ -366,6 +366,6 @@ def _finite(where: str, value: float) -> None:
 
 
 def _degrees(angle: float | Floats | Sequence[float]) -> str:
-    """Angles in degrees for a message."""
+    """Angles in degrees, as text for a message."""
     values = np.atleast_1d(np.asarray(angle, dtype=float)) / DEGREE
     return ", ".join(f"{round(float(value), 4):g}" for value in values)

@@ -29,7 +29,7 @@ from engine_dyn.geometry import slider_crank
 
 
 class _Height(NamedTuple):
-    """Height of the piston pin over the crank radius, and its first two slopes over theta."""
+    """Height of the piston pin over the crank radius, with two derivatives over theta."""
 
     value: Any
     slope: Any
@@ -39,10 +39,10 @@ class _Height(NamedTuple):
 class ArticulatedRod(NamedTuple):
     """Numbers that tell an articulated rod from a plain one."""
 
-    radius: float  # Distance K of the knuckle pin from the crank pin over the crank radius [1]
+    radius: float  # Distance K of the knuckle pin from the crank pin, over the crank radius [1]
     angle: float  # Direction alpha of the knuckle pin from the master rod's axis [rad]
-    bank: float  # Direction gamma of the cylinder from the master's [rad]
-    # Rod length S over the crank radius [1]; 0: that of the master rod less the knuckle's radius.
+    bank: float  # Direction gamma of the cylinder from the master cylinder's [rad]
+    # Rod length S over the crank radius [1]; 0: the master rod's less the knuckle's radius.
     length: float = 0.0
     knuckle_mass: float = 0.0  # Mass at the knuckle pin over the engine's reciprocating mass [1]
 
@@ -51,7 +51,7 @@ class ArticulatedRod(NamedTuple):
         return self.length if self.length else 1.0 / np.asarray(crank_ratio) - self.radius
 
     def _lean(self, theta: Any, crank_ratio: Any, offset: Any) -> tuple[Any, Any, Any]:
-        """Angle of the master rod and its first two slopes."""
+        """Angle of the master rod, with first and second derivative."""
         sine = crank_ratio * (np.sin(theta) - offset)
         cosine = np.sqrt(1.0 - sine * sine)
         slope = crank_ratio * np.cos(theta) / cosine
@@ -77,7 +77,7 @@ class ArticulatedRod(NamedTuple):
     def _theta(self, crank_ratio: Any, offset: Any, half_turn: float = 0.0) -> Any:
         """Angle of the crank to the master's cylinder at a dead centre: top, or bottom with pi."""
         theta = self.bank + half_turn + 0.0 * (np.asarray(crank_ratio) + offset)
-        # Newton's method doubles the digits in each step, from some degrees on.
+        # Newton's method doubles the number of right digits in each step, from some degrees on.
         for _ in range(8):
             height = self._height(theta, crank_ratio, offset)
             theta = theta - height.slope / height.bend

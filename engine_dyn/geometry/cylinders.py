@@ -33,13 +33,13 @@ from engine_dyn.types import Floats
 
 SEALED = -1.0  # Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`
 
-MOST_CYCLES = 64  # Cycles after which a firing pattern repeats, at most
+MOST_CYCLES = 64  # Largest number of cycles after which a firing pattern repeats
 
 Firings = TypeVar("Firings", tuple[float, ...], str)
-"""A pattern: a factor, or a letter, for each firing."""
+"""A firing pattern: a factor, or a letter, for each firing."""
 
 PressureFactor = float | tuple[float, ...]
-"""Factor on a cylinder's pressure [1]: of all cycles, or of each of the cycles of a pattern."""
+"""Factor on a cylinder's pressure [1]: for all cycles, or for each cycle of a pattern."""
 
 
 class Member(NamedTuple):
@@ -51,18 +51,18 @@ class Member(NamedTuple):
     crank radius are the engine's. What is returned is over the engine's crank radius and speed.
     """
 
-    phase: float  # Angle to add to the engine's to get the cylinder's own [rad]
-    # f in p = p_motored + f (p - p_motored): 1 as the diagram, 0 without combustion [1]; one for
-    # each cycle where these differ, the first around the cylinder's own angle 0. `SEALED` where the
-    # valves stay shut.
+    phase: float  # Angle to add to the engine's crank angle for the cylinder's own [rad]
+    # Factor f in p = p_motored + f (p - p_motored) [1]: 1 as the diagram, 0 without combustion; one
+    # for each cycle where cycles differ, the first around the cylinder's own angle 0. `SEALED`
+    # where the valves stay shut.
     pressure_factor: PressureFactor
-    mass_factor: float  # Reciprocating mass over the engine's [1]
-    # Crank radius, and stroke, over the engine's; rods are equally long [1].
+    mass_factor: float  # Reciprocating mass of the cylinder over the engine's [1]
+    # Crank radius, and stroke, of the cylinder over the engine's; rods are equally long [1].
     radius_factor: float = 1.0
-    # Factor on the offset: -1 where the bank lies to the other side of the crank's axis than that
-    # of cylinder 1 (VR engines) [1].
+    # Factor on the engine's offset [1]: -1 where the cylinder's bank lies to the other side of the
+    # crank's axis than cylinder 1 (VR engines).
     side: float = 1.0
-    # The rod, where it hangs on a master rod; its crank radius is then the engine's.
+    # Articulated rod, where the cylinder has one; its crank radius is then the engine's.
     rod: ArticulatedRod | None = None
 
     @property
@@ -150,10 +150,10 @@ class OwnCrank(NamedTuple):
 EQUAL = Member(0.0, 1.0, 1.0)  # Cylinder 1 of an engine whose cylinders are equal
 
 
-SMALLEST_RADIUS = 0.1  # A throw of less is none
+SMALLEST_RADIUS = 0.1  # Smallest crank radius of a throw, over the engine's
 
 LARGEST_FACTOR = 2.0
-"""More than twice the pressure rise or the mass of the others is another engine."""
+"""Largest factor on pressure rise or mass: beyond twice the others' it is another engine."""
 
 
 LARGEST_FIRING = 4.0
@@ -164,12 +164,12 @@ LARGEST_FIRING = 4.0
 class Cylinders:
     """The cylinders of one engine."""
 
-    # Angle after which all repeats [rad]: that of the cycle, or of several with a pattern.
+    # Crank angle after which everything repeats [rad]: a cycle, or several with a firing pattern.
     period: float
-    # In the order of their numbers; where no order is known, in that of their firing.
+    # Cylinders in the order of their numbers; of firing, where no order is known.
     members: tuple[Member, ...]
-    arrangement: Arrangement | None = None  # Throws and banks, where they are known
-    cycles: int = 1  # Cycles in the period
+    arrangement: Arrangement | None = None  # Throws and banks of the engine, where they are known
+    cycles: int = 1  # Number of cycles in the period
 
     @cached_property
     def symmetry(self) -> int:
@@ -199,7 +199,7 @@ class Cylinders:
         return tuple(representatives)
 
     def _own_period(self, member: Member) -> float:
-        """Angle after which the pressure of one cylinder repeats [rad]."""
+        """Crank angle after which the pressure of one cylinder repeats [rad]."""
         return self.period / self.cycles * member.cycles
 
     def _apart(self, member: Member, place: float) -> float:
@@ -286,7 +286,7 @@ class Cylinders:
             factors = shortest(tuple(f if f == SEALED else f * own for f in each))
             one = factors[0] if len(factors) == 1 else factors
             members[i] = members[i]._replace(pressure_factor=one)
-        # A cylinder that does as cylinder 1 does, some cycles later, is its copy.
+        # A cylinder whose pressure is that of cylinder 1, some cycles later, is its copy.
         first = members[0].pressure_factor
         for i, member in enumerate(members):
             these = member.pressure_factor
@@ -472,7 +472,7 @@ class Cylinders:
         return Cylinders(self.period, members, self._with_radii(factors[2]))
 
     def _with_radii(self, radii: tuple[float, ...]) -> Arrangement | None:
-        """Arrangement with these crank radii of its cylinders over the engine's."""
+        """Arrangement in which cylinders have these crank radii over the engine's."""
         if min(radii) < SMALLEST_RADIUS:
             number = radii.index(min(radii)) + 1
             raise ValueError(
@@ -544,7 +544,7 @@ def shortest(pattern: Firings) -> Firings:
 
 
 CylindersByCount = Mapping[int, Cylinders]
-"""Cylinders of each set: of each number of cylinders where no more differs between designs."""
+"""Cylinders of each set, by the number of cylinders where designs differ in nothing else."""
 
 
 @lru_cache(maxsize=64)
@@ -556,7 +556,7 @@ def even_cylinders(count: int, period: float, order: tuple[int, ...] | None = No
     if order is None and period in (TURN, FOUR_STROKE):
         order = customary_order(count, two_stroke=period == TURN)
     if order is not None:
-        first = order.index(1)  # the crank angle begins where cylinder 1 fires
+        first = order.index(1)  # the crank angle is 0 where cylinder 1 fires
         return cylinders_of(in_line(count, (*order[first:], *order[:first]), period))
     return Cylinders(
         period, tuple(Member(float(p), 1.0, 1.0) for p in firing_phases(count, period))

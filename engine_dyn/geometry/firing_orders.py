@@ -26,15 +26,15 @@ _MAN = "MAN B&W two-stroke engines; not compared with a maker's table"
 class KnownOrder(NamedTuple):
     """A firing order and where it comes from."""
 
-    order: tuple[int, ...]  # Cylinders as they fire, from 1 on
-    source: str  # Citation, or engines that use it
-    # Numbering of engines with two banks: "banks" counts one bank after the other (DIN 73021: 1, 2,
-    # ... on one, the rest on the other), "alternate" from throw to throw (odd numbers on one bank).
+    order: tuple[int, ...]  # Numbers of the cylinders, from 1, in the order of firing
+    source: str  # Citation of the order, or engines that use it
+    # Numbering of cylinders of an engine with two banks: "banks" numbers one bank after the other
+    # (DIN 73021), "alternate" from throw to throw, with odd numbers on one bank.
     numbering: str = "banks"
-    crank: str = ""  # "cross-plane" or "flat-plane", where there is a choice
-    # Bank angle [degree] and pins, "shared" or "split", of V engines that have been built so, and
-    # take the order (the first that fits) when none is given. None: any angle below 180. Both words
-    # also where split pins would stand together.
+    crank: str = ""  # Kind of crankshaft, "cross-plane" or "flat-plane", where both exist
+    # Bank angle [degree] and pins, "shared" or "split", of V engines that have been built with the
+    # order; the first that fits is taken when none is given. A bank angle of None stands for any
+    # below 180 degrees. Both kinds of pins are listed also where split pins would coincide.
     built: tuple[tuple[float | None, str], ...] = ()
 
 
@@ -88,12 +88,12 @@ IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         KnownOrder((1, 3, 2, 5, 8, 6, 7, 4), _BOSCH),
     ),
 }
-"""Four-stroke in-line engines; the first of each count is the customary one."""
+"""Firing orders of four-stroke in-line engines; the first of each count is the customary one."""
 
 CUSTOMARY_ORDERS: dict[int, tuple[int, ...]] = {
     count: known[0].order for count, known in IN_LINE_ORDERS.items()
 }
-"""The customary order of in-line four-stroke engines."""
+"""The customary firing order of in-line four-stroke engines, by number of cylinders."""
 
 TWO_STROKE_IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     1: (KnownOrder((1,), _GENERIC),),
@@ -109,7 +109,7 @@ TWO_STROKE_IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         ),
     ),
 }
-"""Two-stroke in-line engines; the first of each count is the customary one."""
+"""Firing orders of two-stroke in-line engines; the first of each count is the customary one."""
 
 _BOTH_90: tuple[tuple[float, str], ...] = ((90.0, "shared"), (90.0, "split"))
 
@@ -212,10 +212,10 @@ VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         ),
     ),
 }
-"""Four-stroke V engines, with the numbering that the order refers to."""
+"""Firing orders of four-stroke V engines, with the numbering that they refer to."""
 
 TWO_STROKE_VEE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {2: VEE_ORDERS[2]}
-"""Two-stroke V engines."""
+"""Firing orders of two-stroke V engines."""
 
 VR_ORDERS: dict[int, KnownOrder] = {
     5: KnownOrder((1, 2, 4, 5, 3), "Volkswagen VR5 of 15 degrees: Wikipedia, VR5 engine"),
@@ -225,7 +225,7 @@ VR_ORDERS: dict[int, KnownOrder] = {
         "VR6 engine, says of it",
     ),
 }
-"""Four-stroke VR engines, odd numbers in one bank, even ones in the other."""
+"""Firing orders of four-stroke VR engines, odd numbers in one bank, even ones in the other."""
 
 BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     2: (KnownOrder((1, 2), "BMW boxer; " + _GENERIC),),
@@ -247,14 +247,14 @@ BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
         ),
     ),
 }
-"""Four-stroke boxer engines; the first of each count is the customary one."""
+"""Firing orders of four-stroke boxer engines; the first of each count is the customary one."""
 
 TWO_STROKE_BOXER_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     2: (KnownOrder((1, 2), _TOGETHER),),
     4: (KnownOrder((1, 3, 2, 4), _TOGETHER),),
     6: (KnownOrder((1, 4, 3, 6, 2, 5), _TOGETHER),),
 }
-"""Two-stroke boxer engines, whose cylinders fire two at a time, in the order of their numbers."""
+"""Firing orders of two-stroke boxer engines, whose cylinders fire in pairs."""
 
 
 def customary_order(cylinders: int, two_stroke: bool = False) -> tuple[int, ...] | None:
@@ -279,7 +279,7 @@ def known_vee_order(
     """
     for entry in known:
         for angle, pins_then in entry.built:
-            # Bank angles within 0.01 degree are the same.
+            # Bank angles that differ by less than 0.01 degree are the same.
             near = bank_angle < 180.0 if angle is None else abs(angle - bank_angle) < 0.01
             if near and pins_then == pins and entry.crank == crank:
                 return entry

@@ -54,9 +54,9 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.types import Floats
 
 MOST_TERMS = 1_000_000
-AT_ONCE = 1024  # Terms of series, and designs with their curves, that exist at the same time
+AT_ONCE = 1024  # Terms of the series, and designs with their curves, that are held at the same time
 
-REMAINDER = 1e-17  # Bound on what is left out of a sum, over the sum
+REMAINDER = 1e-17  # Bound on the neglected rest of a sum, over the sum
 
 
 def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
@@ -82,7 +82,7 @@ def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
     even = (nu % 2.0 == 0.0) & (nu > 0.0)
     result = np.where(nu == 1.0, -1.0, 0.0)
     root = np.sqrt((1.0 - ratio) * (1.0 + ratio))
-    # q/lambda has no difference of near numbers: q = (lambda/(1 + k'))^2.
+    # q = (lambda/(1 + k'))^2 subtracts no nearly equal numbers.
     q = (ratio / (1.0 + root)) ** 2
     for order in np.unique(nu[even]):
         here = nu == order
@@ -114,7 +114,7 @@ def mean_position(crank_ratio: npt.ArrayLike) -> Floats:
     _, ratio = _checked(1.0, crank_ratio)
     root = np.sqrt((1.0 - ratio) * (1.0 + ratio))
     q = (ratio / (1.0 + root)) ** 2
-    # 1 - W's mean, over lambda, without the difference of near numbers.
+    # 1 less the mean of W, over lambda, without subtracting nearly equal numbers.
     lost = 0.5 * ratio / (1.0 + root) - 0.5 * (1.0 + root) * _root_series(0, q, rest=True) / ratio
     return np.asarray(1.0 + lost)
 
@@ -244,7 +244,7 @@ def _root_series(n: int, q: Floats, *, rest: bool = False) -> Floats:
     term = np.full(q.shape, first)
     total = np.zeros(q.shape) if rest else term.copy()
     square = q * q
-    bound = square / (1.0 - square)  # terms fall at least as fast as square^j
+    bound = square / (1.0 - square)  # terms of the sum decrease at least as fast as square^j
     j, block = 0, 16
     while True:
         step = j + np.arange(block)
@@ -268,7 +268,7 @@ def _truncated(
         raise ValueError(f"highest order = {bad:g}: must be 2, 4, 6 or another even number")
     total = (1.0 - np.cos(angle), np.sin(angle), np.cos(angle))[derivative]
     for terms in range(1, int(kept.max()) // 2 + 1):
-        # The power lambda^(2 terms - 1): all of it comes and goes together.
+        # Power lambda^(2 terms - 1), which multiplies every angle of this term.
         part = _of_power(angle, terms, derivative) * ratio ** (2 * terms - 1)
         total = total + np.where(kept >= 2 * terms, part, 0.0)
     return total

@@ -165,7 +165,7 @@ def vee(
         _of_order(name, order, banks, places, (0.0, side * bank_angle), pins, period)
         for side in (1.0, -1.0)
     ]
-    # On the wrong side of the first bank, shared pins fire in another order.
+    # With the second bank on the wrong side of the first, shared pins fire in another order.
     right = [one for one in layouts if _fires(one, order)]
     if not right:
         raise ValueError(
@@ -290,7 +290,7 @@ def boxer(
     _check_word(name, "numbering", numbering, NUMBERINGS)
     banks, places = _numbered(cylinders, 2, numbering)
     firing = _even(order, cylinders, period)
-    if period == TURN:  # the second of each pair fires with the first
+    if period == TURN:  # the second cylinder of each pair fires with the first
         for first, second in zip(order[0::2], order[1::2], strict=True):
             firing[second - 1] = firing[first - 1]
     for place in range(pairs):
@@ -324,7 +324,7 @@ def radial(cylinders: int, rows: int = 1, period: float = FOUR_STROKE) -> Arrang
     firing = []
     for k in range(cylinders):
         row = k % rows
-        # The row begins with the cylinder whose dead centre comes at the row's first firing.
+        # A row begins with the cylinder whose dead centre is at the row's first firing.
         first = row * period / cylinders
         behind = (k * spacing - row * math.pi - first) % TURN
         step = round(behind / (TURN / in_row))
@@ -363,7 +363,7 @@ _NOT_COVERED = {
     r"axial|barrel|(swash|wobble)[- ]?plate": "axial engines are not covered: their pistons work "
     "along the shaft, on a plate",
 }
-"""Engines whose mechanism is another one, by the words for them."""
+"""Words for engines with other mechanisms, which are refused, and the reason for each."""
 
 
 def not_covered(text: str) -> str | None:
@@ -424,7 +424,7 @@ def _read(text: str, period: float) -> Arrangement:
 
 
 def _taken_order(words: list[str]) -> tuple[int, ...] | None:
-    """Take a firing order such as 1-3-4-2 out of the words."""
+    """Remove a firing order such as 1-3-4-2 from the words and return it."""
     for word in words:
         if re.fullmatch(r"\d+(-\d+)+", word):
             words.remove(word)
@@ -491,7 +491,7 @@ def _even(order: Sequence[int], cylinders: int, period: float) -> list[float]:
 
 
 def _no_order(name: str, cylinders: int, hint: str) -> ValueError:
-    """Refusal of a layout without an order, of which no built engine is known."""
+    """Refusal of a layout without firing order, of which no built engine is known."""
     return ValueError(
         f"{name}: no firing order is known for this layout, so it must be given: cylinders 1 to "
         f"{cylinders}, {hint}"
@@ -502,7 +502,7 @@ _BY_BANKS = "numbered bank by bank, or across the banks with the word 'alternate
 
 
 def _vee_hint(cylinders: int, known: Sequence[KnownOrder]) -> str:
-    """How the order of a V engine is given, and which V engines need none."""
+    """Hint on how a V engine's firing order is given, and which V engines need none."""
     built = sorted(
         (angle, f"{pins}-pin", entry.crank)
         for entry in known
@@ -515,7 +515,7 @@ def _vee_hint(cylinders: int, known: Sequence[KnownOrder]) -> str:
 
 
 def _numbered_so(known: Sequence[KnownOrder], numbering: str | None) -> list[KnownOrder]:
-    """Layouts that number the cylinders so; all of them, if it is not said how."""
+    """Known orders that number the cylinders in the given way; all of them if no way is given."""
     return [entry for entry in known if numbering in (None, entry.numbering)]
 
 
@@ -557,13 +557,13 @@ def _of_order(
 
 
 def _fires(made: Arrangement, order: Sequence[int]) -> bool:
-    """Whether the cylinders fire in this order, one after the other."""
+    """Whether the cylinders fire one after the other in a given order."""
     apart = bool((made.firing_intervals > SAME_ANGLE).all())
     return apart and made.firing_order == tuple(order)
 
 
 def _oddness(made: Arrangement, pins: str) -> float:
-    """How far pins are split, or firings from even: what the side of a bank is chosen by."""
+    """Angle by which pins are split, or firings uneven; it decides the side of a bank."""
     if pins == "shared":
         return round(float(np.ptp(made.firing_intervals)), 9)
     pairs = itertools.groupby(
@@ -577,7 +577,7 @@ def _oddness(made: Arrangement, pins: str) -> float:
 
 
 def _crank_of(made: Arrangement) -> str:
-    """Whether all throws lie in one plane."""
+    """Kind of crankshaft: flat-plane if all throws lie in one plane, else cross-plane."""
     first = made.throws[0].angle
     flat = all(
         abs(math.remainder(throw.angle - first, 0.5 * TURN)) < SAME_ANGLE for throw in made.throws
@@ -593,7 +593,7 @@ def _built(
     places: Sequence[int],
     bank_angles: tuple[float, ...],
 ) -> Arrangement:
-    """Arrangement whose pins follow from the firing angles; equal pins of a place are one."""
+    """Arrangement whose pins follow from the firing angles; equal pins of a place are merged."""
     throws: list[Throw] = []
     cylinders = []
     reference = bank_angles[banks[0]]
@@ -608,5 +608,5 @@ def _built(
         if not shared:
             throws.append(Throw(angle, float(place)))
         cylinders.append(Cylinder((shared or [len(throws) - 1])[0], bank, float(fires)))
-    # The class refuses uneven firing that is not meant: here it follows from the engine's kind.
+    # `Arrangement` refuses uneven firing that is not meant: here the engine's kind implies it.
     return Arrangement(period, tuple(throws), bank_angles, tuple(cylinders), True, name)

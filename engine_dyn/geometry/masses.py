@@ -93,7 +93,7 @@ def mean_square_velocity(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0
     ValueError
         If a crank ratio lies outside (0, 1), or an offset does not let the crank turn.
     """
-    slider_crank.dead_centres(crank_ratio, offset)  # refuses them
+    slider_crank.dead_centres(crank_ratio, offset)  # raises for cranks that cannot turn
     return mean_square(crank_ratio, offset)[()]
 
 
@@ -127,10 +127,10 @@ def engine_inertia(
 
 
 HIGHEST = (24, 96, 384)
-"""Orders up to which the velocity is followed: enough up to crank ratios of 0.45, 0.93 and 0.996
-without offset. Above, the last leaves out less than rho^-384."""
+"""Highest orders of the velocity's series: they suffice up to crank ratios of 0.45, 0.93 and
+0.996 without offset. Above, the last neglects less than rho^-384."""
 
-AT_ONCE = 4096  # Designs whose harmonics exist at the same time
+AT_ONCE = 4096  # Number of designs whose harmonics are held at the same time
 
 
 def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int, Integers]]:
@@ -142,7 +142,7 @@ def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int,
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = 1.0 / crank_ratio - np.abs(offset)
         rho = reach + np.sqrt(reach * reach - 1.0)
-        # The harmonics that are left out are rounding.
+        # The neglected harmonics are below rounding.
         enough = [rho ** -float(most) <= 1e-15 for most in HIGHEST[:-1]]
     first = np.select([*enough, np.isnan(rho)], [*range(len(enough)), 0], len(enough))
     for number, most in enumerate(HIGHEST):
@@ -163,7 +163,7 @@ def velocity_waves(crank_ratio: Floats, offset: Floats, highest: int) -> tuple[F
 
 @cache
 def _waves(highest: int) -> tuple[Floats, Floats]:
-    """Sine and cosine of every order at the angles of the samples, (order, sample)."""
+    """Sine and cosine of every order at the angles of the samples, shape (order, sample)."""
     samples = 8 * highest // 3
     angle = np.outer(np.arange(highest + 1), np.arange(samples)) % samples
     return np.sin(angle * (2.0 * np.pi / samples)), np.cos(angle * (2.0 * np.pi / samples))
@@ -193,7 +193,7 @@ def mean_square(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike) -> Floats:
 def _transform(
     ratio: Floats, offset: Floats, sine: Floats, cosine: Floats, real: Floats, imaginary: Floats
 ) -> None:
-    """Harmonics of each design, from samples at the angles of these sines and cosines."""
+    """Harmonics of each design, from samples at angles whose sines and cosines are given."""
     samples = sine.shape[1]
     sampled = np.empty(samples)
     for design in range(ratio.size):

@@ -87,7 +87,7 @@ def with_rods(
 def _each(
     name: str, value: Sequence[float] | float, high: float, masters: Sequence[bool]
 ) -> list[float]:
-    """A value of each cylinder; a number is that of all but masters."""
+    """A value for each cylinder; a number holds for all but the masters, which get 0."""
     if np.ndim(value) == 0:
         number = float(np.asarray(value))
         return _each(name, [0.0 if one else number for one in masters], high, masters)

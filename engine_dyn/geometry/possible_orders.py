@@ -41,17 +41,17 @@ CRANKS = {
     "either-hand": "the engine's crankshaft and its mirror image",
     "any": "the throws of the engine's crankshaft in any sequence along the shaft",
 }
-"""Crankshafts whose orders are taken, in words."""
+"""Choices of crankshafts for a search of firing orders, in words."""
 
-DIGITS = 9  # Digits of angles in degrees: sums and differences of turns leave rounding behind
+DIGITS = 9  # Digits of angles in degrees: sums of turns leave rounding behind
 
 
 @dataclass(frozen=True)
 class PossibleOrder:
     """One firing order of an engine."""
 
-    arrangement: Arrangement  # The engine that fires so; its name is the order
-    own_crank: bool  # Whether the crankshaft is the engine's as it is
+    arrangement: Arrangement  # The engine with this firing order; its name is the order
+    own_crank: bool  # Whether the crankshaft is the given engine's, unchanged
 
 
 def count_orders(engine: Arrangement, crank: str = "own") -> int:
@@ -247,13 +247,13 @@ def known_order_of(engine: Arrangement) -> tuple[KnownOrder, str] | None:
 
 @dataclass(frozen=True)
 class _Places:
-    """Crank and cylinders at each place along the shaft."""
+    """Throws of the crankshaft and their cylinders, at each place along the shaft."""
 
     members: tuple[tuple[int, ...], ...]  # Cylinders, from 0, of each place, by their banks
-    base: tuple[float, ...]  # Angle of the throw of the first of them [rad]
-    # Parts that are alike may change places: banks, angles between throws, crank radii.
+    base: tuple[float, ...]  # Angle of the first throw at each place [rad]
+    # Kind of each place: banks, angles between throws, crank radii. Equal ones may be exchanged.
     kinds: tuple[tuple[tuple[int, float, float], ...], ...]
-    first: int  # Place of cylinder 1
+    first: int  # Place along the shaft of cylinder 1
 
 
 def _places(engine: Arrangement) -> _Places:
@@ -278,7 +278,7 @@ def _places(engine: Arrangement) -> _Places:
 
 
 def _rounded(angle: float) -> float:
-    """An angle in degrees, from 0 to below 360, that equal angles share."""
+    """An angle in degrees, from 0 to below 360, rounded so that equal angles are equal numbers."""
     return round(angle / DEGREE % 360.0, 2) % 360.0
 
 
@@ -289,13 +289,13 @@ def _same_angles(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def _mirrored(places: _Places) -> tuple[float, ...]:
-    """Angles of the crankshaft of the other hand, the place of cylinder 1 as it is."""
+    """Throw angles of the mirror-image crankshaft, with the place of cylinder 1 unchanged."""
     first = places.base[places.first]
     return tuple((2.0 * first - angle) % TURN for angle in places.base)
 
 
 def _by_kind(places: _Places, base: Sequence[float], turn: float = 0.0) -> list[Counter[float]]:
-    """How often each kind of place stands at each angle, the crankshaft turned by an angle."""
+    """Number of places of each kind at each angle, after the crankshaft is turned by an angle."""
     return [
         Counter(
             _rounded(angle + turn)
@@ -306,7 +306,7 @@ def _by_kind(places: _Places, base: Sequence[float], turn: float = 0.0) -> list[
 
 
 def _turns_of(places: _Places, base: Sequence[float], target: Sequence[float]) -> list[float]:
-    """Angles by which a crankshaft can be turned to have the throws of another somewhere."""
+    """Angles by which a crankshaft can be turned so that its throws are those of another."""
     wanted = _by_kind(places, target)
     turns: dict[float, float] = {}
     for angle in base:
@@ -317,9 +317,9 @@ def _turns_of(places: _Places, base: Sequence[float], target: Sequence[float]) -
 
 
 def _kinds_of_cranks(places: _Places, alike: bool = True) -> list[tuple[float, ...]]:
-    """The crankshaft and that of the other hand, where it is another one.
+    """The crankshaft and its mirror image, where that is another one.
 
-    With `alike`, those with the same throws in another sequence are no others.
+    With `alike`, a mirror image with the same throws in another sequence counts as the same.
     """
     mirrored = _mirrored(places)
     same = bool(_turns_of(places, mirrored, places.base)) if alike else False
@@ -329,23 +329,23 @@ def _kinds_of_cranks(places: _Places, alike: bool = True) -> list[tuple[float, .
 
 
 def _count_of(places: _Places, base: Sequence[float]) -> int:
-    """How many crankshafts have these throws in any sequence."""
+    """Number of different crankshafts that have these throws in any sequence."""
     ways = 1
     for angles in _by_kind(places, base):
         ways *= math.factorial(angles.total())
         for alike in angles.values():
             ways //= math.factorial(alike)
-    # A crankshaft that is only turned is the same; no turn leaves a sequence as it was.
+    # Crankshafts that differ by a turn are the same; no turn leaves a sequence unchanged.
     return ways // len(_turns_of(places, base, base))
 
 
 def _cranks_of(places: _Places, base: tuple[float, ...]) -> Iterator[tuple[float, ...]]:
-    """All sequences of throws along the shaft, the place of cylinder 1 at its angle."""
+    """All sequences of throws along the shaft, with the place of cylinder 1 at its angle."""
     turns = _turns_of(places, base, base)
     free: dict[tuple[tuple[int, float, float], ...], list[float]] = {}
     for angle, kind in zip(base, places.kinds, strict=True):
         free.setdefault(kind, []).append(angle)
-    # Turning the shaft makes some of the angles the same at which cylinder 1 may stand.
+    # By turning the shaft, some of the angles for cylinder 1 become the same.
     firsts: list[float] = []
     for angle in free[places.kinds[places.first]]:
         turned = {_rounded(angle + turn) for turn in turns}
@@ -364,7 +364,7 @@ def _cranks_of(places: _Places, base: tuple[float, ...]) -> Iterator[tuple[float
 def _shuffled(
     places: _Places, base: tuple[float, ...], random: np.random.Generator
 ) -> tuple[float, ...]:
-    """One sequence of throws along the shaft, the place of cylinder 1 at its angle."""
+    """One sequence of throws along the shaft, with the place of cylinder 1 at its angle."""
     angles = list(base)
     for kind in sorted(set(places.kinds)):
         mine = [place for place, own in enumerate(places.kinds) if own == kind]
@@ -378,7 +378,7 @@ def _sequences(
     kinds: Sequence[tuple[tuple[int, float, float], ...]],
     left: dict[tuple[tuple[int, float, float], ...], list[float]],
 ) -> Iterator[tuple[float, ...]]:
-    """All different ways to give the places, by their kinds, an angle of those that are left."""
+    """All different assignments of the remaining angles to the places, by their kinds."""
     if not kinds:
         yield ()
         return
@@ -394,11 +394,11 @@ def _sequences(
         angles.insert(number, angle)
 
 
-# --- firing --------------------------------------------------------------------------------------
+# --- firing angles --------------------------------------------------------------------------------
 
 
 def _offsets(places: _Places, base: Sequence[float]) -> list[float]:
-    """How far each cylinder's dead centre moves when the throws stand at `base` [rad]."""
+    """Angle by which each cylinder's dead centre moves when the throws stand at `base` [rad]."""
     moved = [0.0] * sum(len(some) for some in places.members)
     for some, before, after in zip(places.members, places.base, base, strict=True):
         for cylinder in some:
@@ -425,7 +425,7 @@ def _firing_angles(engine: Arrangement, moved: Sequence[float]) -> Iterator[tupl
 
 
 def _in_pieces(turns: int, count: int, at_once: int = 4096) -> Iterator[Floats]:
-    """All choices of a turn for so many cylinders, some at a time."""
+    """All combinations of whole turns for some cylinders, in arrays of at most `at_once`."""
     total = turns**count
     for begin in range(0, total, at_once):
         number = np.arange(begin, min(begin + at_once, total))
@@ -435,7 +435,7 @@ def _in_pieces(turns: int, count: int, at_once: int = 4096) -> Iterator[Floats]:
 def _with(
     engine: Arrangement, places: _Places, base: Sequence[float], firing: Sequence[float]
 ) -> Arrangement:
-    """The engine with other angles of its throws, and other firing angles."""
+    """The engine with other throw angles and other firing angles."""
     turned = {}
     for some, before, after in zip(places.members, places.base, base, strict=True):
         for cylinder in some:
@@ -471,7 +471,7 @@ def _fired_as(engine: Arrangement, firing: Sequence[float]) -> Arrangement:
 
 
 def _named(orders: list[PossibleOrder]) -> tuple[PossibleOrder, ...]:
-    """The same with different names: where orders are equal, firing angles tell them apart."""
+    """Firing orders with names that differ: where orders are equal, firing angles are added."""
     often = Counter(one.arrangement.name for one in orders)
     named = []
     for one in orders:
@@ -488,7 +488,7 @@ def _named(orders: list[PossibleOrder]) -> tuple[PossibleOrder, ...]:
 
 
 def _known_of(engine: Arrangement) -> tuple[KnownOrder, ...]:
-    """Orders of practice of engines of this kind and number of cylinders."""
+    """Firing orders of practice for engines of this kind and number of cylinders."""
     two_stroke = engine.period == TURN
     count = len(engine.cylinders)
     if len(engine.banks) == 1:
@@ -507,10 +507,7 @@ def _known_of(engine: Arrangement) -> tuple[KnownOrder, ...]:
 
 
 def _orders_by_numbering(engine: Arrangement) -> dict[str, set[tuple[int, ...]]]:
-    """Firing orders of an engine as its cylinders may be numbered: see `KnownOrder.numbering`.
-
-    Numbers begin on either bank.
-    """
+    """Firing orders for each numbering of an engine's cylinders: see `KnownOrder.numbering`."""
     members = _places(engine).members
     banks = len(engine.banks)
     orders: dict[str, set[tuple[int, ...]]] = {"banks": set(), "alternate": set()}

@@ -62,7 +62,7 @@ from engine_dyn.given_numbers import given_array
 
 
 class _Crank(NamedTuple):
-    """Crank and rod at some angles: both are over the crank radius."""
+    """Crank and rod at some angles, with lengths over the crank radius."""
 
     ratio: Any
     offset: Any
@@ -79,7 +79,7 @@ def _checked(
         bad = ratio[~((ratio > 0.0) & (ratio < 1.0))].flat[0]
         raise ValueError(f"crank_ratio = {bad:g}: must lie between 0 and 1, both excluded")
     offset_ratio = given_array("offset", offset)
-    if offset_ratio.any():  # NaN counts as true
+    if offset_ratio.any():  # NaN counts as a nonzero offset
         turns = ratio * (1.0 + np.abs(offset_ratio)) < 1.0
         if not np.all(turns):
             bad = np.broadcast_to(offset_ratio, turns.shape)[~turns].flat[0]
@@ -95,7 +95,7 @@ def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
     """Angles of crank and rod, docs/method.md (2), (4) and (5)."""
     angle, ratio, offset_ratio = _checked(phi, crank_ratio, offset)
     sine, cosine = np.sin(angle), np.cos(angle)
-    if offset_ratio.any():  # the angle counts from dead centre: by sums, because angles are many
+    if offset_ratio.any():  # sums: the angle is from dead centre, and angles are many
         shift = ratio * offset_ratio / (1.0 + ratio)
         rest = np.sqrt(1.0 - shift * shift)
         sine, cosine = sine * rest + cosine * shift, cosine * rest - sine * shift
@@ -187,7 +187,7 @@ def acceleration(
     s2 = sine * sine  # products: a power of 4 takes ten times as long
     bracket = cosine * cosine - s2 + ratio**2 * (s2 * s2)
     if offset_ratio.any():
-        # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less the bracket without offset
+        # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less its value without offset.
         bracket = bracket + offset_ratio * sine * (
             1.0 - ratio**2 * (3.0 * s2 - offset_ratio * (3.0 * sine - offset_ratio))
         )
@@ -271,7 +271,7 @@ def angle_of_travel(
     )
     lean = np.arctan2(
         apart * x, (top - x) * top + apart**2
-    )  # travel of the pin since top dead centre
+    )  # travel of the piston pin since top dead centre
     return lean + np.where(down, gamma, -gamma)
 
 
@@ -281,8 +281,8 @@ class DeadCentres(NamedTuple):
     # Angle of the crank to the cylinder axis at top dead centre [rad], theta_T; positive for a
     # positive offset. The engine's angle phi is 0 there.
     top: Any
-    # The engine's angle phi at bottom dead centre [rad], from top dead centre on; pi without
-    # offset, more with a positive one.
+    # Engine's angle phi at bottom dead centre [rad], from top dead centre on; pi without offset,
+    # more with a positive one.
     bottom: Any
     stroke: Any  # Stroke over two crank radii [1]; 1 without offset, more with any
 
@@ -302,7 +302,7 @@ def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Dea
     reduced = ratio * offset_ratio
     top = np.arcsin(reduced / (1.0 + ratio))
     folded = np.arcsin(reduced / (1.0 - ratio))
-    # docs/method.md (6): the difference of two roots, multiplied and divided by their sum
+    # docs/method.md (6): the difference of two roots is multiplied and divided by their sum.
     far, near = (1.0 + ratio) ** 2 - reduced**2, (1.0 - ratio) ** 2 - reduced**2
     stroke = 2.0 / (np.sqrt(far) + np.sqrt(near))
     return DeadCentres(top, np.pi + (folded - top), stroke)
@@ -325,7 +325,7 @@ def crank_radius(stroke: npt.ArrayLike, rod_length: npt.ArrayLike, offset: npt.A
     if wrong.any():
         bad = 2.0 * np.broadcast_to(half, wrong.shape)[wrong].flat[0]
         raise ValueError(f"stroke = {bad:g} m: must lie between 0 and twice the rod's length")
-    # |e| + r < l and this r together are |e| < l - (s/2)^2/l.
+    # |e| + r < l, with the radius r that is returned, is equivalent to |e| < l - (s/2)^2/l.
     wrong = ~(np.abs(beside) < rod - half**2 / rod)
     if wrong.any():
         bad = np.broadcast_to(beside, wrong.shape)[wrong].flat[0]
@@ -366,7 +366,7 @@ def crank_radius_of_ratio(
     return radius[()]
 
 
-# The same formulas for kernels: sine and cosine come from tables, crank ratios are checked before.
+# Formulas for kernels: tables give sine and cosine, and crank ratios are checked before.
 
 
 @inlined
@@ -392,8 +392,8 @@ def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
     return cosine + crank_ratio * bracket / (square * math.sqrt(square))
 
 
-# With an offset. Tables hold sine and cosine of the engine's angle; the crank stands theta_T ahead
-# of it, so a kernel turns them once a point (four products) and hands the result to the others.
+# Formulas with an offset. Tables hold sine and cosine of the engine's angle; the crank stands
+# theta_T ahead, so a kernel rotates them once for each point and uses the result in all formulas.
 
 
 @inlined

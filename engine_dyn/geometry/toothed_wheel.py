@@ -13,7 +13,7 @@ from engine_dyn.units import DEGREE
 
 TURN = 2.0 * np.pi
 MOST_TEETH = 7200
-"""Two marks a degree, each with two edges, are more than optical encoders of engines have."""
+"""Most teeth: two marks a degree, each with two edges, are more than optical encoders have."""
 
 FORMS = "60-2, 36-1, 36-2-1, '17 teeth, 2 missing, 16 teeth, 1 missing', or the angles of all teeth"
 
@@ -22,7 +22,7 @@ FORMS = "60-2, 36-1, 36-2-1, '17 teeth, 2 missing, 16 teeth, 1 missing', or the 
 class Wheel:
     """A toothed wheel on the crankshaft, as it passes its sensor."""
 
-    text: str  # The pattern in words, such as 60-2
+    text: str  # The pattern of teeth in words, such as 60-2
     # Angle of the crank [rad] between the first tooth and each tooth, in the order in which they
     # pass the sensor; the first is 0, and follows the longest gap; shape (teeth,)
     angle: Floats
@@ -138,16 +138,16 @@ def wheel_from_angles(degrees: Sequence[float]) -> Wheel:
 
 
 def _alike(one: Floats, other: Floats) -> int:
-    """How many shifts of some intervals are equal to others; only longest ones are matched."""
+    """Number of shifts after which intervals equal others; only the longest ones are compared."""
     last = int(np.argmax(other))
     shifts = last - np.flatnonzero(np.isclose(one, one.max()))
     return sum(np.allclose(np.roll(one, shift), other) for shift in shifts)
 
 
 def _from_widths(text: str, widths: Floats) -> Wheel:
-    """Wheel whose intervals have widths in this ratio; turned so that the longest is the last."""
+    """Wheel whose intervals have widths in this ratio, turned so that the longest is the last."""
     longest = int(np.flatnonzero(np.isclose(widths, widths.max()))[0])
-    if np.ptp(widths) < 1e-9 * widths.max():  # no gap: the first tooth stays the first
+    if np.ptp(widths) < 1e-9 * widths.max():  # a wheel without gap: the first tooth stays the first
         longest = len(widths) - 1
     turned = np.roll(widths, len(widths) - 1 - longest)
     return Wheel(text, np.concatenate([[0.0], np.cumsum(turned)[:-1]]) * TURN / turned.sum())

@@ -34,20 +34,20 @@ from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.types import Floats
 
 REVOLUTION = 2.0 * math.pi
-MOST_REVOLUTIONS = 64  # Most revolutions in the period of a torque over an angle
+MOST_REVOLUTIONS = 64  # Largest number of revolutions in the period of a torque over an angle
 
 FEWEST_POINTS = 8
 HIGHEST_ORDER, MOST_ORDERS = 64.0, 200  # Highest order and most orders of a torque in closed form
 
 LARGEST = 1e12
-"""Largest torque and speed of a table, far above those of any machine: nothing may overflow."""
+"""Largest torque and speed of a table, far above those of any machine: nothing overflows."""
 
-ENDS_TOLERANCE = 0.02  # Largest difference of both ends of a period, over the range of the torque
+ENDS_TOLERANCE = 0.02  # Largest difference of a period's ends, over the range of the torque
 
 ROUNDING = 1e-6
-"""Fraction of an interval by which rounding may place a speed beyond the ends of a table."""
+"""Fraction of an interval by which rounding may put a speed beyond the ends of a table."""
 
-ALIKE = 1e-9  # Fraction of its range within which a torque repeats
+ALIKE = 1e-9  # Fraction of its range by which a torque may differ from one repetition to the next
 
 WHOLE = 1e-5
 """Relative difference up to which a number of repetitions counts as whole, because gear ratios are
@@ -133,7 +133,7 @@ class TorqueOverAngle:
         """How often the torque repeats within its period: found, not declared."""
         torque = self.torque - self.torque.mean()
         within = ALIKE * max(float(np.ptp(torque)), 1e-300)
-        # Most numbers fail at the steepest knot already, and need not be tried at all the others.
+        # Most candidates fail at the steepest knot, and need not be tried at all the others.
         steepest = int(np.argmax(np.abs(self.slope)))
         number = np.arange(len(self.angle), 1, -1)
         there = self(self.angle[steepest] + self.period / number)
@@ -397,7 +397,7 @@ def torque_of_harmonics(
             f"{MOST_REVOLUTIONS}"
         )
     highest = max(harmonics, default=0.0)
-    # A torque in closed form has 720 knots a revolution, and 480 a period of its highest harmonic.
+    # Knots of a torque in closed form: 720 a revolution, 480 a period of its highest harmonic.
     count = revolutions * max(720, math.ceil(480 * highest))
     theta: Floats = np.arange(count, dtype=np.float64) * (revolutions * REVOLUTION / count)
     torque: Floats = np.full(count, float(mean))
@@ -471,10 +471,7 @@ def _check_points(
 
 
 def _monotone_slopes(x: Floats, y: Floats) -> Floats:
-    """Slopes of the piecewise cubic that rises and falls only where the points do.
-
-    docs/method.md (44).
-    """
+    """Slopes of the monotone piecewise cubic through some points: docs/method.md (44)."""
     step = np.diff(x)
     rise = np.diff(y) / step
     if len(x) == 2:
@@ -490,8 +487,8 @@ def _monotone_slopes(x: Floats, y: Floats) -> Floats:
         (0, (step[0], step[1], rise[0], rise[1])),
         (-1, (step[-1], step[-2], rise[-1], rise[-2])),
     ):
-        # One-sided, through three points, limited so that the curve does not turn (Moler, Numerical
-        # Computing, chapter 3).
+        # One-sided slope through three points, limited so that the curve does not turn (Moler,
+        # Numerical Computing, chapter 3).
         value = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
         if value * d0 <= 0.0:
             value = 0.0
@@ -536,7 +533,7 @@ def harmonics_of_load(
     array([0. +0.j, 0.-10.j])
     """
     turns = round(over_angle.period / REVOLUTION)
-    # Harmonics are found from 8192 samples of a revolution.
+    # Harmonics follow from 8192 samples of a revolution.
     samples = 8192 * turns
     curve = over_angle(np.arange(samples) * (over_angle.period / samples))
     of_torque = np.fft.rfft(curve) * (2.0 / samples)
@@ -587,7 +584,7 @@ def cycles_of(over_angle: TorqueOverAngle | None, cycle: float) -> int:
 
 
 def _repeats_over_crank(over_angle: TorqueOverAngle, cycle: float) -> Fraction:
-    """How often a load over the crank angle repeats within a cycle [rad], exact."""
+    """Exact number of repetitions of a load over the crank angle within a cycle [rad]."""
     turns = (round(angle / REVOLUTION) for angle in (cycle, over_angle.period))
     return over_angle.repeats * Fraction(*turns)
 
@@ -634,6 +631,6 @@ def highest_order(torque: TorqueOverAngle | None) -> float:
     turns = round(torque.period / (2.0 * math.pi))
     angles = np.arange(turns * SAMPLES_OF_TURN) * (2.0 * math.pi / SAMPLES_OF_TURN)
     amplitude = np.abs(np.fft.rfft(torque(angles)))[1:]
-    # Amplitudes count from one hundredth of the largest on.
+    # Amplitudes of at least one hundredth of the largest count.
     counting = np.flatnonzero(amplitude > 0.01 * amplitude.max(initial=0.0))
     return float(counting[-1] + 1) / turns if counting.size else 0.0

@@ -44,7 +44,7 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, RPM
 
-PANELS = 180  # Panels of a stroke over which means are taken
+PANELS = 180  # Number of intervals of a stroke over which means are taken
 
 
 def mean_piston_speed(stroke: Any, speed: Any) -> Any:
@@ -87,12 +87,12 @@ class StrokeFriction(NamedTuple):
     and crank radius. Kernels take numbers, curves take arrays that broadcast.
     """
 
-    # Levels of the parts of `FrictionShape`.
+    # Friction levels [Pa], one for each part of `FrictionShape`.
     boundary: Any
     mixed: Any
     hydrodynamic: Any
     skirt: Any
-    ring: Any  # Pressure of the rings on the liner by their own tension
+    ring: Any  # Pressure of the piston rings on the liner by their own tension
 
     @property
     def levels(self) -> tuple[Any, Any, Any, Any]:
@@ -224,7 +224,7 @@ class FrictionShape:
     def _parts(
         self, phi: ArrayLike, crank_ratio: float, diagram: Diagram, crankcase_pressure: float
     ) -> Floats:
-        """Torques of the four branches, not scaled, shape (4, ...)."""
+        """Torques of the four parts of friction, not scaled, shape (4, ...)."""
         angle = np.asarray(phi, dtype=np.float64)
         load = self.ring_pressure + diagram(angle) - crankcase_pressure
         return stacked_parts(load, velocity(angle, crank_ratio), np.sin(angle))
@@ -234,20 +234,20 @@ KILOPASCAL = 1e3
 
 MM = 1e3  # Millimetres in a metre
 
-ATMOSPHERE = 1.01325 * BAR  # Pressure that the intake is compared with [Pa]
+ATMOSPHERE = 1.01325 * BAR  # Atmospheric pressure to which the intake pressure is related [Pa]
 
 BOUNDARY_SPEED = 1000.0
-"""Speed at which friction of mixed lubrication is twice that of a fast engine [rpm]."""
+"""Speed at which mixed-lubrication friction is twice that of a fast engine [rpm]."""
 
 
 class ValveTrain(NamedTuple):
     """Constants of a kind of valve train, in kPa, mm and rpm."""
 
-    number: int  # Under which the kind is known
-    flat: float  # Constant of a flat follower on the cam [kPa mm]; 0 for a roller
-    roller: float  # Constant of a roller follower [kPa mm/rpm]; 0 for a flat one
-    # Constants of parts that move to and fro: in oil [kPa mm^0.5/rpm^0.5], and in mixed lubrication
-    # [kPa].
+    number: int  # Number of the valve train in files
+    flat: float  # Friction constant of a flat follower on the cam [kPa mm]; 0 for a roller
+    roller: float  # Friction constant of a roller follower [kPa mm/rpm]; 0 for a flat one
+    # Friction constants of the oscillating parts: in oil [kPa mm^0.5/rpm^0.5], and in mixed
+    # lubrication [kPa].
     hydrodynamic: float
     mixed: float
 
@@ -271,12 +271,12 @@ alone, or are misprinted.
 
 
 def _swept(bore: Any, stroke: Any, cylinders: Any) -> Any:
-    """Bore squared times stroke, of all cylinders [mm3]."""
+    """Bore squared times stroke, times the number of cylinders [mm3]."""
     return (MM * bore) ** 2 * (MM * stroke) * cylinders
 
 
 def _mixed_lubrication(speed: Any) -> Any:
-    """Factor of mixed lubrication: 1 + 1000/N."""
+    """Factor of mixed lubrication over the speed: 1 + 1000/N."""
     return 1.0 + BOUNDARY_SPEED * RPM / speed
 
 
@@ -384,7 +384,7 @@ def valve_train(
         Number of bearings of all camshafts.
     """
     number = np.clip(np.nan_to_num(np.asarray(kind, dtype=float)), 1, len(VALVE_TRAINS))
-    # Each kind has a row, by its number less 1.
+    # Each kind of valve train has a row, by its number less 1.
     flat, roller, hydrodynamic, mixed = np.moveaxis(
         np.array([train[1:] for train in VALVE_TRAINS.values()])[number.astype(int) - 1], -1, 0
     )

@@ -25,13 +25,13 @@ from engine_dyn.compilation import inlined
 from engine_dyn.types import Floats
 
 FLOOR = 1e-6
-"""Below this (omega/omega_n)^2, laws are continued by their tangents, docs/method.md (48), so that
+"""Square of omega/omega_n below which tangents continue the laws, docs/method.md (48), so that
 an iterate may pass through values that a solution cannot have; a solution below it is a stall."""
 
-ROUNDED = 1.0 + 1e-9  # Factor by which rounding may place a speed beyond the ends of a table
+ROUNDED = 1.0 + 1e-9  # Factor by which rounding may put a speed beyond the ends of a table
 
 POWER, LINEAR_SQUARE, TABLE, MOTOR = range(4)
-"""Numbers of the laws in kernels: their places in `LAWS`."""
+"""Codes of the laws of load torque in kernels: their places in `LAWS`."""
 
 
 class Field(NamedTuple):
@@ -50,31 +50,31 @@ INPUTS = (
     Field("synchronous_speed", 1.0), Field("breakdown_slip", 1.0, "motor_breakdown_slip"),
     Field("load_linear", 0.0), Field("load_square", 0.0), Field("gear_ratio", 1.0, "load_gear"),
 )  # fmt: skip
-"""Inputs that belong to laws over speed; the exponent is one of `engine_dyn.speed.fields`."""
+"""Solver inputs that belong to laws over speed; the exponent is in `engine_dyn.speed.fields`."""
 
 
 class Form(NamedTuple):
     """The part of a law that all designs of a sweep have in common."""
 
-    kind: int  # Place in `LAWS`
-    sign: float  # 1 for a load, -1 for a driver
-    # Whether the law is over the speed of the load's own shaft, which is the gear ratio times the
-    # crank's.
+    kind: int  # Code of the law: its place in `LAWS`
+    sign: float  # Sign of the torque: 1 for a load, -1 for a driver
+    # Whether the law is over the speed of the load's own shaft, the gear ratio times the crank's
+    # speed.
     own: bool
-    table: Floats  # Speed, torque and slope of a table; empty for the other laws; shape (3, K)
+    table: Floats  # Speed, torque and slope of a table; empty for other laws; shape (3, K)
 
 
 class Law(NamedTuple):
     """Law of one design: F(q) = T(omega_n sqrt q)/T(omega_n), docs/method.md (41) and (45)."""
 
-    kind: int  # Place in `LAWS`
-    # omega_n of the shaft that the law is over [rad/s], and 1/T(omega_n).
+    kind: int  # Code of the law: its place in `LAWS`
+    # Nominal speed omega_n of the law's shaft [rad/s], and 1/T(omega_n).
     nominal: float
     scale: float
-    # The numbers that `LAWS` names.
+    # First and second number of the law, as `LAWS` names them.
     first: float
     second: float
-    table: Floats  # As of `Form`; shape (3, K)
+    table: Floats  # Table of the law, as in `Form`; shape (3, K)
 
 
 # --- the laws: torque [N m, or any other unit] and its slope over the speed [rad/s] --------------
@@ -132,7 +132,7 @@ def _table_torque(omega: float, table: Floats) -> tuple[float, float]:
 def torque_at(omega: float, law: Law) -> tuple[float, float]:
     """Torque of a law at a speed [rad/s], in any unit, and its slope."""
     if law.kind == POWER:
-        # Over that at the nominal speed, because powers of large numbers overflow.
+        # Speed over the nominal speed, because powers of large numbers overflow.
         torque, slope = _power_torque(omega / law.nominal, law.first)
         return torque, slope / law.nominal
     if law.kind == LINEAR_SQUARE:
@@ -142,7 +142,7 @@ def torque_at(omega: float, law: Law) -> tuple[float, float]:
     return _table_torque(omega, law.table)
 
 
-# --- what solvers ask -----------------------------------------------------------------------------
+# --- queries of the solvers -----------------------------------------------------------------------
 
 
 @inlined
@@ -219,39 +219,39 @@ def slope_and_sign(
     """
     law = LAWS[form.kind]
     assert law.torque is not None
-    if form.kind == POWER:  # whatever the speed is, whose powers may overflow
+    if form.kind == POWER:  # the same for any speed, whose powers might overflow
         return 0.5 * first, np.full(first.shape, form.sign)
     torque, slope = law.torque(speed, *(first, second)[: len(law.numbers)])
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(0.5 * speed * slope / torque), form.sign * torque
 
 
-# --- facts ----------------------------------------------------------------------------------------
+# --- facts about the laws -------------------------------------------------------------------------
 
 
 class LawFacts(NamedTuple):
     """Name and needs of one law over speed."""
 
     name: str  # Word of the law among the variants of quantities
-    meaning: str  # One line, about the scenes that have it
-    needs: tuple[str, ...]  # Nodes of the graph of quantities that it takes of each design
-    numbers: tuple[str, ...]  # Inputs of kernels that are its first and second number
-    # Keys of scenes and engine files that choose it: any of them is enough. Empty where a table of
-    # its own chooses it.
+    meaning: str  # One line that describes the scenes with the law
+    needs: tuple[str, ...]  # Nodes of the graph of quantities that the law takes for each design
+    numbers: tuple[str, ...]  # Inputs of kernels that are the law's first and second number
+    # Keys of scenes and engine files that choose the law: any of them is enough. Empty where a
+    # table in the file chooses it.
     keys: tuple[str, ...] = ()
-    # Torque and its slope, from the speed [rad/s] and its numbers; None where a table gives it.
+    # Torque and slope of the law from speed [rad/s] and numbers; None where a table gives it.
     torque: Callable[..., Any] | None = None
-    # Whether k is a plain factor on the torque [N m] of a load; that of a + k omega^alpha has a
-    # unit of its own.
+    # Whether k is a plain factor on a load's torque [N m]; the k of a + k omega^alpha has another
+    # unit.
     factored: bool = False
-    drives: bool = False  # Whether it is the law of a driver
+    drives: bool = False  # Whether the law belongs to a driver
 
 
 MOTOR_KEYS = (
     "motor_synchronous_speed", "motor_breakdown_slip", "motor_breakdown_torque", "motor_slip",
     "motor_gear_ratio",
 )  # fmt: skip
-"""Any of them given, an induction motor drives."""
+"""Keys of an induction motor; a scene that gives any of them is driven by one."""
 
 LAWS = (
     LawFacts(
@@ -273,7 +273,7 @@ LAWS = (
 """All laws of load and driver over speed, in the order of their numbers in kernels."""
 
 LOAD_LAWS = {law.name: law for law in LAWS if law.keys and not law.drives}
-"""Laws of a load that numbers alone give. A scene or an engine chooses one by its keys."""
+"""Laws of a load that need no table. A scene or an engine chooses one by its keys."""
 
 
 @inlined

@@ -21,9 +21,9 @@ from engine_dyn.plausibility.usual_ranges import CHECKS, DIAGRAM_CHECKS, SUSPICI
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 
-AT_ONCE = 1 << 18  # Values of one measure that are computed at a time
+AT_ONCE = 1 << 18  # Number of values of one measure that are computed at a time
 
-MOST_CORNERS = 12  # Parameters that vary, up to which the corners of their box are looked at
+MOST_CORNERS = 12  # Varying parameters, up to which the corners of their box are examined
 
 SI_UNITS: Mapping[str, tuple[str, float]] = {
     **dict.fromkeys(("bore", "stroke", "rod", "rod_length", "rod_centre_of_gravity", "pin_offset",
@@ -34,7 +34,7 @@ SI_UNITS: Mapping[str, tuple[str, float]] = {
     **dict.fromkeys(("crankcase_pressure", "pressure"), ("Pa", 1.0)),
     **dict.fromkeys(("friction_torque", "load_offset"), ("N m", 1.0)),
 }  # fmt: skip
-"""Units of Python's values, which are SI; none for what has none."""
+"""Unit and SI factor of values given in Python: SI units, and none for dimensionless numbers."""
 
 
 class ImplausibleWarning(UserWarning):
@@ -127,7 +127,7 @@ class Implausible:
         return self.text(f"{self.count} of {self.of} values" if self.of > 1 else "")
 
     def _times(self) -> str:
-        """How many times too large or too small, where it is by far."""
+        """Text that says how many times a value is too large or too small, where it is by far."""
         check, value = self.check, self.value
         if check.low < 0.0 or value <= 0.0:
             return ""
@@ -197,14 +197,14 @@ def implausible(
 
 
 def _array(name: str, values: Any) -> Any:
-    """Array of numbers, or the number where there is one."""
+    """An array of numbers, or a single number."""
     array = given_array(name, values)
     return array if array.ndim else float(array)
 
 
 @lru_cache(maxsize=64)
 def _checks_of(names: frozenset[str]) -> tuple[Check, ...]:
-    """Ranges of what is given, of which all needs are known; cached for searches."""
+    """Checks of given values whose needs are all known; cached, because searches ask repeatedly."""
     return tuple(check for check in CHECKS if names.issuperset(check.needs))
 
 
@@ -281,7 +281,7 @@ def _shape(base: Mapping[str, Any]) -> tuple[int, ...]:
 def _worst(
     check: Check, base: Mapping[str, Any], measured: Callable[[Mapping[str, Any]], Any]
 ) -> tuple[int, int, tuple[int, ...]]:
-    """How many values are outside, out of how many, and where the worst of them is."""
+    """Number of values outside a range, number of values, and the place of the worst one."""
     shape = _shape(base)
     count, worst, place = 0, -math.inf, (0,) * len(shape)
     for piece in _pieces(shape):
@@ -310,7 +310,7 @@ def _worst(
 
 
 def _distance(check: Check, measure: Floats) -> Floats:
-    """How far a measure is outside; by its factor where the range has a sign."""
+    """Distance of a measure from its range; relative where the range has a sign."""
     low, high = check.low * check.si, check.high * check.si
     with np.errstate(all="ignore"):
         if low > 0.0:
@@ -321,7 +321,7 @@ def _distance(check: Check, measure: Floats) -> Floats:
 
 
 def _pieces(shape: Sequence[int]) -> Iterator[tuple[slice, ...]]:
-    """Ranges of an array of at most about `AT_ONCE` values."""
+    """Index ranges that cut an array into pieces of at most about `AT_ONCE` values."""
     rest = 1
     steps = [1] * len(shape)
     for i in reversed(range(len(shape))):
@@ -335,7 +335,7 @@ def _pieces(shape: Sequence[int]) -> Iterator[tuple[slice, ...]]:
 
 
 def _part(shape: Sequence[int], piece: Sequence[slice], dims: int) -> tuple[slice, ...]:
-    """Range of one of the arrays that broadcast."""
+    """Index range of a piece in one of the arrays that broadcast."""
     own = piece[dims - len(shape) :]
     return tuple(slice(0, 1) if n == 1 else s for n, s in zip(shape, own, strict=True))
 
@@ -344,7 +344,7 @@ def _question(
     check: Check, point: Mapping[str, Any], value: float,
     measured: Callable[[Mapping[str, Any]], Any], units: Mapping[str, tuple[str, float]],
 ) -> tuple[Sequence[str], str]:  # fmt: skip
-    """The parameters that may be wrong, and what they may have been meant as.
+    """The parameters that may be wrong, and the values that may be meant.
 
     The unit of the first comes before a decimal place of any, and that before units of the others.
     """
@@ -356,14 +356,14 @@ def _question(
             meant = suspicion.meant(point[key]) / size
             if math.isclose(meant, point[key], rel_tol=1e-9):
                 continue
-            if math.isnan(meant):  # a diagram has another dimension: nothing to compute
+            if math.isnan(meant):  # another dimension was meant: nothing to compute
                 fitting.append((0, suspicion.question))
                 continue
             far = _fit(check, {**point, key: meant}, measured)
             if far is not None:
                 fitting.append((int(2.0 * far) if check.low > 0.0 else 0, suspicion.question))
         if fitting:
-            # Nearest to the middle of the range; of those that are as near, the most usual.
+            # The value nearest to the middle of the range; of equally near ones, the most usual.
             return [key], min(fitting, key=lambda fit: fit[0])[1]
         if place == 0 and check.low > 0.0 and not 0.5 * check.low <= value <= 2.0 * check.high:
             wrong = [k for k in keys if _fits_ten_times(check, point, k, measured)]
@@ -375,7 +375,7 @@ def _question(
 def _fit(
     check: Check, point: Mapping[str, Any], measured: Callable[[Mapping[str, Any]], Any]
 ) -> float | None:
-    """How far a measure is from the middle of its range; None where it is outside."""
+    """Distance of a measure from the middle of its range; None where it is outside."""
     with np.errstate(all="ignore"):
         measure = np.asarray(measured(point), dtype=float).reshape(-1)
     if not np.isfinite(measure).all() or outside(check, measure).any():
@@ -386,7 +386,7 @@ def _fit(
 def _fits_ten_times(
     check: Check, point: Mapping[str, Any], key: str, measured: Callable[[Mapping[str, Any]], Any]
 ) -> bool:
-    """Whether a parameter would make a measure usual if it were ten times as large or small."""
+    """Whether ten times as large or small a parameter would make a measure usual."""
     return any(
         _fit(check, {**point, key: point[key] * factor}, measured) is not None
         for factor in (10.0, 0.1)
@@ -399,7 +399,7 @@ def _number(value: float) -> str:
 
 # --- indicator diagrams ---------------------------------------------------------------------------
 
-SAMPLES = 720  # Angles of a cycle at which the work of a diagram is summed up
+SAMPLES = 720  # Number of angles of a cycle over which a diagram's work is summed
 
 
 _FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")
@@ -407,7 +407,7 @@ _FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")
 
 @lru_cache(maxsize=1024)
 def _facts(diagram: Diagram) -> tuple[float, ...]:
-    """Measures that checks of diagrams take, in the order of `_FACTS`, SI."""
+    """Measures of a diagram in SI units, in the order of `_FACTS`."""
     phi = (np.arange(SAMPLES) / SAMPLES - 0.5) * diagram.period
     # The crank ratio changes the mean effective pressure by a few percent at most: 0.3 will do.
     lean = 0.3 * np.sin(phi)
@@ -415,7 +415,7 @@ def _facts(diagram: Diagram) -> tuple[float, ...]:
     imep = float(np.mean(diagram(phi) * velocity)) * 0.5 * diagram.period
     angle = float(diagram.angle[int(np.argmax(diagram.pressure))])
     late, early = diagram(np.radians([-60.0, -90.0]))
-    # The ports of a two-stroke engine may still be open that early.
+    # A two-stroke engine's ports may still be open at this early angle.
     rise = float(late / early) if math.isclose(diagram.period, FOUR_STROKE) else math.nan
     return diagram.peak, float(diagram.pressure.min()), angle, imep, rise
 
@@ -464,11 +464,11 @@ def judged_diagrams(
 
 
 def _question_of_diagram(check: Check, value: float, written: float) -> str:
-    """The reading that a diagram may have been meant for; empty where nothing usual fits."""
+    """Question after the pressures that a diagram may mean; empty where nothing usual fits."""
     if check.blames == ("angle",):
         late = value < check.low if check.name == "compression_rise" else value > check.high
         shift = "late" if late else "early"
-        if check.name == "compression_rise":  # a wrong level changes these as well
+        if check.name == "compression_rise":  # a wrong level changes the others too
             return f"{shift}? Or is its pressure too {'high' if late else 'low'}"
         return shift
     if check.name not in ("peak_pressure", "lowest_pressure"):

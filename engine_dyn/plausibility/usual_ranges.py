@@ -23,35 +23,35 @@ from engine_dyn.parameters import COMPRESSION_RATIO, HEYWOOD, PARAMETERS
 from engine_dyn.units import BAR, DEGREE, MPA, RPM
 
 CROSSHEAD = 2.5
-"""Stroke over bore from which on an engine has a crosshead; trunk pistons end at about 1.6."""
+"""Stroke over bore above which an engine has a crosshead; trunk pistons end at about 1.6."""
 
-MOST_DELTA = 0.5  # Largest coefficient of speed fluctuation that is not called implausible
+MOST_DELTA = 0.5  # Largest coefficient of speed fluctuation that is plausible
 
 
 @dataclass(frozen=True)
 class Suspicion:
     """Another reading of a value that may have been meant."""
 
-    question: str  # Completes the sentence "is the value ...?"
-    meant: Callable[[float], float]  # SI value that is then meant, of the number as it was written
+    question: str  # Words that complete the sentence "is the value ...?"
+    meant: Callable[[float], float]  # SI value that is then meant by the number as written
 
 
 @dataclass(frozen=True)
 class Check:
     """One measure of an engine, and the range in which it usually lies."""
 
-    name: str  # Under which it is silenced
-    what: str  # The measure in words
-    unit: str  # Unit of `low` and `high`, and how the measure is shown
-    # Ends of the usual range.
+    name: str  # Name by which the check is silenced
+    what: str  # The checked measure in words
+    unit: str  # Unit of the range, and of the measure in messages
+    # Ends of the usual range, in the check's unit.
     low: float
     high: float
-    source: str  # Source: where the range comes from
-    needs: tuple[str, ...]  # Parameters and quantities that the formula takes, in its order
-    measure: Callable[..., Any]  # The measure in SI units
-    blames: tuple[str, ...]  # Parameters that may be wrong, the most usual first
-    si: float = 1.0  # SI value of one `unit`
-    zero: bool = False  # Whether exactly 0 is meant so: what is left out
+    source: str  # Source of the usual range
+    needs: tuple[str, ...]  # Parameters and quantities that the formula takes, in order
+    measure: Callable[..., Any]  # Function that gives the measure in SI units
+    blames: tuple[str, ...]  # Parameters that may be wrong, the most usual one first
+    si: float = 1.0  # SI value of one unit of the range
+    zero: bool = False  # Whether a measure of exactly 0 is usual: something is left out
 
     @property
     def plain(self) -> bool:
@@ -80,12 +80,12 @@ def _itself(value: Any) -> Any:
 
 def _own(name: str, what: str, unit: str, low: float, high: float, source: str,
          **more: Any) -> Check:  # fmt: skip
-    """Range of a parameter itself."""
+    """Check of a parameter's own value against a range."""
     return Check(name, what, unit, low, high, source, (name,), _itself, (name,), **more)
 
 
 def _usual(name: str) -> Check:
-    """Range of a parameter, as `engine_dyn.parameters` has it."""
+    """Check of a parameter against its usual range in `engine_dyn.parameters`."""
     one = PARAMETERS[name]
     assert one.usual is not None
     what, low, high, source, zero = one.usual
@@ -112,7 +112,7 @@ def _mass_for_size(mass: Any, bore: Any) -> Any:
     return mass / (0.25 * math.pi * bore**3)
 
 
-# --- what a value may have been meant as ----------------------------------------------------------
+# --- values that may have been meant --------------------------------------------------------------
 
 
 def _in(unit: str, si: float) -> Suspicion:
@@ -170,9 +170,9 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
     "rated_power": (_in("kW", 1e3), _in("hp", 745.7), _in("MW", 1e6)),
     "flywheel_density": (_in("g/cm3", 1e3),),
 }  # fmt: skip
-"""Meanings that the parameters may have had, the most usual first."""
+"""Values that each parameter may have been meant to have, the most usual first."""
 
-# --- the ranges -----------------------------------------------------------------------------------
+# --- usual ranges ---------------------------------------------------------------------------------
 
 _KOLCHIN = "Kolchin and Demidov, Design of Automotive Engines (1984), masses of the crank mechanism"
 
@@ -360,8 +360,8 @@ CHECKS: tuple[Check, ...] = (
         "combustion_duration",
     )),
 )  # fmt: skip
-"""Ranges of what is given. The first that names a wrong parameter counts: the others that this
-parameter enters are not judged."""
+"""Checks of given values. The first one that names a wrong parameter counts: other checks of
+this parameter are skipped."""
 
 DIAGRAM_CHECKS: tuple[Check, ...] = (
     Check(
@@ -407,7 +407,7 @@ DIAGRAM_CHECKS: tuple[Check, ...] = (
         ("imep", "burns"), lambda imep, burns: _where(burns, imep), ("pressure",), si=BAR,
     ),
 )  # fmt: skip
-"""Ranges of indicator diagrams."""
+"""Checks of indicator diagrams."""
 
 _STEEL = (
     "judgement: rules for ships' shafts (IACS UR M68) allow some 30 to 90 in service, twice "
@@ -444,7 +444,7 @@ RESULT_CHECKS: tuple[Check, ...] = (
         )
     ),
 )  # fmt: skip
-"""Ranges of results, where they are asked for."""
+"""Checks of results, for results that a scene asks for."""
 
 NAMES = tuple(check.name for check in (*CHECKS, *DIAGRAM_CHECKS, *RESULT_CHECKS))
 """Names by which checks of given values and results are silenced."""

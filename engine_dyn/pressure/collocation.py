@@ -25,14 +25,14 @@ import numpy as np
 from engine_dyn.compilation import formula
 from engine_dyn.types import Floats
 
-POINTS = 12  # Points of an interval
+POINTS = 12  # Collocation points of an interval
 
 
 def _matrices() -> tuple[Floats, Floats, Floats, Floats]:
     """Points on [0, 1], integrals up to them and to 1, and the polynomial's coefficients.
 
-    The coefficients are those of powers of x = 2 t - 1. Matrices are transposed: a row belongs to
-    the rate at one point.
+    The coefficients are of powers of x = 2 t - 1. A row of each matrix belongs to the rate at a
+    point.
     """
     points, _ = np.polynomial.legendre.leggauss(POINTS)
     powers = np.arange(POINTS)
@@ -47,11 +47,11 @@ def _matrices() -> tuple[Floats, Floats, Floats, Floats]:
 
 
 PLACES, INTEGRALS, WEIGHTS, COEFFICIENTS = _matrices()
-"""Points over the width of an interval; integrals up to each and over all; coefficients."""
+"""Collocation points of an interval; weights of integrals up to each and over all; coefficients."""
 
 
-# exp(x) for |x| <= SHORT is the sixteenth power of the series of exp(x/16), sine and cosine of
-# small angles are their series: loops over them become vectors, calls of the library do not.
+# Largest |x| for which exp(x) is the sixteenth power of the series of exp(x/16), and sine and
+# cosine of small angles their series: the compiler vectorises these, but not calls of the library.
 SHORT = 6.0
 
 

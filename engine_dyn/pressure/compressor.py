@@ -60,7 +60,7 @@ FILE_FIELDS: dict[str, FileField] = {
     "valve_ramp": FileField("degree", 1.0, 45.0),
     "valve_lag": FileField("degree", 0.25, 20.0),
 }
-"""Fields of the cycle in engine files."""
+"""Fields of the pump's cycle in engine files."""
 
 FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""
@@ -83,17 +83,16 @@ class CompressorCycle:
 
     clearance_ratio: float  # Clearance volume over swept volume [1]
     crank_ratio: float  # Crank radius over rod length [1]
-    # Pressure of the lines at the valves, absolute [Pa].
+    # Absolute pressures of the suction and delivery lines at the valves [Pa].
     suction_pressure: float
     delivery_pressure: float
-    # Difference of pressure across the open valve while the piston is as fast as the crank pin
-    # [Pa].
+    # Pressure difference across an open valve while the piston is as fast as the crank pin [Pa].
     suction_loss: float
     delivery_loss: float
-    # Polytropic exponents [1].
+    # Polytropic exponents of compression and expansion [1].
     compression_exponent: float
     expansion_exponent: float
-    valve_ramp: float  # Angle over which a valve opens or closes [rad]
+    valve_ramp: float  # Crank angle over which a valve opens or closes [rad]
     # Angle in which the difference to the line's pressure falls to 1/e with an open valve [rad].
     valve_lag: float
 
@@ -149,7 +148,7 @@ class CompressorDiagrams(NamedTuple):
     # Absolute pressure [Pa] and its exact derivative over angle [Pa/rad]; shape (..., K)
     pressure: Floats
     slope: Floats
-    # Outcome (`engine_dyn.status`): converged; invalid_input for values that are no cycle, whose
+    # Outcome (`engine_dyn.status`): converged; invalid_input for values that give no cycle, whose
     # numbers are NaN.
     status: Integers
 
@@ -206,12 +205,12 @@ def tabulate(
 
 
 def _of_end(columns: dict[str, Floats], crank_end: bool) -> dict[str, Floats]:
-    """Fields whose crank ratio is that of the formulas for one end of the cylinder."""
+    """Fields for one end: at the crank end, formulas take a negative crank ratio."""
     return {**columns, "crank_ratio": -columns["crank_ratio"]} if crank_end else columns
 
 
 def _openings(columns: Mapping[str, Floats]) -> tuple[Floats, Floats]:
-    """Angles at which the valves begin to open, 0 to pi and pi to 2 pi; NaN where they never do."""
+    """Angles at which the valves begin to open, 0 to pi and pi to 2 pi; NaN for never."""
     clearance = columns["clearance_ratio"]
     pressure_ratio = columns["delivery_pressure"] / columns["suction_pressure"]
     expanded = clearance * pressure_ratio ** (1.0 / columns["expansion_exponent"])
@@ -292,7 +291,7 @@ def coefficients(phi: float, sine: float, cosine: float, case: Case) -> tuple[fl
     """Coefficients of p' = source - decay p at an angle from 0 to 2 pi."""
     volume = case.clearance + 0.5 * position_at(sine, cosine, case.crank_ratio)
     speed = velocity_at(sine, cosine, case.crank_ratio)
-    # Exponents change while a valve is wide open, where they have no effect.
+    # The exponent changes while a valve is wide open, where it has no effect.
     if phi < math.pi:
         opened = smooth_step((phi - case.suction) / case.ramp)
         opened *= smooth_step((math.pi - phi) / case.ramp)
@@ -390,7 +389,7 @@ def _integrate(
     slope: Floats,
     outcome: Integers,
 ) -> None:
-    """Fill in the rows `rows` of the tables."""
+    """Integrate the cycles of some rows and write them into the tables."""
     breaks = np.zeros(8)
     for index in range(rows.size):
         row = rows[index]
@@ -411,7 +410,7 @@ PUMP_FIELDS: dict[str, FileField] = {
     "valve_ramp": FileField("degree", 3.0, 90.0),
     "offset_ratio": FileField("1", -10.0, 10.0),
 }
-"""Fields of the cycle in engine files."""
+"""Fields of the pump's cycle in engine files."""
 
 PUMP_UNITS = file_units(PUMP_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""
@@ -430,12 +429,12 @@ class PumpCycle:
     """
 
     crank_ratio: float  # Crank radius over rod length [1]
-    # Pressure of the lines at the valves, absolute [Pa].
+    # Absolute pressures of the suction and delivery lines at the valves [Pa].
     suction_pressure: float
     delivery_pressure: float
-    valve_ramp: float  # Angle over which the pressure changes after a dead centre [rad]
-    # Difference of pressure across the open valve while the piston is as fast as the crank pin
-    # [Pa]; none by default.
+    valve_ramp: float  # Crank angle over which the pressure changes after a dead centre [rad]
+    # Pressure difference across an open valve while the piston is as fast as the crank pin [Pa];
+    # none by default.
     suction_loss: float = 0.0
     delivery_loss: float = 0.0
     # Offset of the piston pin's line over the crank radius [1]; 0 by default.
@@ -461,7 +460,7 @@ class PumpCycle:
                 f"suction_loss = {self.suction_loss / BAR:.6g} bar: must be at most half of "
                 "suction_pressure"
             )
-        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # refuses what is stuck
+        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # refuses stuck cranks
 
     def pressure_and_slope(self, phi: ArrayLike) -> tuple[Floats, Floats]:
         """Absolute pressure [Pa] and its derivative [Pa/rad] at crank angles [rad]."""

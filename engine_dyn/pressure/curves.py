@@ -19,20 +19,20 @@ from engine_dyn.pressure.family import LARGEST_SHIFT, WARP_AFTER, WARP_BEFORE, W
 from engine_dyn.pressure.point_checks import PEAK_TO
 from engine_dyn.types import Booleans, Floats, Integers
 
-FEWEST = 8  # Rows that are worth a thread: each takes some 50 us
+FEWEST = 8  # Smallest number of rows that are worth a thread: each takes some 50 us
 
 FLAT = 1e5
-"""Pressure [Pa] of rows without a cycle: a number, so that no other design is touched by them."""
+"""Pressure [Pa] of rows without a cycle: a number, so that it does not affect other designs."""
 
 
 class Curves(NamedTuple):
     """Diagrams with the same knots, whose rows are wanted in some order."""
 
-    # At the knots: absolute pressure [Pa] and its derivative over angle [Pa/rad]; shape (R, K)
+    # Absolute pressure [Pa] at the knots and its derivative over the angle [Pa/rad]; shape (R, K)
     pressure: Floats
     slope: Floats
-    known: Booleans  # Whether a row is a diagram; shape (R,)
-    rows: Integers  # Row of each diagram wanted
+    known: Booleans  # Whether each row is a diagram; shape (R,)
+    rows: Integers  # Row of the table for each requested diagram
 
 
 def on_threads(
@@ -53,7 +53,7 @@ def on_threads(
 def place_of(phi: float, count: int, period: float) -> tuple[int, float]:
     """Knot at or before an angle, and the fraction of the way to the next."""
     place = (phi / period + 0.5) * count
-    # An angle that only rounding keeps off a knot is on it, as in a table of the same angles.
+    # An angle off a knot by rounding is taken as the knot, as in a table of the same angles.
     nearest = math.floor(place + 0.5)
     if abs(place - nearest) < 1e-9:
         place = nearest
@@ -82,7 +82,7 @@ def sampled(
     shape = curves.rows.size, angle.size
     values = np.empty(shape)
     rises = np.empty(shape if slopes else (shape[0], 0))
-    # Unsigned: Numba asks of other places whether they count from the end.
+    # Unsigned indices: for others Numba checks whether they count from the end.
     places = np.empty((2, angle.size), dtype=np.uint64)
     weights = np.empty((angle.size, 8))
     _weigh(angle, curves.pressure.shape[1], period, places, weights)
@@ -175,7 +175,7 @@ def peak_angle_of(pressure: Floats, slope: Floats, period: float) -> float:
     square = b * b - 3.0 * a * c
     if square < 0.0:
         return angle
-    # The form that does not cancel, as in `diagram`.
+    # Form of the quadratic formula that does not cancel, as in `diagram`.
     q = -(b + math.copysign(math.sqrt(square), b))
     for number in range(2):
         t = 0.0
@@ -233,7 +233,7 @@ def morphed(
 
 @lru_cache(maxsize=16)
 def _elimination(count: int) -> tuple[Floats, Floats]:
-    """Diagonal after elimination, and the solution for the corners, of equally spaced knots.
+    """Diagonal after elimination, and the corner solution, for equally spaced knots.
 
     The system of `periodic_spline.periodic_spline_slopes`, divided by the step: 1, 4, 1.
     """
@@ -310,6 +310,6 @@ def _morph(
                 low, _ = hermite_at(pressures[one], slopes[one], left, t, step)
                 left, t = place_of(angle + (to_angle - peak) * bump, count, period)
                 high, _ = hermite_at(pressures[other], slopes[other], left, t, step)
-            # low^(1 - f) high^f
+            # Geometric interpolation low^(1 - f) high^f.
             pressure[i] = low * math.exp(f * math.log(high / low))
         spline_slopes(pressure, step, inverse, corner, slope)

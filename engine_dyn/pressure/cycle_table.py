@@ -44,10 +44,10 @@ from engine_dyn.status import CONVERGED
 from engine_dyn.types import Booleans, Floats, Integers
 
 PLACES = 2.0**24
-"""Fractions of rows are multiples of 1/PLACES. A place is the sum of a row and its fraction, which
-so is the same whatever the number of the combination is; loads are rounded to 2e-8 percent."""
+"""Fractions of rows are multiples of 1/PLACES: a row plus its fraction is then exact whatever
+the combination's number is; loads are rounded to 2e-8 percent."""
 
-EXAMPLES = 256  # Combinations that are looked at where something has to be decided for all
+EXAMPLES = 256  # Number of combinations that are examined to decide something for all of them
 
 
 class ModelledDiagram(NamedTuple):
@@ -64,7 +64,7 @@ class ModelledDiagram(NamedTuple):
 
 
 class _Kept:
-    """Rows that were made last, by their numbers."""
+    """The rows that were made last, by their numbers."""
 
     def __init__(self) -> None:
         self.numbers: Integers = np.zeros(0, dtype=np.int64)
@@ -81,12 +81,12 @@ class _Kept:
         return self.curves._replace(rows=self.curves.rows[index])
 
     def _add(self, made: Curves, missing: Integers, wanted: Integers) -> None:
-        """Keep what was made; drop what was before, where it is too much or of another block."""
+        """Keep new rows; drop older ones that belong to another block or exceed the memory."""
         old, still = self.curves, np.isin(self.numbers, wanted, assume_unique=True)
         if old is None or not still.any():
             self.numbers, self.curves = missing, made
             return
-        # Size of the rows that are kept beyond those of the last request
+        # Rows of earlier requests are kept up to half of 100 MB.
         if old.pressure.nbytes + made.pressure.nbytes > 0.5 * 100e6:
             index = old.rows[still]
             self.numbers = self.numbers[still]
@@ -220,7 +220,7 @@ class CycleTable(Family):
         """Largest number of threads on which rows are made."""
         return self._state.threads
 
-    # --- what is asked for ----------------------------------------------------------------------
+    # --- requests for pressures -------------------------------------------------------------------
 
     def curves(self, rows: Integers) -> Curves:
         """Rows of the table; those without a cycle are flat."""
@@ -309,7 +309,7 @@ class CycleTable(Family):
         """Pressure at the same angles for all places, shape (places, angles)."""
         below, weight = _split(place)
         some = np.flatnonzero(weight)
-        self.curves(np.concatenate([below, below[some] + 1]))  # all at once
+        self.curves(np.concatenate([below, below[some] + 1]))  # all rows are made at once
         found = self.sampled(below, phi, factor)[0]
         if some.size:
             share = weight[some, None]
@@ -379,7 +379,7 @@ class CycleTable(Family):
         """Not known of a table: its diagrams are made when they are asked for."""
         raise NotImplementedError
 
-    # --- how rows are made ----------------------------------------------------------------------
+    # --- making of rows ---------------------------------------------------------------------------
 
     def _make_rows(self, rows: Integers) -> Curves:
         number, place = np.divmod(rows, self.own.row_count)
@@ -399,13 +399,13 @@ class CycleTable(Family):
         return lower
 
     def _over_load(self, number: Integers, column: Integers, row: Integers) -> Curves:
-        """Rows over load at given speeds, numbered in `column`."""
+        """Rows over load at given speeds, whose numbers are in `column`."""
         segment, fraction = _between(self._axis, row)
         first = number * len(self.cycles) + column * len(self.loads) + segment
         return self._morphed(first, first + 1, fraction, self._diagrams)
 
     def _over_speed(self, number: Integers, speed_row: Integers, load_row: Integers) -> Curves:
-        """Rows over load at rows over speed."""
+        """Rows over load at given rows over speed."""
         assert isinstance(self.own, FamilyAtSpeeds)
         rows, columns = self._axis.count, len(self.own.grid.speeds)
         segment, fraction = _between(self.own.grid._speed_axis, speed_row)
@@ -421,7 +421,7 @@ class CycleTable(Family):
         self, first: Integers, second: Integers, fraction: Floats,
         make: Callable[[Integers], Curves],
     ) -> Curves:  # fmt: skip
-        """Rows between two of those that `make` makes of numbers."""
+        """Rows interpolated between two of those that `make` makes from numbers."""
         between = fraction > 0.0
         second = np.where(between, second, first)
         wanted = np.unique(np.concatenate([first, second]))
@@ -429,7 +429,7 @@ class CycleTable(Family):
         return morphed(make(wanted), *places, fraction, self.period, self.threads)
 
     def _diagrams(self, numbers: Integers) -> Curves:
-        """Modelled diagrams: number of the combination times their count, plus their place."""
+        """Modelled diagrams by number: the combination's times their count, plus their place."""
         return self._state.diagrams.take(numbers, self._model)
 
     def _model(self, numbers: Integers) -> Curves:
@@ -453,13 +453,13 @@ class CycleTable(Family):
 
 
 def _split(place: Floats) -> tuple[Integers, Floats]:
-    """Row at or below each place, and the fraction of the way to the next."""
+    """Row at or below each place, and the fraction of the way to the next row."""
     below = np.floor(place)
     return below.astype(np.int64), place - below
 
 
 def _between(axis: TableAxis, row: Integers) -> tuple[Integers, Floats]:
-    """Number of the given value at or below rows, and the fraction of the way to the next."""
+    """Index of the given value at or below each row, and the fraction of the way to the next."""
     segment = np.searchsorted(axis.first, row, side="right") - 1
     steps = np.append(axis.steps, 1)[segment]
     return segment, np.asarray((row - axis.first[segment]) / steps)

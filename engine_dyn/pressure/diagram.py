@@ -133,7 +133,7 @@ class Diagram:
             near, between = pressure[::2], pressure[1::2]
             predicted = 9.0 * (near + np.roll(near, -1)) - np.roll(near, 1) - np.roll(near, -2)
             # Part of the pressure's range that cubics through every other knot may miss where all
-            # are smooth: all of them are then on one smooth curve
+            # knots are smooth.
             if np.abs(between - predicted / 16.0).max() > 1e-6 * np.ptp(self.pressure):
                 break
             gap, pressure = 2.0 * gap, near
@@ -169,11 +169,11 @@ class Diagram:
         )
 
     def _pieces(self, phi: ArrayLike) -> _Pieces:
-        """Find the interval of each angle."""
+        """Find the interval of knots that contains each angle."""
         inside = wrapped(np.asarray(phi, dtype=np.float64), self.period)
         count = len(self.angle)
         left = np.searchsorted(self.angle, inside, side="right") - 1
-        # Before the first knot lies the interval that wraps; index -1 is its left knot.
+        # The interval that wraps lies before the first knot; index -1 is its left knot.
         right = (left + 1) % count
         start = self.angle[left] - np.where(left < 0, self.period, 0.0)
         step = self.angle[right] - start + np.where((right == 0) & (left >= 0), self.period, 0.0)
@@ -181,7 +181,7 @@ class Diagram:
 
 
 class _Pieces(NamedTuple):
-    """Intervals of some angles: the knots at both ends, the step between them, the part of it."""
+    """Intervals of some angles: knots at both ends, step between them, fraction of the step."""
 
     left: Integers
     right: Integers
@@ -190,7 +190,7 @@ class _Pieces(NamedTuple):
 
 
 def _pressure_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
-    """Pressure of one diagram or, along the first axis, of many."""
+    """Pressure of one diagram or, along the first axis, of many diagrams."""
     p0, p1, s0, s1 = _ends_of(pressure, slope, at)
     step, t = at.step, at.part
     rest = 1.0 - t
@@ -204,7 +204,7 @@ def _pressure_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
 
 
 def _slope_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
-    """dp/dphi of one diagram or, along the first axis, of many."""
+    """Slope dp/dphi of one diagram or, along the first axis, of many diagrams."""
     p0, p1, s0, s1 = _ends_of(pressure, slope, at)
     step, t = at.step, at.part
     rest = 1.0 - t
@@ -241,7 +241,7 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
         Whether slopes are wanted.
     """
     formula = _slope_of if slopes else _pressure_of
-    # Values of several diagrams that are computed together, which fit in a processor's cache
+    # Values of several diagrams that fit in a processor's cache are computed together.
     most = max(1, 65536 // phi.size)
     angle, at = None, None
     first = 0
@@ -316,7 +316,7 @@ def largest_of_rows(pressure: Floats, slope: Floats, step: Floats) -> Floats:
 
 
 def _tops(ends: Floats, step: Floats) -> Floats:
-    """Largest value of cubics from two pressures and two slopes, the ends included."""
+    """Largest value of cubics, ends included, from the pressures and slopes at both ends."""
     flat = [one.reshape(-1) for one in (*ends, step)]
     places = _stationary(*flat)
     knots = np.arange(places.shape[0])[:, None]
@@ -412,14 +412,14 @@ def table_angles(period: float, step_degrees: float) -> Floats:
 
 
 def _stationary(p0: Floats, p1: Floats, s0: Floats, s1: Floats, step: Floats) -> Floats:
-    """Find where in (0, 1) each cubic is stationary, shape (K, 2), NaN where it is not."""
+    """Points in (0, 1) at which each cubic is stationary, shape (K, 2), NaN where there is none."""
     # Derivative of the Hermite cubic in t: 3 a t^2 + 2 b t + c.
     c = step * s0
     b = 3.0 * (p1 - p0) - step * (2.0 * s0 + s1)
     a = step * (s0 + s1) - 2.0 * (p1 - p0)
     root = np.sqrt(np.maximum(b * b - 3.0 * a * c, 0.0))
     real = b * b >= 3.0 * a * c
-    # The form that does not cancel: q = -(b + sign(b) root), t = q / 3a and c / q.
+    # Quadratic formula that does not cancel: q = -(b + sign(b) root), t = q / 3a and c / q.
     q = -(b + np.copysign(root, b))
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.stack([q / (3.0 * a), c / q], axis=-1)

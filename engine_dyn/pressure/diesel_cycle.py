@@ -30,8 +30,8 @@ from engine_dyn.units import DEGREE
 # Wiebe's constant for a duration that ends when 99.9 % have burnt (Heywood: a = 5 and 6.9 occur).
 WIEBE = math.log(1000.0)
 
-# Largest step of the integration. Its error is of sixth order, lost in rounding, but for the step
-# in which a combustion starts: some 1e-8 of the pressure there.
+# Largest step of the integration. Its sixth-order error is below rounding, except in the step in
+# which a combustion starts: some 1e-8 of the pressure there.
 LARGEST_STEP = 0.125 * DEGREE
 FILE_FIELDS: dict[str, FileField] = {
     "compression_ratio": FileField("1", 1.5, 40.0),
@@ -45,9 +45,9 @@ FILE_FIELDS: dict[str, FileField] = {
     "heat": FileField("bar", 0.0, 200.0, ends=True),
     "premixed_share": FileField("1", 0.0, 1.0, ends=True),
     "premixed_start": FileField("degree", -90.0, 90.0),
-    # A shorter combustion would fall between the points of a step.
+    # A shorter combustion would fall between the integration points of a step.
     "premixed_duration": FileField("degree", 1.0, 180.0),
-    # Below 1 the rate of heat release has a corner that no spline follows.
+    # With an exponent below 1 the rate of heat release has a corner that no spline follows.
     "premixed_form": FileField("1", 1.0, 10.0, ends=True),
     "diffusion_start": FileField("degree", -90.0, 90.0),
     "diffusion_duration": FileField("degree", 1.0, 270.0),
@@ -58,7 +58,7 @@ FILE_FIELDS: dict[str, FileField] = {
     "valve_lag": FileField("degree", 0.5, 45.0),
     "offset_ratio": FileField("1", -10.0, 10.0),
 }
-"""Fields of the cycle in engine files."""
+"""Fields of the Diesel cycle in engine files."""
 
 FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which an engine file gives each field, and its size in SI."""
@@ -85,14 +85,13 @@ class DieselCycle:
 
     compression_ratio: float  # Largest over smallest cylinder volume [1]
     crank_ratio: float  # Crank radius over rod length [1]
-    # Pressure of the manifolds at the valves, absolute [Pa].
+    # Absolute pressures of the intake and exhaust manifolds at the valves [Pa].
     intake_pressure: float
     exhaust_pressure: float
-    # Difference of pressure across the open valve while the piston is as fast as the crank pin
-    # [Pa].
+    # Pressure difference across an open valve while the piston is as fast as the crank pin [Pa].
     intake_loss: float
     exhaust_loss: float
-    # Effective polytropic exponents [1].
+    # Effective polytropic exponents of compression and expansion [1].
     compression_exponent: float
     expansion_exponent: float
     heat: float  # Heat released per cycle over the swept volume [Pa = J/m3]; 0 is a motored engine
@@ -102,21 +101,21 @@ class DieselCycle:
     premixed_start: float
     premixed_duration: float
     premixed_form: float
-    # The same of the diffusion part.
+    # Start, duration and form exponent of the diffusion part, as for the premixed part.
     diffusion_start: float
     diffusion_duration: float
     diffusion_form: float
-    # Intake fully closed [rad, in the compression stroke], exhaust begins to open [rad, in the
-    # expansion stroke].
+    # Angle at which the intake is fully closed [rad, in the compression stroke], and at which the
+    # exhaust begins to open [rad, in the expansion stroke].
     intake_closing: float
     exhaust_opening: float
-    # Angle over which a valve closes or opens, and half of that of the change from exhaust to
+    # Angle over which a valve closes or opens, and half the angle of the change from exhaust to
     # intake manifold around gas exchange dead centre [rad].
     valve_ramp: float
     # Angle in which the difference to the manifold pressure falls to 1/e with an open valve [rad].
     valve_lag: float
-    # Offset of the piston pin's line over the crank radius [1]; 0 by default. With it, half the
-    # stroke is the radius that the speeds above are taken over.
+    # Offset of the piston pin's line over the crank radius [1]; 0 by default. With an offset,
+    # speeds are taken over half the stroke.
     offset_ratio: float = 0.0
 
     def __post_init__(self) -> None:
@@ -127,7 +126,7 @@ class DieselCycle:
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
         for name, field in FILE_FIELDS.items():
             if name in ("intake_loss", "exhaust_loss", "offset_ratio"):
-                continue  # limited by other fields, below
+                continue  # other fields limit this one, below
             low, high, value = field.low * field.size, field.high * field.size, getattr(self, name)
             if not (low <= value <= high if field.ends else low < value < high):
                 raise ValueError(self._refusal(name, field.allowed))
@@ -229,7 +228,7 @@ class DieselCycle:
         step = 4.0 * math.pi / count
         fine = math.ceil(step / LARGEST_STEP)
         h = step / fine
-        # From the middle of the intake stroke, where the pressure is that of the manifold.
+        # Start in the middle of the intake stroke, where the pressure is that of the manifold.
         first = -round(0.75 * count / 2.0)
         start = (first + np.arange(count * fine) / fine) * step
         nodes = start[:, None] + h * np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
@@ -237,7 +236,7 @@ class DieselCycle:
 
         within = np.einsum("iq,pq->ip", h * decay, _GAUSS_INNER)
         factor = np.exp(np.einsum("iq,q->i", -h * decay, _GAUSS_WEIGHTS))
-        # Growth left from each Gauss node to the end of its interval.
+        # Growth from each Gauss node to the end of its interval.
         growth = np.exp(within) * factor[:, None] * source
         gain = np.einsum("iq,q->i", growth, h * _GAUSS_WEIGHTS)
         coarse_factor, coarse_gain = np.ones(count), np.zeros(count)
@@ -253,16 +252,16 @@ class DieselCycle:
         for i, (f, g) in enumerate(zip(factors, gains, strict=True)):
             pressure[i] = p
             p = p * f + g
-        # Bring the table from its own start to -2 pi.
+        # Shift the table from its own start to -2 pi.
         index = first + np.arange(count)
         angle: Floats = np.arange(-(count // 2), count - count // 2) * np.float64(step)
         return angle, np.roll(pressure, index[0] + count // 2)
 
     def _wiebe_arguments(self, angle: Floats) -> tuple[Floats, Floats, float]:
-        """Reduced times of both parts, 0 before the start, and the share of the first."""
+        """Reduced times of both combustions, 0 before they start, and the share of the first."""
         early = np.maximum(angle - self.premixed_start, 0.0) / self.premixed_duration
         late = np.maximum(angle - self.diffusion_start, 0.0) / self.diffusion_duration
-        # Beyond this nothing is left to burn, and large powers would overflow.
+        # After four durations nothing is left to burn, and large powers would overflow.
         return np.minimum(early, 4.0), np.minimum(late, 4.0), self.premixed_share
 
     def _coefficients(self, phi: Floats) -> tuple[Floats, Floats]:
@@ -286,7 +285,7 @@ class DieselCycle:
 
 
 def _smooth_step(u: Floats) -> Floats:
-    """Rise from 0 at u = 0 to 1 at u = 1 with two derivatives zero at both ends."""
+    """Smooth step from 0 at u = 0 to 1 at u = 1, with two derivatives zero at both ends."""
     t = np.clip(u, 0.0, 1.0)
     return np.asarray(t**3 * (10.0 + t * (6.0 * t - 15.0)), dtype=np.float64)
 

@@ -38,8 +38,7 @@ FILE_FIELDS: dict[str, FileField] = {
 """Fields of the cycle in engine files; `bore` and `crankcase_pressure` are the engine's."""
 
 OF_EFFECTIVE_PRESSURE = ("bore", "crankcase_pressure")
-"""Parameters of an engine that the effective pressure is made with, and that no design may change.
-"""
+"""Engine parameters that enter the effective pressure, and that no design may change."""
 
 FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""
@@ -49,7 +48,7 @@ FILE_UNITS = file_units(FILE_FIELDS)
 class DoubleActingDiagram(Diagram):
     """Effective pressure of a double-acting cylinder, with the pressures that it is made of."""
 
-    # Absolute pressure on either side of the piston; angle 0 is top dead centre for both.
+    # Absolute pressure on both sides of the piston; angle 0 is top dead centre for both.
     head_end: Diagram
     crank_end: Diagram
     rod_share: float  # Area of the piston rod over that of the piston [1]
@@ -94,10 +93,10 @@ class DoubleActingCycle(CompressorCycle):
 
     # Clearance volume of the crank end over the volume that the piston sweeps there [1].
     crank_end_clearance_ratio: float
-    # Diameters of the rod and of the piston [m].
+    # Diameters of the piston rod and of the piston [m].
     piston_rod_diameter: float
     bore: float
-    crankcase_pressure: float  # Absolute pressure outside, on the area of the rod [Pa]
+    crankcase_pressure: float  # Absolute pressure outside, acting on the rod's area [Pa]
 
     def __post_init__(self) -> None:
         """Refuse values that are no cycle; ValueError names field, value and what is allowed."""

@@ -27,7 +27,7 @@ from engine_dyn.pressure.point_checks import PEAK_TO, degrees
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-# The step between rows, and the reach of the warp on both sides of the peak.
+# Step between rows, and reach of the warp on both sides of the pressure's peak.
 ROW_STEP = 0.5
 WARP_BEFORE = 40.0 * DEGREE
 WARP_AFTER = 80.0 * DEGREE
@@ -35,15 +35,15 @@ WARP_PER_SHIFT = 2.5
 LARGEST_SHIFT = 60.0 * DEGREE
 
 ROWS_AT_ONCE = 256
-"""Rows whose largest pressures are looked for together, so that memory stays in bounds."""
+"""Number of rows whose largest pressures are searched together, so that memory stays in bounds."""
 
 
 @dataclass(frozen=True, eq=False)
 class TableAxis:
     """Rows of a table over one parameter: the given values, and equal steps between each two."""
 
-    given: Floats  # Given values, strictly ascending; each of them is a row; shape (K,)
-    steps: Integers  # Number of steps between each two of them; shape (K - 1,)
+    given: Floats  # Given values of the axis, strictly ascending; each of them is a row; shape (K,)
+    steps: Integers  # Number of steps between neighbouring given values; shape (K - 1,)
 
     @cached_property
     def first(self) -> Integers:
@@ -67,7 +67,7 @@ class TableAxis:
 
     @cached_property
     def _widths(self) -> tuple[Floats, Integers]:
-        """Distance from each given value to the next, and steps; the last stands by itself."""
+        """Distance from each given value to the next, and steps; the last value stands alone."""
         return np.diff(self.given, append=self.given[-1] + 1.0), np.append(self.steps, 1)
 
     def locate(self, wanted: Floats) -> tuple[Integers, Floats]:
@@ -75,7 +75,7 @@ class TableAxis:
         segment = np.searchsorted(self.given, wanted, side="right") - 1
         width, steps = self._widths
         place = (wanted - self.given[segment]) / width[segment] * steps[segment]
-        # A value meant to be a row (12.5 of a linspace) is taken as the row.
+        # A value that was meant to be a row (12.5 in a linspace) is taken as the row.
         nearest = np.rint(place)
         place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
         whole = np.floor(place)
@@ -269,7 +269,7 @@ class Family(RowsOfDiagrams):
 
     @cached_property
     def _axis(self) -> TableAxis:
-        """Rows over load."""
+        """Axis of the table's rows over load."""
         steps: Integers = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
         return TableAxis(self.loads, steps)
 
@@ -387,13 +387,13 @@ def peaks_between(place: ArrayLike, pressure_of: Callable[[int], Floats]) -> Flo
     below = np.floor(flat)
     fraction = flat - below
     lower = below.astype(np.int64)
-    if flat.size == 1:  # one diagram takes a tenth of the time of a table
+    if flat.size == 1:  # a single diagram takes a tenth of the time of a table
         curve = pressure_of(int(lower[0]))
         if fraction[0] > 0.0:
             after = pressure_of(int(lower[0]) + 1)
             curve = (1.0 - fraction[0]) * curve + fraction[0] * after
         return np.full(wanted.shape, curve.max())
-    # Rows are few and designs many: rows are marked, not sorted.
+    # There are few rows and many designs: rows are marked instead of sorted.
     starts, blended = (np.zeros(int(lower.max()) + 1, dtype=np.bool_) for _ in range(2))
     starts[lower] = True
     blended[lower[fraction > 0.0]] = True
@@ -435,7 +435,7 @@ def largest_between(place: ArrayLike, diagram_of: Callable[[int], Diagram]) -> F
 
 
 def _filled(parts: Floats, count: int) -> Floats:
-    """Array with the last axis filled up by its first values, which changes no largest value."""
+    """Array whose last axis is padded with its first values, which changes no maximum."""
     return np.concatenate(
         [parts, np.repeat(parts[:, :, :1], count - parts.shape[2], axis=2)], axis=2
     )
@@ -444,7 +444,7 @@ def _filled(parts: Floats, count: int) -> Floats:
 def _top_knots(
     rows: Integers, blended: npt.NDArray[np.bool_], pressure_of: Callable[[int], Floats]
 ) -> Floats:
-    """Pressures of rows, and of those behind them, at the knots that may be the largest of a blend.
+    """Pressures of rows and their successors, at the knots that may be a blend's maximum.
 
     Shape (2, rows, knots). A row that is not marked in `blended` is its own successor.
     """
@@ -477,8 +477,8 @@ def morph(start: Diagram, end: Diagram, fraction: float) -> Diagram:
     after = min(max(WARP_AFTER, WARP_PER_SHIFT * shift), room)
     distance = start.angle - peak
     reach = np.where(distance < 0.0, before, after)
-    # (1 - u^2)^3 is smooth, one at the peak and zero with two derivatives at its ends; its slope
-    # stays under 1.72 / reach, so the warp is monotone for shifts up to 0.58 of the reach.
+    # The bump (1 - u^2)^3 is smooth, 1 at the peak and 0 with two derivatives at its ends; its
+    # slope stays under 1.72 / reach, so the warp is monotone for shifts up to 0.58 of the reach.
     bump = np.maximum(1.0 - (distance / reach) ** 2, 0.0) ** 3
     low = start(start.angle + (from_angle - peak) * bump)
     high = end(start.angle + (to_angle - peak) * bump)
@@ -496,13 +496,13 @@ _lock = threading.Lock()
 
 
 def _renew() -> None:
-    """After a fork: a thread that is not there any more may have held the locks."""
+    """Make new locks after a fork: a thread that no longer exists may have held the old ones."""
     global _lock
     _lock = threading.Lock()
     _making.clear()
 
 
-if hasattr(os, "register_at_fork"):  # not on Windows
+if hasattr(os, "register_at_fork"):  # Windows has no fork
     os.register_at_fork(after_in_child=_renew)
 
 
@@ -512,7 +512,7 @@ def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arr
     with _lock:
         making = _making.setdefault(mine, threading.Lock())
     try:
-        with making:  # threads that want the same wait for the one that makes it
+        with making:  # threads that need the same table wait for the one that makes it
             with _lock:
                 known = _kept.get(family, {}).get(key)
             if known is not None:

@@ -56,7 +56,7 @@ class FamilyGrid(RowsOfDiagrams):
     Make it with `grid_from_diagrams`, which checks that no diagram is missing.
     """
 
-    # The diagrams over load at each given speed: the same loads and knots in all.
+    # Diagrams over load at each given speed, with the same loads and knots in all.
     columns: tuple[Family, ...]
     speeds: Floats  # Given speeds [rad/s], strictly ascending; shape (S,)
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
@@ -194,7 +194,7 @@ class FamilyGrid(RowsOfDiagrams):
 
     @cached_property
     def _speed_axis(self) -> TableAxis:
-        """Rows over speed."""
+        """Axis of the table's rows over speed."""
         # Largest step between rows over speed, as a fraction of the lower of two given speeds.
         relative = np.diff(self.speeds) / (0.02 * self.speeds[:-1])
         steps: Integers = np.ceil(relative - 1e-9).astype(np.int64)

@@ -21,7 +21,7 @@ SIZES = {
     "m": 1.0,
     "rpm": RPM,
 }
-"""Size in SI of the units of files."""
+"""SI value of each unit in files."""
 
 
 _LOSS = "pressure difference across the open {} valve when the piston is as fast as the crank pin"
@@ -72,7 +72,7 @@ MEANINGS: Mapping[str, str] = {
     "valve_lag": "angle over which the pressure difference to the manifold falls to 1/e with the "
     "valve open",
 }
-"""Meanings of the fields of modelled cycles, in words."""
+"""Meaning of each field of modelled cycles, in words."""
 
 
 class FileField(NamedTuple):
@@ -134,7 +134,7 @@ def documented(kind: str, fields: Mapping[str, FileField]) -> Callable[[Class], 
     text = textwrap.indent("\n".join(lines), "    ")
 
     def add(cycle: Class) -> Class:
-        if cycle.__doc__ is not None:  # `python -OO` has none
+        if cycle.__doc__ is not None:  # `python -OO` removes docstrings
             cycle.__doc__ = f"{cycle.__doc__.rstrip()}\n\n{text}\n    "
         return cycle
 

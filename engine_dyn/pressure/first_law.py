@@ -83,7 +83,7 @@ class _ClosedCycle:
     premixed_duration: float = 10.0 * DEGREE
     premixed_form: float = 2.0
     wiebe_factor: float = WIEBE
-    # gamma = 1.38 - 0.08 (T - 300 K)/1000 K: after Gatowski et al. (1984), as usually quoted.
+    # gamma = 1.38 - 0.08 (T - 300 K)/1000 K, after Gatowski et al. (1984), as usually quoted.
     gamma_300: float = 1.38
     gamma_slope: float = 8e-5
     wall: str = "adiabatic"
@@ -273,7 +273,7 @@ class TwoStrokeCycle(_ClosedCycle):
     last, the pressure goes back to the exhaust's before.
     """
 
-    # Exhaust and scavenge begin to open [rad, in the expansion stroke].
+    # Angles at which exhaust and scavenge ports begin to open [rad, in the expansion stroke].
     exhaust_opening: float
     scavenge_opening: float
     # Exhaust fully closed [rad, in the compression stroke]; NaN, the default: -exhaust_opening.
@@ -287,15 +287,15 @@ class Diagrams(NamedTuple):
     """Tables of a batch of cycles, their shape that of the parameters."""
 
     angle: Floats  # Crank angle [rad] from -period/2, end excluded; shape (K,)
-    # Absolute pressure [Pa] and its exact derivative over angle [Pa/rad]: with both, a Diagram
+    # Absolute pressure [Pa] and its exact derivative over the angle [Pa/rad], so that a Diagram
     # needs no spline; shape (..., K)
     pressure: Floats
     slope: Floats
-    # Outcome (`engine_dyn.status`): converged; invalid_input, for values that are no cycle or gas
-    # hotter than 4000 K; not_converged, where the pressure does not repeat. All numbers of the last
-    # two are NaN.
+    # Outcome (`engine_dyn.status`): converged; invalid_input, for values that give no cycle or gas
+    # hotter than 4000 K; not_converged, where the pressure does not repeat. The numbers of a cycle
+    # that is not converged are NaN.
     status: Integers
-    trapped_pressure: Floats  # Pressure when the cylinder has closed [Pa]
+    trapped_pressure: Floats  # Pressure when the cylinder has just closed [Pa]
     hottest: Floats  # Highest temperature of the gas in the closed cylinder [K]
     # Heat released, work of the gas and heat lost while the cylinder is closed, over the swept
     # volume [Pa].
@@ -362,7 +362,7 @@ def tabulate(
     summary = np.full((size, len(_SUMMARY)), np.nan)
     good = np.flatnonzero(~bad)
     if good.size:
-        from engine_dyn.plain_arrays import plain  # with Numba, which only kernels need
+        from engine_dyn.plain_arrays import plain  # imports Numba, which only kernels need
 
         cases = _cases(kind, columns, wall)
         angles = plain(angle), plain(np.sin(angle)), plain(np.cos(angle))
@@ -389,7 +389,7 @@ _SUMMARY = ("trapped_pressure", "hottest", "heat", "work", "wall_loss")
 
 
 def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
-    """Half the stroke over the crank radius; 1 where there is no offset, or no cycle."""
+    """Half the stroke over the crank radius; 1 where there is no offset, or no valid cycle."""
     ratio, offset = columns["crank_ratio"], columns["offset_ratio"]
     turns = ratio * (1.0 + np.abs(offset)) < 1.0
     some = np.where(turns, ratio, 0.5), np.where(turns, offset, 0.0)
@@ -397,14 +397,14 @@ def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
 
 
 def _end_of_combustion(which: str, columns: Mapping[str, Floats]) -> Floats:
-    """Angle at which nothing is left to burn."""
+    """Angle at which all of a combustion has burnt."""
     power = 1.0 / (columns[f"{which}_form"] + 1.0)
     durations = np.minimum((BURNT / columns["wiebe_factor"]) ** power, BURNT_OUT)
     return np.asarray(columns[f"{which}_start"] + columns[f"{which}_duration"] * durations)
 
 
 def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -> Floats:
-    """Rows of `Case`."""
+    """Values of each cycle in the order of the fields of `Case`, a row a cycle."""
     four = kind is FourStrokeCycle
     size = columns["heat"].size
     zero, one = np.zeros(size), np.ones(size)

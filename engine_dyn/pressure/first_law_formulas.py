@@ -28,24 +28,24 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
 POLYTROPIC, WOSCHNI = 1, 2
-"""Codes of walls with heat transfer; 0 is adiabatic."""
+"""Codes of wall models with heat transfer; 0 is adiabatic."""
 
 HOTTEST = 4000.0
-"""Beyond this temperature [K] nothing supports a gamma that falls with a straight line."""
+"""Temperature [K] above which nothing supports a gamma that falls linearly."""
 
-# Woschni (1967) as in Heywood, section 12.4: h = 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8 with p in
-# kPa, w = 2.28 c_m + 3.24e-3 (V_h T_r)/(p_r V_r) (p - p_m); the second part from combustion on.
+# Woschni (1967) as in Heywood, section 12.4: h = 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8 with p in kPa, w =
+# 2.28 c_m + 3.24e-3 (V_h T_r)/(p_r V_r) (p - p_m); the second part counts from combustion on.
 WOSCHNI_FACTOR = 3.26 * 1000.0**-0.8
 WOSCHNI_PISTON = 2.28
 WOSCHNI_COMBUSTION = 3.24e-3
 
-# The exponent of a polytrope changes over this angle to both sides of dead centre.
+# Angle on both sides of dead centre over which a polytrope's exponent changes.
 EXPONENT_REACH = 30.0 * DEGREE
 
 BURNT = 40.0
-"""A combustion has ended where exp(-BURNT) of it is left."""
+"""A combustion ends where the fraction exp(-BURNT) of it is left."""
 
-# Wiebe functions are followed to this many durations: nothing is left, and powers stay finite.
+# Durations over which Wiebe functions are followed: nothing is left, and powers stay finite.
 BURNT_OUT = 4.0
 
 
@@ -108,7 +108,7 @@ def geometry(sine: float, cosine: float, case: Case) -> tuple[float, float]:
     if offset == 0.0:
         volume = case.clearance + 0.5 * position_at(sine, cosine, ratio)
         return volume, 0.5 * velocity_at(sine, cosine, ratio)
-    # Over the swept volume, a stroke of more than two crank radii.
+    # Over the swept volume, whose stroke exceeds two crank radii with an offset.
     share = 0.5 / case.half_stroke
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)
@@ -235,7 +235,7 @@ def manifold(phi: float, growth: float, case: Case) -> float:
 
 
 WALLS = ("adiabatic", "polytropic", "woschni")
-"""Models of the heat that goes to the walls."""
+"""Models of the heat transfer to the walls."""
 
 
 _GAS = {
@@ -247,7 +247,7 @@ _GAS = {
     "heat": FileField("bar", 0.0, 200.0, ends=True),
     "combustion_start": FileField("degree", -90.0, 90.0),
     "combustion_duration": FileField("degree", 2.0, 270.0),
-    # Below 1 the rate of heat release has a corner that no spline follows.
+    # With an exponent below 1 the rate of heat release has a corner that no spline follows.
     "combustion_form": FileField("1", 1.0, 10.0, ends=True),
     "valve_ramp": FileField("degree", 2.0, 90.0),
     "valve_lag": FileField("degree", 0.5, 45.0),
@@ -289,7 +289,7 @@ _PORTS = {
 FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
     word: tuple(_OF_WALL.get(code, ())) for code, word in enumerate(WALLS)
 }
-"""Fields that one model of the walls needs, and no other takes."""
+"""Fields that one model of the walls needs, and that the others refuse."""
 
 _WALL_FIELDS = {name: item for part in _OF_WALL.values() for name, item in part.items()}
 
@@ -301,7 +301,7 @@ TWO_STROKE_FIELDS: Mapping[str, FileField] = {**_GAS, **_FURTHER, **_WALL_FIELDS
 FOUR_STROKE_UNITS = file_units(FOUR_STROKE_FIELDS)
 """Unit in which an engine file gives each number of a FourStrokeCycle, and its size in SI."""
 TWO_STROKE_UNITS = file_units(TWO_STROKE_FIELDS)
-"""The same of a TwoStrokeCycle."""
+"""Unit in which an engine file gives each number of a TwoStrokeCycle, and its size in SI."""
 
 
 def wall_code(wall: str) -> int:

@@ -51,29 +51,29 @@ from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
 MOST_BREAKS = 32
-"""Angles at which intervals have to end, at most."""
+"""Largest number of angles at which integration intervals have to end."""
 
-# Intervals are at most this wide, these parts of a combustion, of the lag and of the ramp of a
-# valve, and this part of the distance to where the volume would be 0, or the rod would stand
-# across: both at complex angles. Narrower ones change no pressure by more than 1e-9 of the largest.
+# Largest widths of an interval: an angle, parts of a combustion, of a valve's lag and of its ramp,
+# and part of the distance to the complex angle where the volume would be 0 or the rod would stand
+# across. Narrower intervals change no pressure by more than 1e-9 of the largest.
 WIDEST = 16.0 * DEGREE
 PARTS_OF_COMBUSTION = 5.0
 LAGS_OF_INTERVAL = 1.7
 PARTS_OF_RAMP = 2.0
 PART_OF_DISTANCE = 0.6
-# A rate that begins like (phi - start)^m has no derivatives there beyond m: the first intervals
-# after it begin small and double.
+# Number of times that intervals double after the start of a combustion: a rate like (phi - start)^m
+# has no derivatives there beyond m, so the first intervals are small.
 DOUBLINGS = 6
 MOST_IMPROVEMENTS = 20
 NEAR = 1e-10
-"""Newton's method ends where values change less; its next step would be lost in rounding."""
+"""Change of values below which Newton's method ends; its next step would be lost in rounding."""
 
 MOST_PASSES = 60
-"""Cycles that are followed until the pressure repeats."""
+"""Largest number of cycles that are followed until the pressure repeats."""
 
 
 Blown = tuple[float, float, float]
-"""Exponent, gamma - 1 and heat loss at the end of the closed part."""
+"""Exponent, gamma - 1 and heat loss at the end of the closed part of the cycle."""
 
 
 class Points(NamedTuple):
@@ -135,10 +135,10 @@ def take_closed_rates(
         if case.wall == POLYTROPIC:
             g = gas.total * share
             lost = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - 1.0)
-            # The loss over T changes with G, and dG/dy = -share (A - G).
+            # Linearised loss over T: it changes with the integral G, and dG/dy = -share (A - G).
             rising = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - share)
         elif case.wall == WOSCHNI:
-            # Woschni's powers of p and T, over those of the trapped charge.
+            # Powers of p and T in Woschni's formula, over those of the trapped charge.
             power = 0.25 * math.log(temperature / case.charge_temperature)
             power -= 0.8 * points.logarithm[i]
             more = 0.25
@@ -300,7 +300,7 @@ def closed_part(
     following = int(math.ceil((phi - angle[0]) / step - 1e-9))
     lower = 0.0
     while phi < opening - 1e-12:
-        # From the start of combustion on, Woschni's motored engine is followed beside.
+        # From the start of combustion on, Woschni's motored pressure is integrated as well.
         two = phi >= start - 1e-12
         width = width_of_combustion(phi, min(WIDEST, width_of_geometry(phi, case)), case)
         target = min(next_break(phi, breaks, breaking), opening)
@@ -480,7 +480,7 @@ def follow(
     if case.wall != WOSCHNI:
         start = math.inf
 
-    # Half an open part, from the manifold's pressure, begins near the first cycle's pressure.
+    # The first cycle starts from half an open part, begun with the manifold's pressure.
     middle = 0.5 * (case.opening + case.closing + period)
     _, growth = geometry(math.sin(middle), math.cos(middle), case)
     p = open_part(

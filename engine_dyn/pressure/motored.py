@@ -74,8 +74,8 @@ def _constructed(diagram: Diagram) -> Diagram:
             best = (miss, fitted, float(k))
     assert best is not None
     miss, (level, exponent), k = best
-    # It is no compression if ln p deviates more (root mean square), or if the pressure rises less
-    # over the fitted part than by a factor of 1.5; usual are 4 or 5.
+    # The points are no compression if ln p deviates more (root mean square), or if the pressure
+    # rises by less than a factor of 1.5 over the fitted part; factors of 4 or 5 are usual.
     if miss > 0.05 or log_p[-1] - log_p[0] < math.log(1.5):
         raise ValueError(
             "the diagram has no compression line between 80 and 30 degrees before firing dead "
@@ -85,7 +85,7 @@ def _constructed(diagram: Diagram) -> Diagram:
     angle = diagram.angle
     before = -np.abs(angle)
     top = np.exp(level - exponent * np.log1p(k * _travel(angle)))
-    # Compression as measured, up to where the fit takes over; mirrored behind dead centre.
+    # The compression as measured, up to where the fit takes over; mirrored after dead centre.
     share = _step((np.abs(angle) - FIT_TO) / (JOINED - FIT_TO))
     compression = top ** (1.0 - share) * diagram(before) ** share
     if diagram.period == FOUR_STROKE:
@@ -105,7 +105,7 @@ def _travel(phi: Floats) -> Floats:
 
 
 def _step(u: Floats) -> Floats:
-    """Rise from 0 to 1 between u = 0 and 1, smooth at both ends."""
+    """Smooth step from 0 to 1 between u = 0 and 1."""
     t = np.clip(u, 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 

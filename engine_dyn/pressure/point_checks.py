@@ -16,14 +16,14 @@ from engine_dyn.periodic_spline import wrapped
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
-# Measured files are sparse in the gas exchange, so the gap allowed there is wide; where the
-# pressure rises and falls steeply it is narrow.
+# Fewest points, and largest gaps between them: wide in the gas exchange, where measured files are
+# sparse, and narrow where the pressure rises and falls steeply.
 MINIMUM_POINTS = 16
 NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE
 ENDS_TOLERANCE = 0.02
 SMALLEST_PEAK, LARGEST_PRESSURE = 0.01 * BAR, 500.0 * BAR
-# Lowest pressures of naturally aspirated cycles in megapascal, and what tells them from pumps.
+# Lowest pressure of naturally aspirated cycles in megapascal, unlike that of pumps.
 MEGAPASCAL = 0.05 * BAR, 0.15 * BAR
 
 SLACK = 1e-7
@@ -109,7 +109,7 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
 
 
 def _unit_hint(p: Floats) -> str:
-    """Name the unit the values were probably in: gas exchange happens near one atmosphere."""
+    """Name the unit that the values probably had: gas exchange happens near one atmosphere."""
     low = float(p.min()) / BAR
     if 50.0 <= low <= 400.0:
         return " (it looks like kilopascal)"
@@ -121,7 +121,7 @@ def _unit_hint(p: Floats) -> str:
 
 
 def _join_ends(phi: Floats, p: Floats, period: float) -> tuple[Floats, Floats]:
-    """Make one point of both ends of the cycle, with the mean of their pressures."""
+    """Merge both ends of the cycle into one point, with the mean of their pressures."""
     half = period / 2.0
     slack = SLACK * period
     at_start = abs(phi[0] + half) <= slack
@@ -131,7 +131,7 @@ def _join_ends(phi: Floats, p: Floats, period: float) -> tuple[Floats, Floats]:
     if not at_end:
         return phi, p
     if not at_start:
-        # The end alone: the same angle one period earlier.
+        # The file has the end of the cycle only: it stands for the same angle one period earlier.
         return np.concatenate(([-half], phi[:-1])), np.concatenate(([p[-1]], p[:-1]))
     differ = abs(p[0] - p[-1])
     largest = float(p.max())
@@ -150,7 +150,7 @@ def _check_coverage(phi: Floats, period: float) -> None:
     step = np.diff(phi, append=phi[0] + period)
     end = phi + step
     near = (phi < NEAR_FIRING) & (end > -NEAR_FIRING)
-    # The gap that wraps ends in the next period.
+    # The gap that wraps around ends in the next period.
     near |= (phi < NEAR_FIRING + period) & (end > period - NEAR_FIRING)
     slack = SLACK * period
     for allowed, where, part in (

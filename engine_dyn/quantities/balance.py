@@ -13,7 +13,7 @@ from engine_dyn.geometry import masses
 from engine_dyn.quantities.node import Node, hidden, parameter
 from engine_dyn.units import DEGREE
 
-DIRECTIONS = (0.0, 90.0)  # Points of `direction` [degree]
+DIRECTIONS = (0.0, 90.0)  # Values of the dimension `direction` [degree]
 
 
 PARAMETERS = (
@@ -76,7 +76,7 @@ _ENGINE = (
     "cylinders_by_count",
 )  # fmt: skip
 _MASSES = tuple(name for name in _ENGINE if name != "speed")
-"""Results that do not depend on the speed: sizes of weights, where forces are compared."""
+"""Inputs of results that do not depend on the speed, because only sizes of forces are compared."""
 
 FORCE = (
     *_ENGINE, "turning_mass", "throw_turning_mass", "shaft_unbalance", "pair_unbalance",
@@ -98,7 +98,7 @@ _NAMES = {
     "cylinders_by_count": "by_count", "offset_ratio": "offset", "web_unbalance": "webs",
     "web_unbalance_couple": "web_couple",
 }  # fmt: skip
-"""Nodes whose attribute of `balance.RunningGear` has another name."""
+"""Attribute of `balance.RunningGear` for each node that has another name."""
 
 
 def running_gear(needs: dict[str, Any]) -> balance.RunningGear:

@@ -23,15 +23,15 @@ from engine_dyn.types import Booleans, Complexes, Floats
 class Lines(NamedTuple):
     """The cylinders as lines of force, from 1 to Z."""
 
-    phase: Floats  # Angle to add to the engine's to get the cylinder's own [rad]
+    phase: Floats  # Angle to add to the engine's crank angle for the cylinder's own [rad]
     direction: Floats  # Angle of the cylinder's axis from that of cylinder 1 [rad]
     place: Floats  # Distance from the middle of the crank, in distances of neighbouring throws [1]
-    # Number of the bank less the mean of first and last: each stands one offset of the banks
-    # further along the shaft [1].
+    # Number of the bank less the mean of the first and last number: neighbouring banks are one
+    # offset apart along the shaft [1].
     bank: Floats
-    mass_factor: Floats  # Reciprocating mass over the engine's [1]
-    radius: Floats  # Crank radius over the engine's; rods are equally long [1]
-    throw_share: Floats  # Share in the throw, 1 over the number of rods on the pin [1]
+    mass_factor: Floats  # Reciprocating mass of the cylinder over the engine's [1]
+    radius: Floats  # Crank radius of the cylinder over the engine's; rods are equally long [1]
+    throw_share: Floats  # Share of the cylinder in its throw, 1 over the rods on the pin [1]
     side: Floats  # Factor on the engine's offset: -1 to the other side of the crank's axis [1]
 
     def kinds(self, crank_ratio: Any, offset: Any) -> Iterator[tuple[Any, Any, Booleans]]:
@@ -103,7 +103,7 @@ def default_bank_offset(spacing: Any, cylinders: Any, by_count: CylindersByCount
     return share * np.asarray(spacing)
 
 
-MOST = 512  # Highest order
+MOST = 512  # Highest order of the balance series
 
 
 def acceleration_harmonics(
@@ -140,7 +140,7 @@ def acceleration_harmonics(
         found_here = kinematic_series.acceleration_coefficients(among, ratio)
         return np.where(whole, found_here, 0.0).astype(np.complex128)
     among, which = np.unique(nu, return_inverse=True)
-    # The acceleration is the slope of the velocity.
+    # Harmonics of the acceleration follow from the slope of the velocity.
     harmonics = (
         1j * among * velocity_harmonics(among, ratio.reshape(-1, 1), offset_ratio.reshape(-1, 1))
     )
@@ -153,7 +153,7 @@ def acceleration_harmonics(
 class Ellipse(NamedTuple):
     """The ellipse along which the tip of a vector of one order runs."""
 
-    # Semi-axes.
+    # Semi-axes of the ellipse that the vector describes.
     major: Any
     minor: Any
     # Angle of the long axis from cylinder 1 [rad], above -pi/2 and up to pi/2; 0 for a circle.
@@ -169,7 +169,7 @@ def ellipse_of(forward: Any, backward: Any, rounding: Any) -> Ellipse:
     turned = forward * backward
     there = (one > rounding) & (other > rounding)
     angle = 0.5 * np.angle(np.where(there, turned, 1.0))
-    # Rounding must not make -90 degrees of 90.
+    # Rounding must not turn an angle of 90 degrees into -90 degrees.
     angle = np.where(angle <= -0.5 * np.pi + 1e-9, angle + np.pi, angle)
     return Ellipse(one + other, np.abs(one - other), angle)
 

@@ -26,11 +26,11 @@ backwards."""
 
 LEAST = 5  # Row of the size up to which a sum is rounding
 
-TURN_SAMPLES = 360  # Samples of a revolution, between which the largest vector is looked for
+TURN_SAMPLES = 360  # Samples of a revolution among which the largest vector is searched
 
 FINER = 8
-"""The neighbourhood of the largest sample is sampled again, FINER times finer, in ROUNDS rounds;
-a parabola through the last samples then errs by less than 1e-9 of the largest vector."""
+"""Refinement of the largest sample: its neighbourhood is sampled FINER times finer in ROUNDS
+rounds; a parabola through the last samples then errs by less than 1e-9 of the largest vector."""
 
 
 def lines_array(lines: Lines, *, moment: bool) -> Floats:
@@ -56,9 +56,9 @@ def turns(count: int) -> Floats:
 
 @inlined
 def _own_of(motion: Floats, lines: Floats, design: int, own: Floats) -> None:
-    """Numbers of each cylinder of a design, which do not depend on the angle.
+    """Fill in six numbers for each cylinder that do not depend on the angle.
 
-    Those of cylinder k stand at 6 k: cosine and sine to turn the engine's angle to the crank's,
+    For cylinder k, from index 6 k on: cosine and sine that turn the engine's angle to the crank's,
     lambda, e/r, and the components of its force over its reduced acceleration.
     """
     engine_ratio, engine_offset, reciprocating = (
@@ -84,7 +84,7 @@ def _own_of(motion: Floats, lines: Floats, design: int, own: Floats) -> None:
 
 @formula
 def _cylinder_at(own: Floats, k: int, cosine: float, sine: float) -> float:
-    """Reduced acceleration of cylinder k at the engine's angle."""
+    """Reduced acceleration of the piston of cylinder k at an angle of the engine."""
     s = sine * own[6 * k] + cosine * own[6 * k + 1]
     c = cosine * own[6 * k] - sine * own[6 * k + 1]
     acceleration: float = offset_acceleration_at(s, c, own[6 * k + 2], own[6 * k + 3])
@@ -93,7 +93,7 @@ def _cylinder_at(own: Floats, k: int, cosine: float, sine: float) -> float:
 
 @formula
 def _shafts_at(motion: Floats, design: int, c: float, s: float) -> tuple[float, float]:
-    """Force of the masses that turn with the crank and with balance shafts."""
+    """Force of the masses that turn with the crank and with the balance shafts."""
     c2, s2 = c * c - s * s, 2.0 * s * c
     a, b, d, e = motion[6, design], motion[7, design], motion[8, design], motion[9, design]
     x, y = (a + d) * c - (b - e) * s, (b + e) * c + (a - d) * s
@@ -103,7 +103,7 @@ def _shafts_at(motion: Floats, design: int, c: float, s: float) -> tuple[float, 
 
 @inlined
 def _square_at(motion: Floats, design: int, own: Floats, cylinders: int, angle: float) -> float:
-    """Square of the vector at one angle [rad]."""
+    """Square of the resultant vector at one crank angle [rad]."""
     cosine, sine = math.cos(angle), math.sin(angle)
     x, y = _shafts_at(motion, design, cosine, sine)
     for k in range(cylinders):
@@ -122,7 +122,7 @@ def _unless_rounding(square: float, least: float) -> float:
 def _vectors(
     motion: Floats, design: int, own: Floats, cylinders: int, turn: Floats, x: Floats, y: Floats
 ) -> None:
-    """Components of the vector at all angles."""
+    """Components of the resultant vector at all sampled angles."""
     cosine, sine = turn[0], turn[1]
     for i in range(x.size):
         x[i], y[i] = _shafts_at(motion, design, cosine[i], sine[i])
@@ -183,7 +183,7 @@ def largest_of(motion: Floats, lines: Floats, turn: Floats, largest: Floats) -> 
         _vectors(motion, design, own, cylinders, turn, x, y)
         for i in range(samples):
             x[i] = _unless_rounding(x[i] * x[i] + y[i] * y[i], motion[LEAST, design])
-        # The highest sample may stand beside the second highest crest: parabolas tell them apart.
+        # The highest sample may be next to the second highest crest: parabolas compare them.
         best, crest, total = 0, -1.0, 0.0
         for i in range(samples):
             total += x[i]
@@ -212,14 +212,14 @@ def largest_of(motion: Floats, lines: Floats, turn: Floats, largest: Floats) -> 
 
 @formula
 def _parabola_top(left: float, middle: float, right: float) -> float:
-    """Top of the parabola through three points, of which the middle one is the highest."""
+    """Top of the parabola through three points whose middle one is the highest."""
     bend = 2.0 * middle - left - right
     if not bend > 0.0:
         return middle
     return middle + min((right - left) ** 2 / (8.0 * bend), middle)
 
 
-Parabola = tuple[float, float, float]  # Square, half its slope and bend, at the fraction 0
+Parabola = tuple[float, float, float]  # Square of the force, half its slope and its bend, at 0
 
 
 def least_mean_square(forward: Any, backward: Any, weights: Any, across_weight: float) -> Floats:
@@ -305,16 +305,16 @@ def _least_peaks(
 
 @inlined
 def _lowest_of_all(square: Floats, slope: Floats, bend: Floats) -> float:
-    """Where the highest of many parabolas is lowest, from 0 to 1."""
+    """Fraction from 0 to 1 at which the largest of many parabolas is smallest."""
     below, above = 0.0, 1.0
     low, high = _highest(square, slope, bend, below), _highest(square, slope, bend, above)
     here = below
-    # Each parabola was not known before, and some ten are usual.
+    # Each round adds a parabola that was not known before; some ten rounds are usual.
     for _ in range(60):
         here = min(max(_lowest_of_two(low, high), below), above)
         known = max(_value(low, here), _value(high, here))
         new = _highest(square, slope, bend, here)
-        # A parabola counts as higher if it exceeds the largest known square by more than this.
+        # A parabola is higher only if it exceeds the largest known square by this part.
         if not _value(new, here) > known * (1.0 + 1e-12):
             break
         if new[1] + here * new[2] > 0.0:
@@ -326,7 +326,7 @@ def _lowest_of_all(square: Floats, slope: Floats, bend: Floats) -> float:
 
 @inlined
 def _highest(square: Floats, slope: Floats, bend: Floats, fraction: float) -> Parabola:
-    """Parabola that is highest at a fraction."""
+    """Return the parabola that has the largest value at a fraction."""
     best, most = 0, -math.inf
     for i in range(square.size):
         here = square[i] + fraction * (2.0 * slope[i] + fraction * bend[i])
@@ -342,9 +342,9 @@ def _value(parabola: Parabola, fraction: float) -> float:
 
 @inlined
 def _lowest_of_two(one: Parabola, other: Parabola) -> float:
-    """Where the higher of two parabolas is lowest: at the foot of one of them, or where they meet.
+    """Fraction at which the larger of two parabolas is smallest: at a vertex, or where they meet.
 
-    They meet once between their feet, as each is higher at the foot of the other.
+    They meet once between their vertices, as each is higher at the vertex of the other.
     """
     foot = -one[1] / one[2] if one[2] > 0.0 else 0.0
     foot_of_other = -other[1] / other[2] if other[2] > 0.0 else 0.0
@@ -354,7 +354,7 @@ def _lowest_of_two(one: Parabola, other: Parabola) -> float:
         return foot_of_other
     square, slope, bend = one[0] - other[0], one[1] - other[1], one[2] - other[2]
     root = math.sqrt(max(slope * slope - bend * square, 0.0))
-    # Both roots of bend c^2 + 2 slope c + square, without the difference of near numbers.
+    # Both roots of bend c^2 + 2 slope c + square, without subtracting nearly equal numbers.
     turned = -(slope + math.copysign(root, slope))
     left, right = min(foot, foot_of_other), max(foot, foot_of_other)
     if turned != 0.0 and left <= square / turned <= right:

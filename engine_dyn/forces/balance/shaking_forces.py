@@ -40,14 +40,14 @@ from engine_dyn.geometry.arrangement import SAME_ANGLE, TURN
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Complexes, Floats, Integers
 
-CHUNK = 2048  # Designs whose samples exist at a time
+CHUNK = 2048  # Largest number of designs whose samples are held at a time
 
 _ARRAYS = (
     "crank_ratio", "offset", "crank_radius", "reciprocating_mass", "turning_mass",
     "throw_turning_mass", "shaft", "pair", "couple", "spacing", "bank_offset", "speed", "cylinders",
     "webs", "web_couple",
 )  # fmt: skip
-"""Attributes of `RunningGear` that broadcast."""
+"""Attributes of `RunningGear` that broadcast against each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ class RunningGear:
             usual = default_bank_offset(self.spacing, self.cylinders, self.by_count)
             object.__setattr__(self, "bank_offset", usual)
 
-    # vectors over the crank angle
+    # Vectors over the crank angle.
 
     def force(self, phi: Any) -> Complexes:
         """Shaking force at the crank angles `phi` [rad], N; broadcasts with the attributes."""
@@ -149,7 +149,7 @@ class RunningGear:
         """One order of the shaking moment over the crank angle, N m."""
         return self._of_order(order, phi, moment=True)
 
-    # orders
+    # Single orders.
 
     def force_orders(self, orders: Any) -> tuple[Complexes, Complexes]:
         """Forward and backward amplitude of orders of the shaking force, N; `orders` broadcasts."""
@@ -169,7 +169,7 @@ class RunningGear:
         """Ellipses of orders of the shaking moment, N m and rad."""
         return ellipse_of(*self.moment_orders(orders), self._scaled(self._rounding(moment=True)))
 
-    # numbers of a revolution
+    # Results for a revolution.
 
     def force_max(self) -> Floats:
         """Largest shaking force of a revolution, exact to 1e-9 of it, N."""
@@ -195,7 +195,7 @@ class RunningGear:
         """Moment about the middle of the crank of all that turns with it, N m."""
         return self._scaled(np.abs(self._without_rounding(self._turning(moment=True), True)))
 
-    # the vector that would balance it
+    # Counterweight vector that would balance the force.
 
     def shaft_required(self) -> Floats:
         """Unbalance of the shaft that cancels the backward first order of the force [kg m]."""
@@ -245,13 +245,13 @@ class RunningGear:
         best = least_mean_square(forward, backward, weights, across_weight)
         return np.array(np.broadcast_to(best, shape))[()]
 
-    # how it is done: everything below is in kg m, or kg m2 for moments
+    # Implementation: all quantities below are in kg m, or kg m2 for moments.
 
     def _scaled(self, value: Any) -> Any:
         return value * np.square(np.asarray(self.speed, dtype=float))
 
     def _per_count(self, value: Callable[[Lines, Floats], Any], moment: bool) -> Any:
-        """Take a sum over the cylinders, for each set of them, weighted with their levers."""
+        """Take a sum over the cylinders, weighted with their levers, for each set of cylinders."""
 
         def with_weights(weights: Callable[[Lines], Floats]) -> Any:
             counts = np.asarray(self.cylinders)
@@ -270,7 +270,7 @@ class RunningGear:
 
     def _rounding(self, moment: bool) -> Any:
         mass = np.abs(np.asarray(self.reciprocating_mass)) * self.crank_radius
-        # This fraction of one cylinder's force, times the cylinders, is rounding.
+        # A sum below this fraction of one cylinder's force, times the cylinders, is rounding.
         return 1e-9 * mass * self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
 
     def _sum(self, phi: Any, moment: bool) -> Any:
@@ -308,12 +308,12 @@ class RunningGear:
         mass = mass + np.abs(self.throw_turning_mass)
         weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
         of_webs = np.abs(self.web_couple if moment else self.webs)
-        # The vector sum of all cylinders' forces is rounding below this fraction of their sum by
-        # size.
+        # The vector sum of all cylinders' forces is rounding below this fraction of the sum of
+        # their sizes.
         return 1e-13 * (mass * self.crank_radius * weights + of_webs)
 
     def _turning(self, moment: bool) -> Any:
-        """Amplitude of what turns with the crank."""
+        """Amplitude of the force or moment of the masses that turn with the crank."""
         ratio, offset_ratio = np.asarray(self.crank_ratio), np.asarray(self.offset)
 
         def turning(lines: Lines, weight: Floats) -> Any:
@@ -357,7 +357,7 @@ class RunningGear:
         return mass * forward, mass * backward
 
     def _shafts(self, moment: bool) -> tuple[Any, tuple[Any, Any]]:
-        """Amplitudes of the shafts: backward first order; forward and backward second order."""
+        """Amplitudes of balance shafts: backward first order; forward and backward second order."""
         rounding = self._rounding(moment)
         first = self.couple if moment else self.shaft
         pair = 0.0 if moment else self.pair
@@ -391,7 +391,7 @@ class RunningGear:
         return self._scaled(forward * np.exp(1j * angle) + backward * np.exp(-1j * angle))
 
     def _each(self, value: Callable[[RunningGear], Floats]) -> Floats:
-        """Compute a number of every design; `value` gets CHUNK designs at a time, each in a row."""
+        """Compute a number for each design; `value` gets CHUNK designs at a time, as rows."""
         given = [np.asarray(getattr(self, name)) for name in _ARRAYS]
         asked = np.broadcast_shapes(*(array.shape for array in given))
         shape = asked or (1,)
@@ -406,7 +406,7 @@ class RunningGear:
         return result.reshape(asked)[()]
 
     def _largest(self, *, moment: bool) -> Floats:
-        """Largest vector of designs in a column."""
+        """Largest resultant vector of each design of a column."""
         largest = np.empty(np.shape(self.speed)[0])
         for designs, motion, lines in self._engines(moment):
             result = np.empty(designs.size)
@@ -415,7 +415,7 @@ class RunningGear:
         return np.asarray(self._scaled(largest[:, None])[:, 0])
 
     def _root_mean_square(self, *, moment: bool) -> Floats:
-        """Root mean square of the vectors of designs in a column."""
+        """Root mean square of the resultant vector of each design of a column."""
         mean_squares = np.empty(np.shape(self.speed)[0])
         for designs, motion, lines in self._engines(moment):
             result = np.empty(designs.size)
@@ -424,7 +424,7 @@ class RunningGear:
         return np.asarray(self._scaled(mean_squares[:, None])[:, 0])
 
     def _least_peak(self, across_weight: float) -> Floats:
-        """Fraction of the least largest force of designs in a column."""
+        """Balanced fraction of the smallest peak force, for each design of a column."""
         best, turn = np.empty(np.shape(self.speed)[0]), turns(2 * TURN_SAMPLES)
         weights = np.broadcast_to(self._counterweights(), (best.size, 1))[:, 0]
         for designs, motion, lines in self._engines(moment=False):
@@ -434,7 +434,7 @@ class RunningGear:
         return best
 
     def _engines(self, moment: bool) -> Iterator[tuple[Integers, Floats, Floats]]:
-        """Designs in a column, engine by engine: their places, numbers and lines of force."""
+        """Designs of a column, one engine after the other: places, numbers and lines of force."""
         first, second = self._shafts(moment)
         waves = (self._turning(moment), first, *second)
         numbers = (
@@ -454,7 +454,7 @@ class RunningGear:
             )  # fmt: skip
 
     def _counterweights(self) -> Any:
-        """Amplitude of the force that a fraction of 1 adds; 0 where that of all throws cancels."""
+        """Force that a balanced fraction of 1 adds; 0 where the forces of all throws cancel."""
         gear = replace(
             self, turning_mass=-np.asarray(self.reciprocating_mass), throw_turning_mass=0.0,
             webs=0.0,
@@ -564,8 +564,8 @@ def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:
         )  # fmt: skip
         return float(gear.moment_max() if order is None else gear.moment_ellipse(order).major)
 
-    # A moment is none below this part of that of one cylinder's inertia force at the distance: V12
-    # engines keep 3e-4 of sixth order.
+    # A moment counts as zero below this part of one cylinder's inertia force times the throw
+    # distance: V12 engines keep 3e-4 of sixth order.
     return moment(1.0, 0.0) < 1e-3 < moment(1e-12, 1.0)
 
 

@@ -71,7 +71,7 @@ def _lecture(a: float, c: float) -> Characteristic:
 
 
 PROPELLER = Characteristic(0.0, 0.0, 1.0, "Kakaitsas section 3.2: torque over omega squared")
-"""Fixed-pitch propeller: power over the cube of the speed."""
+"""Characteristic of a fixed-pitch propeller: power over the cube of the speed."""
 
 CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
     {
@@ -82,7 +82,7 @@ CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
         "propeller": PROPELLER,
     }
 )
-"""Curves by name; "diesel" has an undivided combustion chamber."""
+"""Characteristics by name; "diesel" is for an undivided combustion chamber."""
 
 
 def load_for_torque(
@@ -114,7 +114,7 @@ def load_for_torque(
     knots = np.asarray(loads, dtype=np.float64)
     every = np.arange(goal.size)
     miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
-    # Relative difference by which a torque may lie beyond those of the diagrams, which is rounding
+    # Relative excess of a torque over those of the diagrams that is only rounding.
     slack = 1e-9 * np.abs(goal)
     found = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
@@ -125,7 +125,7 @@ def load_for_torque(
         low, high = np.where(holds, left, low), np.where(holds, right, high)
         below, above = np.where(holds, one, below), np.where(holds, other, above)
     todo = np.flatnonzero(np.isnan(found) & np.isfinite(low))
-    # Rows: both ends, the torque missed there, the end that stayed (-1 the lower), the last load.
+    # Bracket: both ends, the torque missed at each, the end that stayed (-1 the lower), last load.
     bracket = np.stack([low, high, below, above, np.zeros(goal.size), low])[:, todo]
     for _ in range(60):
         if not todo.size:
@@ -139,7 +139,7 @@ def load_for_torque(
         done |= np.abs(load - last) <= resolution
         found[todo[done]] = load[done]
         down = here > 0.0
-        # The value at an end that stays twice is halved, so that the other end moves too.
+        # The value at an end that stays twice is halved, so that the other end moves as well.
         below = np.where(down, np.where(side < 0.0, 0.5 * below, below), here)
         above = np.where(down, here, np.where(side > 0.0, 0.5 * above, above))
         low, high = np.where(down, low, load), np.where(down, load, high)
