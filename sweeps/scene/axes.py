@@ -23,7 +23,7 @@ from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 from sweeps.scene.word_keys import WordKey
 
 MOST_VALUES = 2 * LARGEST_AXIS
-"""Values of all axes of one scene together."""
+"""Most values of all axes of one scene together."""
 
 _ONE_ENGINE = "an engine of the catalogue or the path of an engine file"
 
@@ -38,7 +38,7 @@ WORD_KEYS: Mapping[str, WordKey] = {
         ),
     )
 }  # fmt: skip
-"""Keys of axes of words by name; `engine_choices` reads engines before."""
+"""Keys of axes of words by name; `engine_choices` reads engines before these."""
 
 
 def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
@@ -96,7 +96,7 @@ def read_axes(
 
 
 def _parameter(key: str, table: str, name: str) -> Node:
-    """Return the parameter that a key of [set] or [axes] names."""
+    """Parameter that a key of [set] or [axes] names."""
     if key in CYLINDER_KEYS or key in KEYS_OF_SET:
         also = f"; [{table}] may have {_instead(key)}" if table != "set" else ""
         raise SceneError(f"{name}: [{table}] {key}: must be in [set] or the engine file{also}")
@@ -105,12 +105,12 @@ def _parameter(key: str, table: str, name: str) -> Node:
     if key in (METHOD, INERTIA_MODEL):
         raise SceneError(f"{name}: [{table}] {key}: belongs in [solver]; a list makes it an axis")
     node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
-    assert node is not None  # `known_key` has no other names here
+    assert node is not None  # `known_key` returns only names of parameters here
     return node
 
 
 def _instead(key: str) -> str:
-    """Name the keys that [axes] may have instead of a key of [set]."""
+    """Text on the keys that [axes] may have instead of a key of [set]."""
     one = f"{key.removesuffix('s')}_2"
     return f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
 
@@ -210,7 +210,7 @@ def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
 def _designs_from_file(
     raw: Mapping[str, Any], name: str, base: Path
 ) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
-    """[designs] file = "table.csv": its columns are named as keys."""
+    """Designs in [designs] file = "table.csv", whose columns are named as keys."""
     file = raw["file"]
     if not isinstance(file, str) or not file:
         raise SceneError(

@@ -22,19 +22,19 @@ from sweeps.base.ratios import number_or_ratio, ratio_text
 if TYPE_CHECKING:
     import xarray as xr
 
-Units = Callable[[str], str | None]  # Unit of a name, None where it is not known
+Units = Callable[[str], str | None]  # Function from a name to its unit, None where it is not known
 
-LONGEST = 500  # Characters of a condition
+LONGEST = 500  # Most characters of a condition
 
 
 @dataclass(frozen=True)
 class Constraint:
     """One condition on designs."""
 
-    name: str  # A quantity or an axis
-    sign: str  # One of <=, >=, <, >
-    limit: float  # In the units of the archive
-    written: str = ""  # The limit with the unit that it was given in, if it was
+    name: str  # Name of a quantity or an axis
+    sign: str  # Sign of comparison: <=, >=, < or >
+    limit: float  # Limit in the units of the archive
+    written: str = ""  # Limit with its unit as the scene has it, if any
 
     def __str__(self) -> str:
         return f"{self.name} {self.sign} {self.written or ratio_text(self.limit)}"
@@ -81,14 +81,15 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
         return Constraint(name, sign, number_or_ratio(limit))
     except ValueError:
         pass
-    # Possessive: digits that were matched are not given back, which would take the square of their
-    # number. A number and what may be a unit; `number_with_unit` says whether it is.
+    # The pattern is possessive: it never gives matched digits back, which would take time by the
+    # square of their number. It matches a number and what may be a unit, for `number_with_unit` to
+    # check.
     with_unit = re.compile(
         r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+\s*+(?:%|1?/?[A-Za-z][^<>=]*+)"
     )
     if with_unit.fullmatch(limit):
         unit = units(name) if units is not None else None
-        # A name that is not known is refused where it is looked up.
+        # An unknown name is refused where it is looked up.
         where = f"condition on {name}: limit"
         number = math.nan if unit is None else number_with_unit(limit, where, unit or "1")
         return Constraint(name, sign, number, one_line(limit))
@@ -108,7 +109,7 @@ def _no_condition(text: str) -> SceneError:
 
 
 def _named(name: str) -> dict[str, float]:
-    """Values of a quantity that have names: of delta those that may be wanted of it."""
+    """Values of a quantity that have names: for delta, its admissible values."""
     node = PARAMETERS.get("wanted_delta" if name == "delta" else name)
     return {} if node is None else dict(node.named)
 
@@ -156,11 +157,12 @@ Part = Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]
 class Asked:
     """Variables of an archive that a search is about, by keys of its own."""
 
-    variables: dict[str, xr.Variable]  # By key; the outcome as "status" where every value has one
-    # Parts of variables with a value for each bearing, by key: which of these values counts.
+    # Variables by key; the outcome as "status" where every value has one
+    variables: dict[str, xr.Variable]
+    # Bearing that counts, for each variable with a value for each bearing.
     parts: dict[str, Part]
-    wanted: list[str]  # Keys of the quantities of which less or more is wanted
-    limited: list[str]  # Keys of those that the conditions are about
+    wanted: list[str]  # Keys of the quantities that are minimised or maximised
+    limited: list[str]  # Keys of the quantities in conditions
 
     @property
     def dims(self) -> set[str]:
@@ -195,6 +197,6 @@ def asked_of(
         asked.variables[key] = variable
         (asked.wanted if number < len(wanted) else asked.limited).append(key)
     if "status" in archive and asked.dims.issuperset(map(str, archive["status"].dims)):
-        # Designs that failed have no numbers anyway, but their axes have.
+        # Failed designs have no numbers, but their axes have.
         asked.variables["status"] = archive["status"].variable
     return asked

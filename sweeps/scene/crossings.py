@@ -22,10 +22,10 @@ from sweeps.scene.features import GIVEN_FEATURES
 class Crossing(NamedTuple):
     """Two features that are refused together."""
 
-    # Names of the two features; the first is the one that messages name the place of.
+    # Names of the two features; messages state the place of the first one.
     feature: str
     other: str
-    says: str  # Text of messages after that place. `{engine}` is the name of the engine.
+    says: str  # Text of messages after the place; `{engine}` is the name of the engine.
 
 
 SEVERAL = "several engines or arrangements"
@@ -37,7 +37,7 @@ _EXTREME_OF_TORQUE = (
 )
 
 CROSSINGS = (
-    # Whole tables: checked before any of them is read.
+    # Tables as wholes, checked before any of them is read.
     Crossing(
         "[sample]", "[designs]",
         "only one of them is allowed, because [sample] draws the designs; other parameters that "
@@ -250,7 +250,7 @@ CROSSINGS = (
         "only 'sobol' and 'saltelli' samples can",
     ),
 )  # fmt: skip
-"""Pairs that are refused. Of those that a scene has, the first is said."""
+"""Pairs of features that are refused; the first one that a scene has is reported."""
 
 REPLACED = (
     *(
@@ -264,7 +264,7 @@ REPLACED = (
     ("reciprocating_mass", "the piston_mass of the engine"),
     ("arrangement or firing_angles", "arrangement, firing order and crank radii of the engine"),
 )
-"""Parts that a scene gives, each with what it replaces: that counts nowhere then."""
+"""Parts that a scene gives, each with the part that it replaces, which then counts nowhere."""
 
 KEYS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("crank_ratio", ("rod_length",), "both determine the rod length; give one of them"),
@@ -312,11 +312,10 @@ KEYS: tuple[tuple[str, tuple[str, ...], str], ...] = (
         for key in law.keys
     ),
 )
-"""A key, those that it excludes because both give the same thing, and the reason.
+"""A key, the keys that it excludes because both give the same thing, and the reason.
 
 It holds for [values] of engine files and for [set], [axes] and [designs] of scenes alike. Keys of a
-scene replace those of its engine that they exclude.
-"""
+scene replace the excluded keys of its engine."""
 
 
 def exclusive_pair(keys: Container[str]) -> tuple[str, str, str] | None:

@@ -23,7 +23,7 @@ FORMS = (
     "low and high (with spacing = 'log' uniform in the logarithm), low, mode and high (triangular),"
     " mean, deviation, low and high (truncated normal), or a list of values"
 )
-"""Keys that a distribution may have."""
+"""Forms of a distribution, for messages."""
 
 
 class DistributionTable(Strict):
@@ -244,11 +244,11 @@ def _triangular(low: float, mode: float, high: float, where: str) -> Triangular:
 
 
 def _truncated(given: Mapping[str, float], where: str) -> TruncatedNormal:
-    """Check that the part of a normal distribution that is left has numbers to speak of."""
+    """Check that enough is left of a normal distribution that is cut."""
     mean, deviation, low, high = (given[key] for key in ("mean", "deviation", "low", "high"))
     if deviation <= 0.0:
         raise SceneError(f"{where} deviation = {deviation:g}: must be above 0")
-    # Standard deviations from the mean where a normal distribution may be cut at most
+    # Most standard deviations between the mean and the nearer cut of a normal distribution
     farthest = 6.0
     if low > mean + farthest * deviation or high < mean - farthest * deviation:
         raise SceneError(

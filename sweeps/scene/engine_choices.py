@@ -34,10 +34,11 @@ from sweeps.scene.engine.engine_files import engine_path, load_engine
 from sweeps.scene.toml_tables import SceneFile
 
 MOST = 200
-"""Ordinary scenes that one scene may consist of."""
+"""Most ordinary scenes that one scene may consist of"""
 
 
-_Chosen = tuple[dict[str, str], dict[str, Integers]]  # Names, and the positions that have them
+# Names of engine and arrangement, and the positions of the choice along the axes
+_Chosen = tuple[dict[str, str], dict[str, Integers]]
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class EngineChoice:
     """One engine and one arrangement out of several."""
 
     raw: dict[str, Any]  # Tables of the ordinary scene
-    name: str  # Name: what messages call it
-    # Its positions along `engine`, `arrangement` and `design`, those that tell the choices apart.
+    name: str  # Name of the ordinary scene in messages
+    # Positions along `engine`, `arrangement` and `design` that belong to this choice.
     places: Mapping[str, Integers]
 
 
@@ -54,8 +55,8 @@ class EngineChoice:
 class EngineChoices:
     """All of them, and the axes of words that they make, in the order of the scene's axes."""
 
-    each: tuple[EngineChoice, ...]  # At least one
-    # Axes of the scene in order: texts of `engine` and `arrangement`, None for all others.
+    each: tuple[EngineChoice, ...]  # Choices of engine and arrangement, at least one
+    # Axes of the scene in order: texts for `engine` and `arrangement`, otherwise None.
     axes: Mapping[str, tuple[str, ...] | None]
 
 
@@ -119,7 +120,7 @@ def engine_choices(
     return EngineChoices(tuple(each), axes)
 
 
-# --- what is given -------------------------------------------------------------------------------
+# --- engines and arrangements --------------------------------------------------------------------
 
 
 def _engine_axis(given: SceneFile, name: str, base: Path) -> list[str] | None:
@@ -140,7 +141,8 @@ def _engine_axis(given: SceneFile, name: str, base: Path) -> list[str] | None:
         path, _ = engine_path(text, base, f"{where} number {number}")
         try:
             real = path.resolve()
-        except (OSError, ValueError, RuntimeError):  # opening the file says what is wrong
+        # Opening the file then raises an error that says why
+        except (OSError, ValueError, RuntimeError):
             real = path
         if real in seen:
             raise SceneError(
@@ -195,7 +197,7 @@ def _no_engine(name: str) -> SceneError:
 
 
 def _arrangements(given: SceneFile, name: str) -> dict[str, Any]:
-    """Arrangements of [axes] by their names; those of one number of cylinders or of several."""
+    """Arrangements of [axes] by their names, with equal or different numbers of cylinders."""
     if ARRANGEMENT not in given.axes:
         return {}
     keys = read_cylinder_keys(given.set, f"{name}: [set] ")
@@ -204,9 +206,9 @@ def _arrangements(given: SceneFile, name: str) -> dict[str, Any]:
 
 
 def _differ(several: Mapping[str, Any], given: SceneFile, name: str, base: Path) -> bool:
-    """Whether arrangements have other numbers of cylinders than the scene, so that these follow.
+    """Whether arrangements differ from the scene in the number of cylinders, which then follows.
 
-    A scene that gives numbers of cylinders itself is left as it is: these must fit.
+    Numbers of cylinders in the scene itself stay as they are: arrangements must fit them.
     """
     if not several or "cylinders" in given.set or "cylinders" in given.axes:
         return False
@@ -217,7 +219,7 @@ def _differ(several: Mapping[str, Any], given: SceneFile, name: str, base: Path)
     try:
         counts = {_count(one, engine, name) for one in several.values()}
     except SceneError:
-        return False  # the ordinary scene says what is wrong
+        return False  # The ordinary scene refuses the arrangement with a reason
     return counts != {int(engine.values["cylinders"])}
 
 
@@ -231,7 +233,7 @@ def _count(arrangement: Any, engine: Engine, where: str) -> int:
 
 
 def _check_cylinders(given: SceneFile, designs: Mapping[str, Floats], name: str) -> None:
-    """Check that nothing gives the number of cylinders beside arrangements that have several."""
+    """Check that nothing gives the number of cylinders next to arrangements of several numbers."""
     for table, keys in (("set", given.set), ("axes", given.axes), ("designs", designs)):
         if "cylinders" in keys:
             raise refused("cylinders", "several arrangements", f"{name}: [{table}] cylinders")
@@ -246,7 +248,7 @@ def _first_rows(texts: Sequence[str]) -> list[tuple[int, str]]:
 
 
 def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[_Chosen]:
-    """Rows of [designs] with the same engine and arrangement, in the order in which they come."""
+    """Rows of [designs] with the same engine and arrangement, in the order of their first rows."""
     if not of_rows:
         return [({}, {})]
     groups: dict[tuple[str, ...], list[int]] = {}
@@ -291,7 +293,7 @@ def _choice(
 def _rows_of(
     designs: Mapping[str, Floats], labels: Mapping[str, Sequence[str]], rows: Integers | None
 ) -> dict[str, Any]:
-    """[designs] with some rows; empty where only engine and arrangement are in it."""
+    """Table [designs] with some of its rows; empty if it gives only engine and arrangement."""
     if not designs:
         return {}
     columns: dict[str, Any] = {}

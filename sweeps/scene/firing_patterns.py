@@ -28,7 +28,7 @@ PATTERN = (
     "for each, such as '1 0.95 1.02' or [1, 0.95, 1.02]; or 'deviation 0.03, 32 cycles, seed 1' "
     "(random)"
 )
-"""Meaning of the key `firing_pattern`, with what is allowed."""
+"""Meaning of the key `firing_pattern`, with the allowed values."""
 
 _LETTERS: Mapping[str, float] = {"1": 1.0, "0": 0.0, "d": SEALED}
 
@@ -38,23 +38,24 @@ _RANDOM = re.compile(
 )
 
 MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
-"""Firings of a pattern, patterns that one text stands for, and cycles after which all patterns of a
-scene repeat, at most."""
+"""Most firings of a pattern, patterns that one text stands for, and cycles after which all patterns
+of a scene repeat."""
 
 LONG = 60
-"""Letters of the name of a pattern."""
+"""Most letters of the name of a pattern."""
 
 
 @dataclass(frozen=True)
 class FiringPattern:
     """One pattern."""
 
-    name: str  # Name: its text; of a long one the beginning
-    firings: tuple[float, ...] = ()  # Factor on the pressure of each firing; of a random one empty
-    # Standard deviation of a random factor, around 1; independent from firing to firing.
+    name: str  # Text of the pattern as its name; the beginning of a long one
+    # Factor on the pressure of each firing; empty for a random pattern
+    firings: tuple[float, ...] = ()
+    # Standard deviation of a random factor around 1, independent from firing to firing.
     deviation: float = 0.0
-    cycles: int = 1  # Cycles of a random one, after which it repeats
-    seed: int = 0  # Seed of its random numbers
+    cycles: int = 1  # Cycles after which a random pattern repeats
+    seed: int = 0  # Seed of the random factors
 
     def of(self, cylinders: int) -> tuple[float, ...]:
         """Factors for an engine with so many cylinders."""
@@ -74,8 +75,8 @@ class FiringPattern:
 class FiringPatterns:
     """Patterns of a scene, and which of them each design has."""
 
-    each: tuple[FiringPattern, ...]  # Different ones
-    dims: tuple[str, ...]  # Dims: what they vary over: nothing, their axis or the designs
+    each: tuple[FiringPattern, ...]  # Different patterns of the scene
+    dims: tuple[str, ...]  # Dimensions over which patterns vary: none, their axis or the designs
     which: npt.NDArray[np.int64]  # Place of the pattern among `each`, over `dims`
 
     def cycles_of_each(self, counts: Sequence[int]) -> npt.NDArray[np.int64]:
@@ -89,7 +90,7 @@ class FiringPatterns:
 
 
 def _read_axis(raw: object, keys: CylinderKeys, name: str) -> tuple[FiringPattern, ...]:
-    """Read a list of patterns; a range of seeds stands for one each."""
+    """Patterns in a list; a range of seeds stands for a pattern each."""
     where = f"{name}: [axes] {FIRING_PATTERN}"
     if not isinstance(raw, list) or not raw:
         raise SceneError(f"{where} = {shown(raw)}: must be a list, each {PATTERN}")
@@ -160,7 +161,7 @@ def _one(raw: object, where: str) -> FiringPattern:
 
 
 def _read(raw: object, where: str) -> list[FiringPattern]:
-    """Patterns that a text or list stands for: one, or one for each of its seeds."""
+    """Patterns of a text or list: one, or one for each of its seeds."""
     if isinstance(raw, list) and raw:
         parts = [f"{one:.10g}" for one in numbers(raw, where).tolist()]
         text = " ".join(parts)

@@ -70,7 +70,7 @@ def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
         tables |= {**own.pop("$defs", {}), part.__name__: own}
     for name, table in zip(features, written, strict=True):
         if features[name].key:
-            continue  # see `keys_of_features`
+            continue  # `keys_of_features` has these keys
         if features[name].most is None:
             text: Schema = {"type": "string", "minLength": 1}
             keys[name] |= {"anyOf": [text, reference(table.__name__)]}
@@ -135,7 +135,7 @@ def value_schema(node: Node) -> Schema:
 
 def unit_text(node: Node) -> str:
     """Unit of a quantity in brackets."""
-    return f"[{node.unit}]" if node.unit else ""  # none where it follows an exponent
+    return f"[{node.unit}]" if node.unit else ""  # A unit that follows an exponent is not shown
 
 
 def reference(name: str) -> Schema:
@@ -261,7 +261,7 @@ def scene_schema() -> Schema:
             {"required": [table], "properties": {table: {"required": ["engine"]}}}
             for table in ("axes", "designs", "sample")
         ),
-        # The columns of a file are not known here.
+        # The columns of a file are unknown here.
         {"required": ["designs"], "properties": {"designs": {"required": ["file"]}}},
     ]
     solver = tables["Solver"]["properties"]
@@ -401,7 +401,7 @@ def _name_of(kind: str) -> str:
 
 
 def _diagram(name: str, kind: Kind, head: Schema) -> Schema:
-    """[[diagram]] of a modelled kind."""
+    """Schema of [[diagram]] of a modelled kind."""
     numbers = {key: _number(key, field, kind) for key, field in kind.fields.items()}
     more: Schema = {
         "step": {

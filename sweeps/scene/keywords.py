@@ -20,27 +20,27 @@ OPTIONS = (
     "largest_condition", "false_alarms",
     "least", "most", "within", "over", "not_counted", "number", "generations", "restarts", "seed",
 )  # fmt: skip
-"""Keywords of `sweeps.run` and others that are no tables; a misspelt one arrives here."""
+"""Keywords of `sweeps.run` and other functions that are no tables, for hints on misspelt ones."""
 
 
 class TablesButOutput(TypedDict, total=False):
     """Tables and keys of a scene, but for [output]."""
 
     title: str | None
-    engine: Any  # a name, a path, or several of them
-    shaft: Any  # a mapping, or the name or path of a shaft
-    auxiliaries: Any  # a list of mappings
-    counterweights: Any  # a list of mappings
-    mounts: Any  # a list of mappings
-    idler_gears: Any  # a list of mappings
-    silenced_warnings: Any  # names of checks
+    engine: Any  # Name or path of an engine, or several of them
+    shaft: Any  # Mapping, or the name or path of a shaft
+    auxiliaries: Any  # List of mappings
+    counterweights: Any  # List of mappings
+    mounts: Any  # List of mappings
+    idler_gears: Any  # List of mappings
+    silenced_warnings: Any  # Names of checks
     set: Mapping[str, Any] | None
     axes: Mapping[str, Any] | None
-    designs: Any  # columns: a mapping, DataFrame, Dataset or DataArray
+    designs: Any  # Columns: a mapping, DataFrame, Dataset or DataArray
     sample: Any
     uncertainty: Any
     reduce: Mapping[str, Any] | None
-    indicator: Any  # a mapping with file, or a DataFrame, Series or DataArray
+    indicator: Any  # Mapping with a file, or a DataFrame, Series or DataArray
     measured: Mapping[str, Any] | None
     characteristic: Mapping[str, Any] | None
     solver: Mapping[str, Any] | None
@@ -102,7 +102,7 @@ def changed(raw: Mapping[str, Any], tables: Mapping[str, Any], base: Path) -> di
 
 
 def _from_here(key: str, item: Any) -> Any:
-    """Tables whose paths hold from every folder."""
+    """Tables whose relative paths are replaced by absolute ones."""
     if key == "engine" and isinstance(item, str | Path) and Path(item).is_file():
         return str(Path(item).absolute())
     if isinstance(item, Mapping) and isinstance(item.get("file"), str | Path):

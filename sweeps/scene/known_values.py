@@ -15,7 +15,7 @@ from sweeps.scene.values import GivenValues
 BY_CHOICE = frozenset(
     key for key in PARAMETERS if len({variant.make is None for variant in NODES[key]}) > 1
 )
-"""Parameters that are given or derived, by the words of a scene."""
+"""Parameters that are given or derived, depending on the words of a scene."""
 
 
 class Value(NamedTuple):
@@ -67,9 +67,9 @@ def known_values(
 def _left_in_force(
     values: GivenValues, words: Sequence[str], more: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values of the engine, and single ones over them, that the scene leaves in force.
+    """Values of the engine, and single values over them, that the scene leaves in force.
 
-    Where the words of a scene select a derived variant of a parameter that has a given variant too
+    Where the words of a scene select a derived variant of a parameter that also has a given one
     (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
     engine's.
     """
@@ -78,12 +78,12 @@ def _left_in_force(
     derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
     replaced = set(replaced_by(values.given.keys()))
     if "reciprocating_mass" in values.given:
-        replaced.add("piston_mass")  # nothing else may need it
+        replaced.add("piston_mass")  # No other quantity needs the piston's mass
     return {key: value for key, value in own.items() if key not in derived and key not in replaced}
 
 
 def _neutral(words: Sequence[str]) -> dict[str, float]:
-    """Values of what an engine with these words does not have."""
+    """Neutral values of parts that an engine with some words does not have."""
     neutral: dict[str, float] = {}
     if "centred" in words:
         neutral["offset_ratio"] = 0.0

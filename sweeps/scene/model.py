@@ -272,7 +272,7 @@ class Scene(GivenValues):
         )
 
     def _enters(self, key: str, node: Node) -> bool:
-        """Whether a node needs a number of the shaft; of a given stiffness, no section does."""
+        """Whether a node needs a number of the shaft; a given stiffness needs no section."""
         what, _, number = key.rpartition("_")
         if what in ("shaft_diameter", "shaft_bore") and "shaft_length" in node.of_shaft:
             return f"shaft_length_{number}" in self.shaft_keys

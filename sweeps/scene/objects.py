@@ -72,7 +72,7 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
     text = _text(given.get("file"), f"{name}: [indicator]", tables)
     if text is None:
         return tables, {}
-    # File in the archive that holds a diagram given as an object
+    # Name in the archive of the file of a diagram that was given as an object
     called = "indicator_given_in_python.csv"
     tables["indicator"] = {**given, "file": called}
     return tables, {called: text}
@@ -93,7 +93,8 @@ def _is_table(value: Any) -> bool:
 def _values(item: Any, where: str, key: Any) -> Any:
     """Value or values of one key; pandas and xarray as arrays, quantities in the key's unit."""
     node = PARAMETERS.get(key) if isinstance(key, str) else None
-    if isinstance(item, Mapping) and not _is_table(item):  # start and stop of a range
+    # A range may have units at start and stop
+    if isinstance(item, Mapping) and not _is_table(item):
         return {
             k: v if isinstance(v, Mapping) else _values(v, f"{where} {one_line(k, 60)}", key)
             for k, v in item.items()
@@ -131,7 +132,7 @@ def _values(item: Any, where: str, key: Any) -> Any:
 
 
 def _has_unit(value: Any) -> bool:
-    """Whether a value, or those of a class, is a quantity of pint."""
+    """Whether a value, or one of the values of a class, is a quantity of pint."""
     return hasattr(value, "magnitude") and hasattr(value, "to")
 
 
@@ -139,7 +140,7 @@ def _designs(given: Any, where: str) -> Any:
     """Columns of [designs], in the order of the table."""
     if _is(given, "xarray", "DataArray"):
         if given.ndim == 2:
-            # One of its dimensions names the columns, by words.
+            # One dimension has the names of the columns as words.
             words = [d for d in given.dims if d in given.coords and given[d].dtype.kind in "UOT"]
             if len(words) != 1:
                 raise SceneError(
@@ -189,7 +190,7 @@ def _of_texts(index: Any) -> bool:
 
 
 def _text(given: Any, where: str, tables: Mapping[str, Any]) -> str | None:
-    """Text of the CSV file of a table, or of a pressure that was read; None for all else."""
+    """Text of the CSV file of a table, or of a pressure that was read; None for other objects."""
     if _is_table(given):
         return _csv(given, where)
     if isinstance(given, _RecordedPressure):
@@ -218,7 +219,7 @@ def _csv(given: Any, where: str) -> str:
         given = given.to_dataframe().reset_index(drop=True) if without else given.to_dataframe()
     elif _is(given, "pandas", "Series"):
         given = given.to_frame(pressure if given.name is None else given.name)
-    # An index that merely counts the rows is no angle.
+    # An index that merely counts rows is no angle.
     if given.index.name is not None or not _is(given.index, "pandas", "RangeIndex"):
         angle = "crank_angle [degree]" if given.index.name is None else given.index.name
         given = given.set_axis(given.index.rename(angle)).reset_index()

@@ -68,7 +68,7 @@ MOST_DESIGNS = 10**15
 WHAT = "a scene (TOML)"
 
 LONGEST_KEPT = 1_000_000
-"""Values of a list that archives of reductions keep with the scene: they have no coordinate."""
+"""Longest list that archives of reductions keep with the scene, since it has no coordinate."""
 
 
 def built_in_scenes() -> dict[str, Path]:
@@ -247,7 +247,7 @@ def scene_of(
 
 @contextmanager
 def _sample_named(raw: Mapping[str, Any]) -> Iterator[None]:
-    """Let messages about values that [sample] drew name [sample], where the user finds them."""
+    """Make messages about values drawn by [sample] name [sample], where the user finds them."""
     try:
         yield
     except SceneError as error:
@@ -257,23 +257,24 @@ def _sample_named(raw: Mapping[str, Any]) -> Iterator[None]:
 
 
 def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
-    """Path of a scene, what messages call it, its folder and its tables.
+    """Path of a scene, its name in messages, its folder and its tables.
 
-    One from the standard input or a pipe is no file: its folder is the working folder.
+    A scene from the standard input or a pipe has no path: its folder is the working folder.
     """
     known = built_in_scenes()
     text = str(scene)
     if isinstance(scene, str) and text in known:
         path, name = known[text], f"{text}.toml"
         return path, name, path.parent, parse_toml(path, name, WHAT)
-    if text == "-":  # stands for the standard input where a file may be named
+    if text == "-":  # The sign for the standard input, where a file may be named
         return None, "standard input", Path(), _of_stream(sys.stdin.buffer, "standard input")
-    if not os.path.exists(scene):  # false for a name too long, and for a null character
+    # The function is false for a name too long, and for a null character
+    if not os.path.exists(scene):
         raise SceneError(
             f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
         )
     path = Path(scene)
-    if path.is_fifo() and path.is_relative_to("/dev"):  # a pipe of the shell, which has a writer
+    if path.is_fifo() and path.is_relative_to("/dev"):  # A pipe of the shell has a writer
         with reading(text, WHAT), path.open("rb") as stream:
             return None, text, Path(), _of_stream(stream, text)
     return path, text, path.parent, parse_toml(path, text, WHAT)
@@ -330,7 +331,7 @@ def _together(
 
 
 def _named_apart(each: list[Scene]) -> list[Scene]:
-    """Scenes whose engines have different names: where files have the same, the files' own."""
+    """Scenes whose engines have different names: equal names are replaced by those of the files."""
     files: dict[str, set[str]] = {}
     for scene in each:
         files.setdefault(scene.engine.name, set()).add(scene.source["engine"])
@@ -345,7 +346,7 @@ def _assembled(
     given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
     designs: dict[str, Floats], labels: dict[str, tuple[str, ...]], known: dict[str, Any],
 ) -> Scene:  # fmt: skip
-    """Read the tables one by one and put them together; references to published values are not.
+    """Read the tables one by one and put them together, without references to published values.
 
     `known` has the fields that do not come from the tables.
     """
@@ -413,18 +414,19 @@ def _dimensions(
     """Dimensions of a scene, the slowest first; those of the solver vary fastest."""
     dimensions = list(axes)
     if raw.get("designs") is not None:
-        # The order of the tables in the file lets a person choose which varies slowest.
+        # The order of the tables in the file decides which axis varies slowest.
         first = "axes" in raw and list(raw).index("axes") < list(raw).index("designs")
         dimensions.insert(len(dimensions) if first else 0, DESIGN)
     return (*dimensions, *of_solver)
 
 
 def _highest_order(given: SceneFile, engine: Engine) -> float:
-    """Highest order that is asked for; by default, shafts of two-stroke engines have 15."""
+    """Highest order in the scene; by default 15 for shafts of two-stroke engines."""
     asked = "highest_order" in given.output.model_fields_set
     two_stroke = engine.period == TWO_STROKE
     if engine.shaft is not None and two_stroke and not asked:
-        return 15.0  # Lloyd's Register asks for the vibration of two-stroke engines up to it
+        # Lloyd's Register asks for the vibration of two-stroke engines up to this order
+        return 15.0
     return given.output.highest_order
 
 
@@ -451,7 +453,7 @@ def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | 
         return None
     where = f"{name}: [reduce]"
     over = scene.dimensions if table.over is None else _axes(table.over, scene, f"{where} over")
-    every = tuple(name for name in scene.quantities if name != STATUS)  # outcomes are counted
+    every = tuple(name for name in scene.quantities if name != STATUS)  # Outcomes are counted
     statistics = every if table.statistics is None else tuple(table.statistics)
     for quantity in statistics:
         _check_known(quantity, scene.quantities, f"{where} statistics")
@@ -494,7 +496,7 @@ def _kept(
 
 
 def _axes(raw: str | Sequence[str], scene: Scene, where: str) -> tuple[str, ...]:
-    """Axes of the scene, in its order."""
+    """Axes named by a key, in the order of the scene."""
     names = names_given(raw, where)
     for axis in names:
         _check_known(axis, scene.dimensions, where)

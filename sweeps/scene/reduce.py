@@ -12,9 +12,9 @@ from sweeps.base.checks import Strict
 if TYPE_CHECKING:
     pass
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Unless a scene asks for others
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Default quantiles of statistics
 
-MOST_KEPT = 100_000  # Designs that one search keeps at most
+MOST_KEPT = 100_000  # Most designs that one search keeps
 
 MOST_SEARCHES = 16
 
@@ -91,10 +91,10 @@ class ReduceTable(Strict):
 class Kept:
     """Designs that a search keeps."""
 
-    # Pairs of a name and 1 where less is better, -1 where more is.
+    # Names of optimised quantities, with 1 where less is better and -1 where more is.
     wanted: tuple[tuple[str, float], ...]
-    number: int  # How many; 0 for all of a Pareto front
-    # Conditions, and outcomes that are left out.
+    number: int  # Number of designs to keep; 0 for a whole Pareto front
+    # Conditions on designs, and outcomes that are left out.
     within: tuple[str, ...]
     not_counted: tuple[str, ...]
 
@@ -109,9 +109,9 @@ class Kept:
 class Reduce:
     """The table [reduce], once it is read."""
 
-    statistics: tuple[str, ...]  # Quantities
-    over: tuple[str, ...]  # Axes over which statistics and counts go
-    quantiles: tuple[float, ...]  # Rising
+    statistics: tuple[str, ...]  # Quantities with statistics
+    over: tuple[str, ...]  # Axes over which statistics and counts are taken
+    quantiles: tuple[float, ...]  # Ascending shares of the quantiles
     within: tuple[str, ...]  # Conditions that are counted
     at_every: tuple[str, ...]  # Axes at all values of which the kept designs are judged
-    kept: tuple[Kept, ...]  # Searches
+    kept: tuple[Kept, ...]  # Searches for designs to keep

@@ -53,7 +53,7 @@ def read_reference(file: str, scene: Scene, base: Path, name: str) -> Reference:
 
 
 def _check_unique(table: CsvTable, places: Sequence[tuple[int, ...]]) -> None:
-    """Check that no two rows are of one design."""
+    """Check that no two rows belong to one design."""
     first: dict[tuple[int, ...], int] = {}
     for place, line in zip(places, table.lines, strict=True):
         if place in first:
@@ -71,7 +71,7 @@ def _placed(
     dimensions: tuple[str, ...],
     places: Sequence[tuple[int, ...]],
 ) -> dict[str, Floats]:
-    """Values of each quantity over the dimensions; NaN where no row stands."""
+    """Values of each quantity over the dimensions; NaN without a row."""
     shape = tuple(scene.sizes[d] for d in dimensions)
     if math.prod(shape) * len(quantities) > LARGEST_AXIS:
         raise SceneError(
@@ -123,17 +123,17 @@ def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
 
 
 def _numbers(table: CsvTable, key: str) -> list[float]:
-    """Column of a parameter; of a ratio also fractions."""
+    """Numbers in the column of a parameter; fractions too for a ratio."""
     return table.numbers(key, ratios=is_ratio(PARAMETERS.get(key)))
 
 
 def _same(a: float, b: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    # Relative difference up to which a value of a reference file is the same as the scene's
+    # Relative difference within which a value of a reference file equals the scene's
     return np.isclose(np.asarray(b, dtype=float), a, rtol=1e-6, atol=1e-12)
 
 
 def _check_constants(table: CsvTable, scene: Scene, used: Sequence[str]) -> None:
-    """Columns of parameters that do not vary must say what the scene says."""
+    """Check that columns of constant parameters agree with the scene."""
     for key in table.header:
         if key in used:
             continue
@@ -177,7 +177,7 @@ def _axis_index(table: CsvTable, scene: Scene, axis: str) -> list[int]:
 def _design_index(
     table: CsvTable, scene: Scene, columns: tuple[str, ...], in_order: bool
 ) -> list[int]:
-    """Design of each row: in order where only designs vary, else by the columns that name them."""
+    """Design of each row: in order where only designs vary, otherwise by columns that name it."""
     count = scene.sizes[DESIGN]
     if in_order:
         if len(table.rows) != count:
@@ -212,7 +212,7 @@ def _values_of(table: CsvTable, scene: Scene, key: str) -> tuple[list[Any], npt.
 
 
 def _check_order(table: CsvTable, scene: Scene, key: str) -> None:
-    """Check that each row has the label or value of the design of the same place."""
+    """Check that each row has the label or value of the design at its place."""
     texts = table.texts(key)
     labels = scene.labels.get(key)
     numbers_here = None if labels is not None else _numbers(table, key)

@@ -31,24 +31,25 @@ METHODS = {
     "latin_hypercube": "a Latin hypercube",
     "saltelli": "Saltelli's design for Sobol' indices",
 }
-"""Ways to draw, in words."""
+"""Ways to draw a sample, in words."""
 
 SEARCH = "search"
-"""Method of archives of a search: their designs were looked for, not drawn."""
+"""Method of archives of a search, whose designs were looked for, not drawn."""
 
 LARGEST = 1 << 24
-"""Designs that one sample may have."""
+"""Most designs of one sample."""
 
 LARGEST_REDUCED = 1 << 30
-"""Designs of a sample that is reduced as it is computed: points of SciPy's Sobol' sequences."""
+"""Most designs of a sample that is reduced as it is computed: points of SciPy's Sobol' sequences.
+"""
 
 PORTION = 1 << 16
-"""Designs that are drawn at a time where a sample is reduced as it is computed, about: four times
-as many would save 10 % of the time of the quickest scenes, and take 60 MB more."""
+"""Designs that are drawn at a time where a sample is reduced as it is computed: four times as many
+would save 10 % of the time of the quickest scenes, and take 60 MB more."""
 
 MOST_OF_SOBOL = 50
-"""Parameters up to which Sobol' sequences are offered. In more dimensions, samples of the sizes
-that people draw fill space no better than random numbers do."""
+"""Most parameters with Sobol' sequences. In more dimensions, samples of usual sizes fill space no
+better than random numbers do."""
 
 WORDS = LABELS[1:]
 """Parameters whose values are texts: one of several, equally likely."""
@@ -61,11 +62,11 @@ class Sample:
     """The table [sample], once it is read."""
 
     method: str  # One of `METHODS`; `SEARCH` for designs that a search has chosen
-    # Designs that are drawn; of `saltelli` the base points, each of which has as many designs as
-    # there are parameters and two more.
+    # Number of drawn designs; for `saltelli` of base points, each of which has two designs more
+    # than there are parameters.
     number: int
     seed: int  # Seed of the random numbers
-    parameters: Mapping[str, Distribution]  # Parameters: what each parameter follows
+    parameters: Mapping[str, Distribution]  # Distribution of each parameter
 
     @property
     def group(self) -> int:
@@ -75,7 +76,7 @@ class Sample:
     @property
     def portion(self) -> int:
         """Points that are drawn at a time where the sample is reduced as it is computed."""
-        if self.method == "latin_hypercube":  # one arrangement of all its points
+        if self.method == "latin_hypercube":  # All points of a Latin hypercube belong together
             return self.number
         return min(self.number, 1 << (PORTION // self.group).bit_length() - 1)
 
@@ -130,7 +131,8 @@ def with_sample(
     tables: dict[str, Any] = {}
     for key, table in raw.items():
         tables[key] = table
-        if key == "sample":  # where it stands decides which dimension varies slowest
+        # The place of [sample] among the tables decides which dimension varies slowest
+        if key == "sample":
             count = sample.portion if reduced else sample.number
             tables["designs"] = drawn(sample, count) if columns is None else dict(columns)
     return tables, sample
@@ -263,13 +265,14 @@ class Drawing:
             return self._points(many, begin, count)
         points = self._points(2 * many, begin, count)
         a, b = points[:, None, :many], points[:, None, many:]
-        mixed = np.where(np.eye(many, dtype=bool), b, a)  # A, but one parameter from B
+        mixed = np.where(np.eye(many, dtype=bool), b, a)  # Values of A, with one parameter from B
         return np.concatenate([a, mixed, b], axis=1).reshape(-1, many)
 
     def _points(self, dimensions: int, begin: int, count: int) -> Floats:
         """Points of a scrambled Sobol' sequence; fastest in order."""
         if self.sequence is None or begin < self.next:
-            # SALib names it `seed`, for which SciPy shuffles otherwise; samples keep their values.
+            # For SALib the key is `seed`, with which SciPy shuffles in another way; samples keep
+            # their values.
             key = "seed" if self.sample.method == "saltelli" else "rng"
             self.sequence = self.qmc.Sobol(dimensions, scramble=True, **{key: self.sample.seed})
             self.next = 0
@@ -358,13 +361,13 @@ def read_uncertainty(
             "friction_constant = { low = 0.1, high = 0.2 }"
         )
     check_engine_ranges(engine)
-    # By default 256 draws: the ends of a 95 % band are then known to some 5 % of its width.
+    # 256 draws by default: the ends of a 95 % band are then known within some 5 % of its width.
     table = {"number": 256, **known, **raw}
     return read_sample(table, where)
 
 
 def _given_instead(key: str, values: GivenValues) -> bool:
-    """Whether the scene gives a value of the engine, or what replaces it: parts of the inertia."""
+    """Whether the scene gives a value of the engine, or parts of the inertia in its place."""
     own = (*values.settings, *values.axes, *values.designs)
     return values.gives(key) or any(exclusive_pair((key, other)) is not None for other in own)
 

@@ -40,13 +40,11 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         "load": f"{[float(f'{load:g}') for load in loads]}    # percent",
     }
     without_effect = ["friction_"] if "friction_law" in values else []
-    if engine.torque is not None:  # as it comes from the shaft
+    if engine.torque is not None:  # A given torque counts as it comes from the shaft
         without_effect = ["friction_", "crankcase_pressure"]
-    if isinstance(
-        torque_tables.LOAD.of(engine), TorqueOverSpeed
-    ):  # has the place of k omega^exponent
+    if isinstance(torque_tables.LOAD.of(engine), TorqueOverSpeed):  # It replaces k omega^exponent
         without_effect.append("load_exponent")
-    # Comments on values that an engine file lacks; on the others their unit
+    # Comments on values that an engine file lacks; other values have their unit as a comment
     meanings = {
         "load_exponent": "load torque a + k omega^exponent",
         "load_offset": "N m, constant part a of the load torque",
@@ -83,6 +81,6 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
 
 
 def _quoted(text: str) -> str:
-    """A text as TOML has it, whose escapes are those of JSON but for letters beyond 16 bits."""
+    """A text in TOML, whose escapes are those of JSON but for letters beyond 16 bits."""
     quoted = json.dumps(text, ensure_ascii=False)
     return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)

@@ -28,7 +28,7 @@ FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != st
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 LARGEST_ORDER = 360.0
 
-LARGEST_AXIS = 10_000_000  # Values of one axis
+LARGEST_AXIS = 10_000_000  # Most values of one axis
 
 
 class Range(Strict):
@@ -121,7 +121,7 @@ class SceneFile(Strict):
     reference: File | None = Field(default=None, description="a table with file = 'table.csv'")
 
 
-if not TYPE_CHECKING:  # the tables of features are no attributes for type checkers
+if not TYPE_CHECKING:  # Type checkers do not see the tables of features as attributes
     SceneFile = file_with_features(SceneFile, scenes=True)
 
 
@@ -129,10 +129,10 @@ if not TYPE_CHECKING:  # the tables of features are no attributes for type check
 class SolverSettings:
     """[solver], checked by itself."""
 
-    # As asked for.
+    # Methods of the solver, as the scene asks.
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
-    axes: dict[str, tuple[str, ...]]  # Axes: those of them that are lists, and so dimensions
+    axes: dict[str, tuple[str, ...]]  # Keys of the solver with lists, which are dimensions
     # `passes`, `start_speed` and `start_angle`, where given, in the units of files.
     start: dict[str, float]
 
@@ -172,7 +172,7 @@ def _start(solver: Solver, where: str) -> dict[str, float]:
 def _words(
     raw: str | list[str], known: tuple[str, ...], where: str
 ) -> tuple[tuple[str, ...], bool]:
-    """Check a word or a list of words; say also whether it was a list."""
+    """Check a word or a list of words; return also whether it was a list."""
     words = [raw] if isinstance(raw, str) else raw
     if not words:
         raise SceneError(f"{where} = []: no values; at least one of {', '.join(known)}")

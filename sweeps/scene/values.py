@@ -25,17 +25,18 @@ from sweeps.base.dimensions import DESIGN
 class Given(NamedTuple):
     """Where a scene gives a parameter, and what."""
 
-    table: str  # `set`, `axes` or `designs`; empty for a value of the engine, and for a default
-    # Values: its values there, in the units of files; one of them where it does not vary.
+    # Table `set`, `axes` or `designs`; empty for a value of the engine, and for a default
+    table: str
+    # Values in the table, in the units of files; a single one if constant.
     values: npt.NDArray[Any]
-    dims: tuple[str, ...]  # The dimension along which it varies
+    dims: tuple[str, ...]  # Dimension along which it varies, if any
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GivenValues:
     """Values of [set], [axes] and [designs], in the units of files, and the engine behind them."""
 
-    engine: Engine  # The engine whose values hold where the scene gives none
+    engine: Engine  # Engine whose values hold where the scene gives none
     settings: dict[str, float]  # Parameters of [set]
     # Values of every axis but `design`: numbers, or words.
     axes: dict[str, Floats | tuple[str, ...]]
@@ -103,7 +104,7 @@ class GivenValues:
 
 
 FIRST, BY_COMPONENT = FRICTION_LAWS
-"""The law that holds unless another one is named; the law that adds up components."""
+"""Default friction law, and the law that adds up components."""
 
 
 def friction_law(values: GivenValues) -> str:

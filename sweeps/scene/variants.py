@@ -17,7 +17,7 @@ from sweeps.scene.firing_patterns import FiringPatterns
 from sweeps.scene.values import GivenValues, friction_law, over_stroke
 
 OF_EXTREMES = {"largest_speed": "speed_of_largest", "smallest_speed": "speed_of_smallest"}
-"""Keys in place of the nominal speed, and their words."""
+"""Keys in place of the nominal speed, and the words for them."""
 
 
 def variant_words(
@@ -66,7 +66,7 @@ def _cylinder_words(
     equal = equal and varied <= {"firing_angle"} and patterns is None
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
     if patterns is not None and any(SEALED in one.firings for one in patterns.each):
-        throws = False  # the mean work of their cylinders is no mean of their factors
+        throws = False  # The mean work of the cylinders of a throw is no mean of their factors
     throws = throws and (centred or not any(engine.both_sides for engine in engines))
     own_pins = all(engine.own_pins for engine in engines)
     plain_rods = not any(engine.articulated for engine in engines)
@@ -103,9 +103,9 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
 
 
 def _throw_given(values: GivenValues) -> bool:
-    """Whether the throws' mass is given as it is, in the scene or, without one there, the engine.
+    """Whether the throws' mass is given itself, in the scene or, without one there, the engine.
 
-    As of the inertia, what the scene gives holds over what the engine does.
+    As for the inertia, values of the scene count before those of the engine.
     """
     throw = ("throw_mass", "throw_radius")
     return not values.gives("crank_mass") and (values.gives(*throw) or values.engine_gives(*throw))

@@ -13,12 +13,13 @@ from sweeps.scene.engine.cylinder_keys import CylinderKeys
 class WordKey:
     """A key of [axes] whose values are no numbers; most may stand in [set] or [designs] too."""
 
-    name: str  # Name of the key, which `sweeps.base.dimensions.WORD_AXES` has too
-    says: str  # Meaning, and what is allowed
-    axis_says: str  # Values that are allowed in [axes]
+    name: str  # Name of the key, also in `sweeps.base.dimensions.WORD_AXES`
+    says: str  # Meaning of the key, and allowed values
+    axis_says: str  # Allowed values in [axes]
     schema: Mapping[str, Any]  # JSON schema of one value
-    # From the value in [axes], the keys of cylinders in [set] and the scene as messages call it, to
-    # the values along the axis; raises `SceneError`. None where another reader takes the axis out
-    # of a scene before.
+    # Reads the key from its value in [axes], the keys of cylinders in [set] and the name of the
+    # scene in messages, to the values along the axis; raises `SceneError`. None where another
+    # reader takes the axis out of a scene before.
     read: Callable[[Any, CylinderKeys, str], tuple[Any, ...]] | None = None
-    name_of: Callable[[Any], str] = str  # From a value along the axis to its text in archives
+    # Function from a value along the axis to its text in archives
+    name_of: Callable[[Any], str] = str

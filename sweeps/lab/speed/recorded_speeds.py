@@ -215,7 +215,7 @@ def first_tooth(start: float, errors: Floats, wheel: Wheel, sound: Booleans) -> 
 
 
 def _known_gap(records: Sequence[SpeedRecord], name: str) -> float | None:
-    """Crank angle of the first tooth [rad], about which the marks of all records must agree."""
+    """Crank angle of the first tooth [rad], on which the marks of all records must agree."""
     gaps = np.array([record.gap for record in records if record.gap is not None])
     if not gaps.size:
         return None
@@ -263,7 +263,7 @@ def _drift_remarks(found: SteadySpeeds) -> list[str]:
 def _over_angle(
     records: Sequence[SpeedRecord], period: float, most: int | None
 ) -> tuple[Floats, list[Floats]]:
-    """Cycles of speed over angle on common angles: those of the finest recording, not too many."""
+    """Cycles of speed over angle on common angles, those of the finest recording within a limit."""
     given = [(r.angle, r.cycles) for r in records if r.angle is not None and r.cycles is not None]
     count = max(angle.size for angle, _ in given)
     count = count if most is None else min(count, most)
@@ -278,14 +278,15 @@ def _over_angle(
 class CyclesInARow:
     """Raw speeds of a recording."""
 
-    # Given errors of teeth taken out [rad/s]; NaN where turns were lost; shape (cycles, intervals)
+    # Speed without the given errors of teeth [rad/s]; NaN where turns were lost; shape (cycles,
+    # intervals)
     speed: Floats
     width: Floats  # Width of the intervals between teeth [rad]; shape (intervals,)
     start: float  # Crank angle at which the first interval of each cycle begins [rad]
-    used: Booleans  # False for intervals beside a gap that are far off; shape (intervals,)
-    # Whether it is known with which turn of the engine's cycle the recording begins.
+    used: Booleans  # False for intervals next to a gap that are far off; shape (intervals,)
+    # Whether the turn of the engine's cycle with which the recording begins is known.
     turn_known: bool
-    start_from: str  # Start from: where `start` comes from
+    start_from: str  # Source of the angle at which cycles begin, in words
 
     @property
     def mean(self) -> Floats:
@@ -370,7 +371,8 @@ def cycles_in_a_row(
     elif known is not None:
         start_from = f"{by_gap}, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
-    errors = np.roll(errors, -int(found.late[0]))  # from the tooth with which the rows begin
+    # Errors are counted from the tooth with which the rows begin
+    errors = np.roll(errors, -int(found.late[0]))
     start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(
         raw * np.tile(1.0 + errors, turns), np.tile(wheel.width * (1.0 + errors), turns),

@@ -45,31 +45,31 @@ NOT_FOLLOWED: Mapping[str, str] = {
     "table": "not supported with a load from a table; the load must be a + k omega^alpha",
     "motor": "not supported with a motor; the engine must drive its load",
 }
-"""Words of scenes whose trains are not followed, and what must hold instead."""
+"""Words of scenes whose trains of cycles are not computed, and what must hold instead."""
 
-MOST_APART = 2  # Cycles by which the recordings of pressure and speed may begin apart
+MOST_APART = 2  # Most cycles by which the recordings of pressure and speed may begin apart
 
 FEWEST = 2
-"""Cycles of which the speed must be measured: one speed does not determine speed and load."""
+"""Fewest cycles with a measured speed: a single speed does not determine speed and load."""
 
 MOST_SAMPLES = 10_000_000
-"""Pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
+"""Most pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """The followed train, and the measured speed beside it."""
+    """The computed train, and the measured speed next to it."""
 
-    speed: SpeedOfTrain  # Followed
-    how: str  # How: where first speed and load coefficient come from
+    speed: SpeedOfTrain  # Computed speed over the train
+    how: str  # Source of first speed and load coefficient, in words
     # Crank angles in the middle of the intervals between teeth [rad], from the first of a cycle;
     # shape (intervals,)
     middle: Floats | None = None
-    # Measured between them [rad/s]; NaN where nothing was; shape (cycles, intervals)
+    # Measured speed between teeth [rad/s]; NaN where it is missing; shape (cycles, intervals)
     raw: Floats | None = None
     # Measured mean over the angle of each cycle [rad/s]; shape (cycles,)
     means: Floats | None = None
-    said: Mapping[str, Any] | None = None  # Said: what was found about it
+    said: Mapping[str, Any] | None = None  # Attributes on the fit to the recording
 
 
 @tables_in_signature
@@ -165,7 +165,7 @@ def follow_cycles(
 
 
 def _one_design(scene: Scene, name: str) -> tuple[Scene, list[int]]:
-    """The scene with nothing on its axes but recorded cycles, and their numbers."""
+    """The scene with one design for all its recorded cycles, and the numbers of these."""
     if "recorded_cycle" not in scene.axes:
         raise SceneError(
             f"{name}: [axes] recorded_cycle: missing; must be the numbers of recorded cycles that "
@@ -213,9 +213,9 @@ def _solved(found: SpeedOfTrain, what: str, name: str) -> SpeedOfTrain:
 def _at_mean_speed(
     train: TorqueTrain, steady: SpeedOfTrain, wanted: float, name: str
 ) -> SpeedOfTrain:
-    """Train from a first speed on, with the load coefficient for which its mean speed is wanted."""
+    """Train from a first speed, with the load coefficient that gives it a wanted mean speed."""
     coefficient = steady.load_coefficient
-    for _ in range(60):  # steps at most
+    for _ in range(60):  # Most steps of the search
         found = _solved(follow_train(train, steady.start_speed, coefficient), "the train", name)
         step = (wanted - _mean(found.speed)) / _mean(found.by_coefficient)
         coefficient += step
@@ -235,7 +235,7 @@ def _means(speed: Floats, count: int) -> Floats:
     return np.asarray((0.5 * (speed[1:] + speed[:-1])).reshape(count, -1).mean(axis=1))
 
 
-# --- measured speed -------------------------------------------------------------------------------
+# --- fit to the measured speed --------------------------------------------------------------------
 
 
 def _fitted(
@@ -306,9 +306,9 @@ def _fit_from(
 ) -> tuple[float, float, SpeedOfTrain] | None:
     """Fit to a recording that begins at an angle of the train, and its relative rms differences.
 
-    The first is of what does not repeat every cycle: errors of teeth and of the model do, and tell
-    nothing of where the recording begins. The second is of all. None where too little of the
-    recording lies within the train; inf where nothing fits.
+    The first difference takes only what changes from cycle to cycle: errors of teeth and of the
+    model repeat, and do not tell where the recording begins. The second takes everything. None
+    where too little of the recording lies within the train; inf where no fit exists.
     """
     edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
     speed = np.where(row.used, row.speed, np.nan).ravel()
@@ -332,7 +332,7 @@ def _fit_from(
         count = np.isfinite(each).sum(axis=0)
         usual = np.nansum(each, axis=0) / np.where(count, count, 1)
     own = each - usual
-    # the mean of few cycles takes a part of each away
+    # The mean of a few cycles takes a part of each away
     freedom = max(int((count - 1).clip(min=0).sum()), 1)
     return float(np.sqrt(np.nansum(own**2) / freedom)), float(np.sqrt(np.nanmean(off**2))), found
 
@@ -358,7 +358,7 @@ def _dataset(
     scene: Scene, numbers: list[int], repeated: xr.Dataset, fit: _Fit, closed: SpeedOfTrain,
     cylinders: int,
 ) -> xr.Dataset:  # fmt: skip
-    """Labels, units and what was assumed."""
+    """Results with labels and units."""
     count, followed = len(numbers), fit.speed
     along, each, none = ("recorded_cycle", "crank_angle"), ("recorded_cycle",), ()
     rad, one, pairs = "rad s-1", "1", {"followed": followed, "closed": closed}
@@ -424,7 +424,7 @@ def _dataset(
 
 
 def _of_cycles(speed: Floats, count: int) -> tuple[Floats, Floats]:
-    """Speed of each cycle without its end, and delta with it."""
+    """Speed of each cycle without its end point, and the delta of each."""
     curve = speed[:-1].reshape(count, -1)
     ends = np.append(curve[1:, 0], speed[-1])
     high, low = np.maximum(curve.max(axis=1), ends), np.minimum(curve.min(axis=1), ends)

@@ -17,30 +17,29 @@ from engine_dyn.types import Booleans, Floats
 Loss = Literal["linear", "soft_l1", "huber"]
 
 LARGEST_CONDITION = 300.0
-"""Ratio of the largest to the smallest singular value, all columns of length 1, that is fitted.
+"""Largest condition number that is fitted: ratio of singular values, all columns of length 1.
 
-Above it some change of the parameters together does less than a 300th of what another one does:
-its size would be read from what the model does not know either.
-"""
+Above it some combined change of the parameters has less than a 300th of the effect of another one:
+errors of the model would determine its size."""
 
-DRAWS = 999  # Fits to noise that residuals are compared with
+DRAWS = 999  # Number of fits to noise that residuals are compared with
 
 LEAST_LIKELIHOOD = 1.0 / (1 + DRAWS)
-"""Likelihood of noise where none of the draws leaves residuals as large; it may be any smaller."""
+"""Least likelihood of noise that the draws can show: the true one may be smaller."""
 
 
 @dataclass(frozen=True)
 class Parameter:
     """Something that is fitted."""
 
-    name: str  # Name: what it is called in messages and results
+    name: str  # Name of the parameter in messages and results
     # First value, and bounds, which may be infinite.
     start: float
     low: float = -np.inf
     high: float = np.inf
-    prior: float | None = None  # Prior: what is known of it without the data: its value
-    prior_deviation: float | None = None  # The standard deviation of that
-    # How large a change is a large one; steps of differences are a thousandth of it.
+    prior: float | None = None  # Value that is known without the data
+    prior_deviation: float | None = None  # Standard deviation of the known value
+    # Size of a large change of the parameter; steps of differences are a thousandth of it.
     scale: float = 1.0
 
     def __post_init__(self) -> None:
@@ -69,11 +68,11 @@ class MeasuredCycles:
     """Speeds of the cycles of one recording, as the wheel shows them."""
 
     name: str  # Name of the recording
-    # [rad/s]; the cycles count as independent of each other, the intervals of one do not; shape
-    # (cycles, intervals)
+    # Measured speed [rad/s]; cycles count as independent of each other, the intervals of one cycle
+    # do not; shape (cycles, intervals)
     speed: Floats
     width: Floats  # Width of the intervals [rad]; shape (intervals,)
-    used: Booleans | None = None  # Intervals that count; all unless given; shape (intervals,)
+    used: Booleans | None = None  # Intervals that count; by default all; shape (intervals,)
 
     def __post_init__(self) -> None:
         """Refuse fewer than two cycles, and speeds that are none."""
@@ -105,15 +104,15 @@ class MeasuredCycles:
     def deviation(self) -> Floats:
         """Standard error of the mean over cycles at each interval, from it and its neighbours."""
         variance = self.shapes.var(axis=0, ddof=1)
-        # Share of the intervals, to each side, whose variances are averaged: few cycles tell that
-        # of one interval badly, and weights that follow the noise make the 95 % intervals too
-        # narrow. Where noise is of low orders, as that of combustion, a tenth is too few: all its
-        # variances are then wrong alike.
+        # Share of the intervals, to each side, whose variances are averaged: a few cycles give a
+        # poor variance of a single interval, and weights that follow the noise make the 95 %
+        # intervals too narrow. For noise of low orders, as from combustion, a tenth is too few: all
+        # the variances are then wrong alike.
         reach = round(0.25 * variance.size)
         around = np.arange(-reach, reach + 1)
         near = variance[(np.arange(variance.size)[:, None] + around) % variance.size]
         deviation = np.sqrt(near.mean(axis=1) / len(self.speed))
-        # Infinite ones take what does not count out of all sums.
+        # Infinite deviations remove intervals that do not count from all sums.
         return np.where(self.counted, deviation, np.inf)
 
 
@@ -125,30 +124,30 @@ class Inseparable(ValueError):
 class FittedSpeeds:
     """Fitted values, with their uncertainty."""
 
-    parameters: tuple[Parameter, ...]  # As given
-    value: Floats  # Within the bounds; shape (P,)
-    # 95 % intervals, cut off at the bounds. They need not be centred on the value where another one
-    # is at its bound; shape (P, 2)
+    parameters: tuple[Parameter, ...]  # Parameters of the fit, in their order
+    value: Floats  # Fitted values within the bounds; shape (P,)
+    # 95 % intervals, cut off at the bounds. They need not be centred on the value where another
+    # value is at its bound; shape (P, 2)
     interval: Floats
-    # Covariance of the values; of those at their bounds, that of the part of their normal
-    # distribution that lies within; shape (P, P)
+    # Covariance of the values; a value at its bound counts with the part of its normal distribution
+    # within the bounds; shape (P, P)
     covariance: Floats
-    # Covariance with teeth of the values and of the tooth errors; shape (P + T, P + T)
+    # Covariance of the values and the tooth errors together; shape (P + T, P + T)
     covariance_with_teeth: Floats = field(repr=False)
-    # Ratio of the largest to the smallest singular value of the slopes of all that has no prior,
-    # all columns of length 1, what the rest can imitate taken out.
+    # Ratio of the largest to the smallest singular value of the slopes of parameters without
+    # priors, all columns of length 1, without the part that the other parameters can imitate.
     condition: float
-    # Logarithm of the ratio that a tooth shows too much, and its standard deviation; only of the
-    # intervals that count, and empty where the teeth are taken as perfect; shape (T,)
+    # Logarithm of the factor by which each tooth shows too high a speed, and its standard
+    # deviation, for intervals that count; empty where the teeth are taken as perfect; shape (T,)
     tooth_error: Floats
     tooth_deviation: Floats
     # Measured less computed shape, in standard errors, for each recording.
     residual: tuple[Floats, ...] = field(repr=False)
-    # Mean square of the residuals, over what remains of their number: 1 where they are noise.
+    # Mean square of the residuals, by their number less that of the fitted values: 1 for noise.
     reduced_chi_square: float
     # Probability that noise like the spread over cycles, with its correlation over angle, leaves
-    # residuals as large as these. Where it is small, the model lacks something, and the intervals
-    # do not know of that.
+    # residuals as large as these. If it is small, the model lacks an effect, which the intervals
+    # ignore.
     likelihood_of_noise: float
 
     @property
@@ -174,8 +173,8 @@ class FittedSpeeds:
 
 
 Model = Callable[[Floats], Sequence[Floats]]
-"""Logarithms of speeds as perfect teeth show them, for each recording, shape (n, intervals), of
-parameters of shape (n, P)."""
+"""Function from parameters, shape (n, P), to logarithms of speeds that perfect teeth would show,
+for each recording of shape (n, intervals)."""
 
 
 def level_free(logs: Floats, width: Floats) -> Floats:
@@ -265,7 +264,7 @@ def fit_speeds(
 
 
 def _weights(residual: Floats, loss: Loss) -> Floats:
-    """How much each residual counts, by the slope of the loss."""
+    """Weight of each residual, by the slope of the loss."""
     square = residual**2
     if loss == "soft_l1":
         return np.asarray(1.0 / np.sqrt(1.0 + square))
@@ -327,7 +326,7 @@ class _Problem:
         return np.asarray(width / width.sum())
 
     def _slopes_of_teeth(self) -> Floats:
-        """How residuals change with the tooth errors."""
+        """Slopes of the residuals by the tooth errors."""
         blocks = []
         for recording, deviation in zip(self.recordings, self.deviations, strict=True):
             one = np.zeros((recording.width.size, self.teeth))
@@ -338,7 +337,7 @@ class _Problem:
         fitted = int(self.fitted.sum())
         blocks.append(np.zeros((self._priors, fitted)))
         if self.teeth:
-            # The mean error of all teeth is none: their widths make a turn.
+            # The mean error of all teeth is zero, since their widths make a turn.
             blocks.append(self._share[None] / self.unit)
             if self.tooth_prior is not None:
                 blocks.append(np.eye(fitted) / self.tooth_prior)
@@ -351,7 +350,7 @@ class _Problem:
         low, high = (
             np.array([getattr(p, side) for p in self.parameters]) for side in ("low", "high")
         )
-        # Relative step of the central differences; their error is its square
+        # Relative step of the central differences, whose error is the square of the step
         step = 1e-3 * np.array([p.scale for p in self.parameters])
         up, down = np.minimum(value + step, high), np.maximum(value - step, low)
         batch = np.tile(value, (2 * count, 1))
@@ -382,7 +381,7 @@ class _Problem:
         for name, column in zip(names, slopes[: self.measured].T, strict=False):
             if not column.any():
                 raise Inseparable(f"{name}: no measured value depends on it")
-        # A value that is known without the data is left free to follow them: the others must be
+        # A value that is known without the data may still follow the data: the others must be
         # separable from it.
         known = np.array([p.prior is not None for p in self.parameters])
         teeth = int(self.fitted.sum())
@@ -423,7 +422,7 @@ class _Problem:
             count = len(scores)
             spreads.append(np.asarray(scores.T @ scores / (count * (count - 1))))
         known = slopes[self.measured :]
-        if self.teeth:  # that their mean error is none is exact
+        if self.teeth:  # The zero mean of the tooth errors is exact
             known = np.delete(known, self._priors, axis=0)
         return [*spreads, np.asarray(known.T @ known)]
 
@@ -465,10 +464,10 @@ def _inverse_of_curvature(slopes: Floats) -> Floats:
 class Unbound:
     """The solution that the last linear model has where it is not bound, and its uncertainty."""
 
-    # Inverse of the curvature, and covariance; 0 for unknowns that are held; shape (n, n)
+    # Inverse of the curvature, and covariance; 0 for fixed unknowns; shape (n, n)
     inverse: Floats
     covariance: Floats
-    # From the unknowns as they are, and half the width of the 95 % intervals; shape (n,)
+    # Step from the present unknowns, and half widths of the 95 % intervals; shape (n,)
     step: Floats
     reach: Floats
 
@@ -490,7 +489,8 @@ class Unbound:
         shares = [inverse @ spread @ inverse for spread in spreads]
         covariance = np.sum(shares, axis=0)
         variance, parts = np.diag(covariance), np.diagonal(shares, axis1=1, axis2=2)
-        # Welch and Satterthwaite: what few cycles say of the variance, for each recording.
+        # Welch and Satterthwaite: degrees of freedom of each recording's variance from a few
+        # cycles.
         told = np.sum(parts[:-1] ** 2 / few[:, None], axis=0)
         freedom = np.divide(variance**2, told, out=np.full(free.size, np.inf), where=told > 0.0)
         step = -inverse @ (slopes.T @ (weight * residual))
@@ -514,9 +514,9 @@ def beside_bounds(every: Unbound, held: Unbound, inside: Booleans) -> tuple[Floa
     size, beyond = np.sqrt(np.diag(every.covariance)[bound]), every.step[bound]
     far = np.abs(beyond) / size
     ratio = np.exp(norm.logpdf(far) - norm.logsf(far))
-    mean = -np.sign(beyond) * size * (ratio - far)  # from the bound inwards
-    # Far beyond the bound the difference is lost in rounding: there the tail is an exponential one.
-    tail = 300.0  # standard deviations beyond the bound, from which on it is one to 1e-4
+    mean = -np.sign(beyond) * size * (ratio - far)  # The mean lies inwards from the bound
+    # Far beyond the bound the difference is lost in rounding: there the tail is exponential.
+    tail = 300.0  # Standard deviations beyond the bound from which the tail is exponential to 1e-4
     variance = size**2 * np.where(
         far < tail, 1.0 + far * ratio - ratio**2, np.maximum(far, tail) ** -2
     )

@@ -24,12 +24,13 @@ class Fuel:
 
     name: str  # Diesel fuel or gasoline
     heating_value: float  # Lower heating value [J/kg]
-    burnt: float  # Share that burns [1]
-    # Mass of air over that of fuel at full load, where the charge decides [1].
+    burnt: float  # Share of the fuel that burns [1]
+    # Mass of air over mass of fuel at full load, where the charge limits the heat [1].
     air_fuel_ratio: float
-    least_air_fuel_ratio: float  # Below this the engine smokes or does not ignite [1]
+    # Air-fuel ratio below which the engine smokes or does not ignite [1]
+    least_air_fuel_ratio: float
     with_air: bool  # Whether the charge holds the fuel when the cylinder closes
-    source: str  # Source: where the numbers come from
+    source: str  # Source of the numbers
 
     @property
     def heat(self) -> float:
@@ -60,17 +61,17 @@ class Usual:
 class EngineKind:
     """A kind of engine."""
 
-    title: str  # In words
-    fuel: Fuel  # Fuel: what burns
-    cycle: Mapping[str, Usual]  # Usual numbers of its cycle, in the units of engine files
-    # Earliest and latest start of the combustion that a largest pressure is fitted by [degree].
+    title: str  # Description in words
+    fuel: Fuel  # Fuel of the engine
+    cycle: Mapping[str, Usual]  # Usual numbers of the cycle, in the units of engine files
+    # Earliest and latest start of the combustion in the fit of a largest pressure [degree].
     starts: tuple[float, float]
-    intake: tuple[float, float]  # Least and largest intake pressure that is fitted [bar]
+    intake: tuple[float, float]  # Least and largest intake pressure in a fit [bar]
     charge_fitted: bool  # Whether the intake pressure follows from the power at full load
     # Whether lower loads have a lower intake pressure, with the same air-fuel ratio.
     throttled: bool
     boosted: bool  # Whether there is a turbocharger: the exhaust pressure follows the intake's
-    # Masses over piston area and bore [kg/m3].
+    # Masses of piston and rod over piston area and bore [kg/m3].
     piston: float
     rod: float
     throw: float
@@ -191,10 +192,10 @@ KINDS: Mapping[str, EngineKind] = {
 class UsualValue:
     """A usual value of a key of [values]."""
 
-    # Value in the key's own unit, of what is known already (with the rated power [kW]) and of the
-    # kind of engine.
+    # Function from the values that are known so far (with the rated power [kW]) and the kind of
+    # engine to the value, in the unit of the key.
     make: Callable[[Mapping[str, float], EngineKind], float]
-    reason: str  # Why it is taken
+    reason: str  # Reason for the value
 
 
 def _typical(key: str, reason: str) -> UsualValue:
@@ -216,10 +217,10 @@ def _displacement(values: Mapping[str, float]) -> float:
 
 
 def _inertia(values: Mapping[str, float], kind: EngineKind) -> float:
-    """Inertia by size, and of few cylinders that which the rated power at its speed asks for."""
+    """Inertia by size; for few cylinders by the power and its speed, if that is more."""
     by_size = kind.inertia * _displacement(values) ** (5.0 / 3.0)
-    between = PERIOD / values["cylinders"]  # the angle from one firing to the next
-    # Coefficient of speed fluctuation that a flywheel is made for, at least
+    between = PERIOD / values["cylinders"]  # Angle from one firing to the next
+    # Least coefficient of speed fluctuation that a flywheel is designed for
     steady_share = ADMISSIBLE["pump"][0]
     fired = triangular_torque(1e3 * values["power"], values["speed"] * RPM, steady_share, between)
     return _rounded(max(by_size, float(fired.inertia)))

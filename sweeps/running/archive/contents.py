@@ -33,26 +33,27 @@ from sweeps.scene.plan.shards import part, shard
 from sweeps.scene.reading import scene_of
 from sweeps.scene.sample import parameters_of
 
-MOST = 1 << 30  # Positions along an axis of which an archive may claim to be a part
+MOST = 1 << 30  # Most positions along an axis of which an archive may claim to be a part
 
 
 @dataclass(frozen=True)
 class Contents:
     """Facts in an archive about the run that made it."""
 
-    path: Path  # The archive
-    attributes: Mapping[str, Any]  # Attributes: its own attributes
-    source: dict[str, Any]  # The scene as it was read; of very long lists their number of values
-    folder: str  # Folder: where paths of the scene start from
-    files: dict[str, bytes]  # The files that it names
+    path: Path  # Path of the archive
+    attributes: Mapping[str, Any]  # Attributes of the archive
+    # The scene as it was read; long lists are replaced by their number of values
+    source: dict[str, Any]
+    folder: str  # Folder that relative paths of the scene start from
+    files: dict[str, bytes]  # Contents of the files that the scene names
     values: dict[str, Any]  # Values along each dimension, columns and labels of designs
-    # See `sweeps.running.archive.provenance`.
+    # Origin of the results: see `sweeps.running.archive.provenance`.
     identity: dict[str, Any] = field(default_factory=dict)
-    # Piece: which part of the scene the archive is; empty for the whole scene.
+    # Part of the scene that the archive holds; empty for the whole scene.
     piece: dict[str, Any] = field(default_factory=dict)
-    dimension: dict[str, str] = field(default_factory=dict)  # The dimension of each of them
-    level: int = 0  # Level: its compression level
-    # Hashes of the files that it does not hold, without their comments.
+    dimension: dict[str, str] = field(default_factory=dict)  # Dimension of each entry of `values`
+    level: int = 0  # Compression level of the archive
+    # Hashes of the files that the archive must not hold, without their comments.
     confidential: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -132,7 +133,7 @@ def files_as_now(
     Files of the package are kept by their place in it. The folder of a built-in scene is kept as it
     was on the machine of the run, where the package may have lain elsewhere.
     """
-    # Folders of the package in archives of older formats, and what they are now
+    # Folders of the package in archives of older formats, and their present names
     moved_folders = {
         1: {
             "sweeps/engines": "sweeps/catalogue/engines",
@@ -185,7 +186,7 @@ def plan_of(
         folder = Path(archive.folder)
         scene = scene_of(raw, name, folder, Path(name), archive.files, columns=drawn)
         scene = replace(scene, source=source)
-        # Joined parts have the modes of the archive, whatever new values would ask for.
+        # Joined parts keep the modes of the archive, also where new values would lead to others.
         joined = (axis or coordinates is not None) and len(archive.values.get("mode", ()))
         if joined and scene.engine.shaft and not isinstance(scene, SeveralEngines):
             scene = replace(scene, modes=len(archive.values["mode"]), modes_below=None)
@@ -197,7 +198,7 @@ def _scene_tables(
 ) -> tuple[dict[str, Any], dict[str, Any] | None]:
     """Tables of the scene, and the values of its sample.
 
-    Long lists and values that were drawn are those that the archive keeps as coordinates.
+    Long lists and drawn values are taken from the coordinates of the archive.
     """
     known = archive.values if coordinates is None else coordinates
     raw: dict[str, Any] = json.loads(json.dumps(archive.source))
@@ -221,7 +222,7 @@ def _scene_tables(
         return np.asarray(known[key])
 
     for key, item in raw.get("axes", {}).items():
-        if isinstance(item, str):  # a long list: only its number of values
+        if isinstance(item, str):  # A long list is kept as its number of values alone
             raw["axes"][key] = filled("axes", key)
     designs = raw.get("designs", {})
     if "reduce" in raw and "file" in designs:
@@ -240,13 +241,13 @@ def _scene_tables(
 def _check_piece(
     piece: Any, dimension: Mapping[str, str], values: Mapping[str, Any], *, reduced: bool
 ) -> None:
-    """Check that an archive says of which part of its scene it is, where it is one."""
+    """Check that an archive of a part of a scene states which part it is."""
     if not isinstance(piece, dict):
         raise ValueError("part: no table")
     if "shard" not in piece:
         return
     first, size, axis = piece["first"], piece["of"], piece["axis"]
-    if reduced:  # it has no coordinate of all its positions
+    if reduced:  # A reduced archive has no coordinate of all its positions
         axis, values, dimension = "", {"": ()}, {"": ""}
     if not (isinstance(first, int) and isinstance(size, int) and isinstance(piece["shard"], str)):
         raise ValueError("part: no numbers")

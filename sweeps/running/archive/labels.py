@@ -52,12 +52,12 @@ if TYPE_CHECKING:
 class Variable:
     """One variable of an archive."""
 
-    dims: tuple[str, ...]  # Dims: its dimensions
-    attributes: Mapping[str, Any]  # Texts, numbers, arrays of numbers
-    # Data: its values in the units of files, where they are known without computing.
+    dims: tuple[str, ...]  # Dimensions of the variable
+    attributes: Mapping[str, Any]  # Texts, numbers and arrays of numbers by the names of attributes
+    # Values in the units of files, where they are known before the computation.
     data: npt.NDArray[Any] | None = None
-    kind: str = "f8"  # NumPy's word for its numbers
-    si: float = 1.0  # SI value of one of its units
+    kind: str = "f8"  # NumPy's code for the type of the numbers
+    si: float = 1.0  # SI value of one unit of the variable
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ def describe(
 
 
 def _of_several(plan: Plan, name: str) -> dict[str, Any]:
-    """Attributes of a result of several engines: those of the first that has it."""
+    """Attributes of a result of several engines: those of the first engine that has it."""
     plans = [part.plan for part in (plan.whole or plan).parts]
     each = [_attributes(one, one.scene.node(name)) for one in plans if name in one.outputs]
     attributes = each[0]
@@ -172,7 +172,7 @@ def _of_several(plan: Plan, name: str) -> dict[str, Any]:
 
 
 def _engine_of(scene: Scene) -> str:
-    """Name of one of several engines, with its arrangement where that differs too."""
+    """Name of one of several engines, with its arrangement where arrangements differ."""
     own = scene.own_cylinders
     settings = scene.source.get("set") or {}
     if own is None or own.arrangement is None or ARRANGEMENT not in settings:
@@ -183,8 +183,8 @@ def _engine_of(scene: Scene) -> str:
 def _about_several(plan: Plan) -> dict[str, str]:
     """Attributes of an archive of several engines: those of one engine, for each of them.
 
-    `engine`, `engine_title` and `references` list all. Assumptions and parameters that differ are
-    told by engine, those that all share as of one. `arrangement` is a list, one for each engine or
+    `engine`, `engine_title` and `references` list all engines. Assumptions and parameters that
+    differ are stated by engine, common ones once. `arrangement` is a list, one for each engine or
     arrangement that lies along an axis.
     """
     each = [_about_engine(part.plan) for part in (plan.whole or plan).parts]
@@ -204,7 +204,7 @@ def _about_several(plan: Plan) -> dict[str, str]:
             dict.fromkeys(source for a in first.values() for source in a["references"].split("; "))
         ),
         "engine": ", ".join(first),
-        # Titles of figures have little room; one engine then has several arrangements.
+        # Titles of figures have little room; one engine with several arrangements is named once.
         "engine_title": f"engines {', '.join(names)}" if names[1:] else f"cylinders of {names[0]}",
         "engine_assumed": json.dumps(told if names[1:] else assumed[names[0]], ensure_ascii=False),
         "engine_values": "",
@@ -235,7 +235,7 @@ def as_stored(labels: Labels, results: dict[str, npt.NDArray[Any]]) -> dict[str,
         variable = labels.variables[name]
         array = to_file_units(variable, results.pop(name))
         if array.dtype.str[1:] != variable.kind:
-            with np.errstate(over="ignore"):  # a number too large for 32 bits becomes infinite
+            with np.errstate(over="ignore"):  # A number too large for 32 bits becomes infinite
                 array = array.astype(variable.kind)
         stored[name] = array
     return stored
@@ -295,8 +295,8 @@ def _variable(
     import xarray as xr
     from xarray.core.indexing import ExplicitlyIndexed
 
-    # `fastpath`: an array or index is taken as it is. Else xarray asks whether it is one of dask's,
-    # and imports dask, where it is installed, to find out.
+    # `fastpath` takes an array or index as it is. Otherwise xarray imports dask, where it is
+    # installed, to ask whether the array belongs to it.
     if dims == (name,):
         return xr.IndexVariable(dims, pd.Index(data), attributes, fastpath=True)
     lazy = isinstance(data, ExplicitlyIndexed)
@@ -324,7 +324,7 @@ def _attributes(plan: Plan, node: Node) -> dict[str, str]:
 
 
 def _as_recorded(scene: Scene) -> bool:
-    """Whether the pressure was recorded, and its level not made absolute."""
+    """Whether the pressure was recorded, and its level was not made absolute."""
     if scene.indicator is not None:
         return any(NOT_PEGGED in note for note in scene.indicator_notes)
     return any(" level: " in f" {line}" for line in scene.engine.diagram_warnings)
@@ -383,8 +383,8 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
 def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
     """Texts of an axis; engines by their names.
 
-    A scene names some by the path of their file, which says less. In a table of designs that stays,
-    because it is read back where the archive is computed again.
+    A scene may name an engine by the path of its file, which says less. A table of designs keeps
+    paths, because it is read back where the archive is computed again.
     """
     if name != ENGINE:
         return list(texts)
@@ -411,7 +411,7 @@ def _of_texts(dimension: str, texts: Any, long_name: str) -> Variable:
 
 
 def _about(plan: Plan) -> dict[str, Any]:
-    """Attributes that say what was computed."""
+    """Attributes that describe what was computed."""
     scene = plan.scene
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
@@ -432,9 +432,9 @@ def _about(plan: Plan) -> dict[str, Any]:
 
 
 def _about_engine(plan: Plan) -> dict[str, str]:
-    """Attributes that say what the engine of a plan is."""
+    """Attributes that describe the engine of a plan."""
     leaves = plan.leaves
-    # Places of the parameters that archives tell, in their order
+    # Places of the parameters that archives state, in their order
     places = {
         name: place
         for place, name in enumerate(PARAMETERS)
@@ -452,7 +452,7 @@ def _about_engine(plan: Plan) -> dict[str, str]:
 
 @lru_cache(maxsize=16)
 def _of_engine(engine: Engine) -> dict[str, str]:
-    """Attributes that every plan of an engine gives its archive."""
+    """Attributes on the engine in every archive."""
     return {
         "references": "; ".join(engine.sources),
         "engine": engine.name,
@@ -465,8 +465,8 @@ def _of_engine(engine: Engine) -> dict[str, str]:
 def _arrangements(scene: Scene) -> str:
     """JSON of the cylinders of the scene; empty where their throws are not known.
 
-    A list where the arrangement is an axis; nothing where a firing angle or the number of cylinders
-    is.
+    It is a list where the arrangement is an axis, and empty where a firing angle or the number of
+    cylinders is.
     """
     keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
     if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
@@ -482,9 +482,9 @@ def _arrangements(scene: Scene) -> str:
 
 
 def _shaft(scene: Scene) -> str:
-    """JSON of the discs that shafts and gears join and of the throws', counted from 1.
+    """JSON of the discs joined by shafts and gears, and of the throws' discs, counted from 1.
 
-    Empty without a shaft.
+    It is empty without a shaft.
     """
     shaft = scene.engine.shaft
     if shaft is None:
@@ -496,7 +496,7 @@ def _shaft(scene: Scene) -> str:
 
 @lru_cache(maxsize=64)
 def _arrangement(own: Cylinders | None) -> dict[str, Any]:
-    """Throws, banks and factors of cylinders, angles in degree; empty where none are described."""
+    """Throws, banks and factors of cylinders, angles in degree; empty without a description."""
     if own is None or own.arrangement is None:
         return {}
     made = own.arrangement
@@ -565,7 +565,7 @@ def about_several(plan: Plan, about: Callable[[Plan], Mapping[str, str]]) -> dic
 
 
 def _title(titles: list[str], names: list[str]) -> str:
-    """Short enough for figures; a title of one engine names an arrangement that others have not."""
+    """Title, short enough for figures; an arrangement is named unless all engines share it."""
     return f"cylinders of {names[0]}" if len(titles) == 1 else f"engines {', '.join(names)}"
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "replaced", "slabs", "write"]
 
-CHUNK = 1 << 17  # Numbers in a chunk at most, about: a megabyte
+CHUNK = 1 << 17  # Most numbers in a chunk, about a megabyte
 
 SMALLEST_CHUNK = 1 << 12
 
@@ -55,7 +55,7 @@ def write(dataset: xr.Dataset, path: str | Path, *, overwrite: bool = False) -> 
     if path.exists() and not overwrite:
         raise FileExistsError(f"{path}: exists")
     with replaced(path) as partial:
-        # Where 64-bit integers label something, 32 bits hold it and every reader knows them.
+        # 64-bit integers that label points fit into 32 bits, which every reader knows.
         encoding = {
             str(n): {"dtype": "int32"} for n, v in dataset.variables.items() if v.dtype == "int64"
         }
@@ -167,7 +167,7 @@ def new(
     """
     import netCDF4
 
-    path.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
+    path.unlink(missing_ok=True)  # A link in this place would lead the writing elsewhere
     with netcdf_library:
         file = netCDF4.Dataset(os.path.abspath(path), "w", format="NETCDF4")
     try:
@@ -194,7 +194,7 @@ def _defined(file: Any, labels: Labels, lengths: Mapping[str, int], level: int) 
         file.createDimension(name, size)
     variables: dict[str, Any] = {}
     auxiliary = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
-    # Where no result is along its dimension, no variable names it: then the file does, as xarray's.
+    # A dimension without any result is named by the file itself, as xarray's files name it.
     of_none = [
         n
         for n, c in auxiliary.items()
@@ -225,7 +225,7 @@ def _made(
         kind = str
     elif shape:
         chunks = chunks_of(variable.dims, shape, lengths)
-        # Chunks are written completely: a cache of more than one or two would only take memory.
+        # Chunks are written completely: a cache of more than two chunks would only take memory.
         size = 2 * math.prod(chunks) * np.dtype(kind).itemsize
         options = {"chunksizes": chunks, "chunk_cache": size}
         if level:
@@ -253,7 +253,7 @@ def chunks_of(
         if dimension in lengths:
             # Short ranges have few divisors; long ones are multiples of `blocks.STEP`.
             chunks[i] = lengths[dimension] if lengths[dimension] > STEP else 1
-    # Fraction of the room of all chunks that may be unused, about
+    # Largest fraction of the room of all chunks that may be unused
     while (large := math.prod(chunks) > CHUNK) or (
         _waste(shape, chunks) > 0.02 and math.prod(chunks) > SMALLEST_CHUNK
     ):

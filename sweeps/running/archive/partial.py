@@ -54,26 +54,27 @@ def sync_folder(path: Path) -> None:
         return
     try:
         handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    except PermissionError:  # a folder that one may write to, but not read
+    except PermissionError:  # A folder may be open for writing, but not for reading
         return
     try:
         os.fsync(handle)
     except OSError as error:
-        # File systems that cannot sync folders answer so, some network ones among them.
+        # File systems that cannot sync folders raise these errors, some network ones among them.
         if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP):
             raise
     finally:
-        with contextlib.suppress(OSError):  # nothing is lost by this
+        with contextlib.suppress(OSError):  # A failure to close loses nothing
             os.close(handle)
 
 
-LONGEST_NAME = 255  # Bytes of a file's name that file systems take
+LONGEST_NAME = 255  # Most bytes of a file's name that file systems accept
 
-MOST_HEADER = 1 << 27  # Bytes of `run.json`; the scene is in it, of long lists only their length
+# Most bytes of `run.json`, which holds the scene with only the lengths of long lists
+MOST_HEADER = 1 << 27
 
-MOST_BLOCK = 1 << 32  # Bytes of the values of a block at most, where the expected size is not known
+MOST_BLOCK = 1 << 32  # Most bytes of the values of a block whose size is not known
 
-MOST_OTHER = 1 << 20  # Bytes of a block that are not its values
+MOST_OTHER = 1 << 20  # Most bytes of a block besides its values
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _SCENE, _TRIED = "scene.bin", "tried"
@@ -158,7 +159,8 @@ class Partial:
                     )
                 if not _is(stream, self.path / _LOCK):
                     continue
-                with contextlib.suppress(OSError):  # it is only told to those who have to wait
+                # The text is only shown to others that have to wait
+                with contextlib.suppress(OSError):
                     os.ftruncate(stream.fileno(), 0)
                     os.write(
                         stream.fileno(), f"process {os.getpid()} on {platform.node()}".encode()
@@ -166,7 +168,8 @@ class Partial:
                 try:
                     yield
                 except BaseException:
-                    if _is(stream, self.path / _LOCK):  # else it has been given up already
+                    # Otherwise the lock has been given up already
+                    if _is(stream, self.path / _LOCK):
                         self.give_up()
                     raise
                 return
@@ -314,7 +317,7 @@ class Partial:
         right = _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n"
         if not first or not second or data[:first] != right:
             raise Damaged(f"{path}: damaged")
-        # Blocks and columns have these kinds of numbers.
+        # Types of the numbers in blocks and columns.
         kinds = {kind: kind for kind in ("<f8", "<f4", "<i8", "|i1", "|b1")}
         try:
             about = json.loads(bytes(body[: second - first]))
@@ -327,7 +330,7 @@ class Partial:
                 arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
                 second += count * dtype.itemsize
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-            # The hash is right: another program has written it.
+            # The hash is right: another program has written the block.
             raise Damaged(f"{path}: not in the form that a run writes") from None
         return about, arrays
 
@@ -353,10 +356,11 @@ class Partial:
                 path.unlink(missing_ok=True)
 
     def _write(self, name: str, buffers: list[Any]) -> None:
-        # A name for each writer: a worker that was taken for lost may still write the same block.
+        # Each writer has a name of its own: a worker that was taken for lost may still write the
+        # same block.
         new = self.path / f"{name}.{secrets.token_hex(4)}{_ENDING}"
         try:
-            new.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
+            new.unlink(missing_ok=True)  # A link in this place would lead the writing elsewhere
             with new.open("xb") as stream:
                 for buffer in buffers:
                     stream.write(buffer)
@@ -394,11 +398,11 @@ _MEMBERS: Mapping[str, Callable[[Any], bool]] = {
     "command_line": _text,
     "started": _text,
 }
-"""Members that `run.json` must hold, each with its check; without them it counts as empty."""
+"""Entries that `run.json` must hold, each with its check; without them it counts as empty."""
 
 
 def _opened_lock(path: Path, *, create: bool = True) -> IO[str]:
-    """Open the file of the lock, and never what a link in its place leads to."""
+    """Open the file of the lock itself, and not the target of a link in its place."""
     flags = os.O_RDWR | os.O_APPEND | (os.O_CREAT if create else 0)
     flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, flags, 0o666)
@@ -434,7 +438,7 @@ def _lock(stream: IO[str]) -> bool:
         fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
-    except OSError:  # a file system without locks: better to run than to refuse
+    except OSError:  # On a file system without locks a run is better than a refusal
         return True
     return True
 
@@ -444,7 +448,7 @@ def _lock_on_windows(stream: IO[str]) -> bool:
 
     windows: Any = msvcrt
     try:
-        # A byte far behind the text: what is locked cannot be read by others.
+        # The lock covers a byte far behind the text, because others cannot read locked bytes.
         stream.seek(1 << 30)
         windows.locking(stream.fileno(), windows.LK_NBLCK, 1)
     except OSError:
@@ -453,7 +457,7 @@ def _lock_on_windows(stream: IO[str]) -> bool:
 
 
 def _is(stream: IO[str], path: Path) -> bool:
-    """Whether an open file is still the one of that name."""
+    """Whether an open file is still the file of a name."""
     try:
         return os.path.samestat(os.fstat(stream.fileno()), path.stat())
     except OSError:

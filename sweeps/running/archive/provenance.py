@@ -156,7 +156,7 @@ def differences(
 def _unequal(
     before: Any, now: Any, where: str, words: tuple[str, str]
 ) -> Iterator[tuple[str, str]]:
-    """Places where two scenes differ, and how."""
+    """Places where two scenes differ, with both values."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in dict.fromkeys((*before, *now)):
             table = isinstance(before.get(key, now.get(key)), dict)
@@ -226,7 +226,7 @@ def sha256(data: bytes) -> str:
 
 
 def _confidential(scene: Scene, full_paths: bool) -> tuple[str, ...]:
-    """Names, in an archive, of files that it must not hold."""
+    """Names of the files that an archive must not hold."""
     if full_paths or not scene.confidential:
         return scene.confidential
     now, before = _without_folder(scene)[1], scene.files
@@ -250,7 +250,7 @@ def files_text(folder: str, files: Mapping[str, bytes], confidential: Collection
         table[name] = {"sha256": sha256(data)}
         if name in confidential:
             table[name]["samples_sha256"] = samples_hash(data)
-        elif len(data) < (1 << 14):  # longer texts are compressed
+        elif len(data) < (1 << 14):  # Longer texts are compressed
             table[name]["text"] = data.decode("utf-8", "surrogateescape")
         else:
             table[name]["zlib"] = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
@@ -273,7 +273,7 @@ def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
             data = _inflated(base64.b64decode(entry["zlib"]), room)
             room -= len(data)
         elif "samples_sha256" in entry and "text" not in entry:
-            continue  # confidential
+            continue  # A confidential file stays out
         else:
             data = entry["text"].encode("utf-8", "surrogateescape")
         if sha256(data) != entry["sha256"]:
@@ -292,13 +292,13 @@ def confidential_hashes(text: str) -> dict[str, str]:
 
 
 MOST = 1 << 28
-"""Bytes of the files that come out of an archive: a few of it must not fill the memory."""
+"""Most bytes of the files in an archive, so that a few archives do not fill the memory."""
 
 
 def _inflated(data: bytes, room: int) -> bytes:
     stream = zlib.decompressobj()
     try:
-        # For `room`, 0 would mean as much as there is.
+        # A `room` of 0 would set no limit for the decompressor.
         content = stream.decompress(data, room + 1)
     except zlib.error as error:
         raise ValueError(str(error)) from None
@@ -315,7 +315,7 @@ def _hash_of(values: Any) -> str:
 
 
 def _by_name(scene: Scene) -> dict[str, bytes]:
-    """Files by their names alone: the same files in another folder are the same."""
+    """Files by their names alone: the same files in another folder are equal."""
     contents: dict[str, bytes] = {}
     for path, data in scene.files.items():
         name = PurePath(path).name
@@ -327,10 +327,10 @@ def _by_name(scene: Scene) -> dict[str, bytes]:
 
 
 def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
-    """Folder and files of a scene, named from its folder on: archives are mailed to others.
+    """Folder and files of a scene, named from its folder on, because archives are mailed to others.
 
-    A path that the scene or one of its files gives as absolute keeps its name, under which it is
-    looked up again.
+    An absolute path in the scene or one of its files is reduced to its name, under which the file
+    is looked up again.
     """
     if _within(scene.folder, PACKAGE) is not None:
         return PurePath(scene.folder).relative_to(PACKAGE.parent).as_posix(), scene.files
@@ -345,13 +345,13 @@ def _without_folder(scene: Scene) -> tuple[str, Mapping[str, bytes]]:
 
 @lru_cache(maxsize=1024)
 def _within(path: str, folder: str | PurePath) -> str | None:
-    """Path from a folder on; None where it lies elsewhere."""
+    """Path relative to a folder; None where it lies elsewhere."""
     whole = PurePath(path)
     return str(whole.relative_to(folder)) if whole.is_relative_to(folder) else None
 
 
 def _is_given(name: str, scene: Scene) -> bool:
-    """Whether a scene or one of its files names a file so."""
+    """Whether a scene or one of its files uses this name of a file."""
     texts = [json_text(scene.source).encode(errors="surrogateescape"), *scene.files.values()]
     return any(os.fsencode(name) in text for text in texts)
 
@@ -359,7 +359,7 @@ def _is_given(name: str, scene: Scene) -> bool:
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:
     """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa].
 
-    Of a diagram of the torque, of that [N m].
+    A diagram of torque has torques [N m] in place of pressures.
     """
     curves: list[Diagram | TorqueOverAngle] = []
     for one in scene.ordinary_scenes:
@@ -377,7 +377,7 @@ def _hash_of_curve(curve: Diagram | TorqueOverAngle) -> str:
 @cache
 def version(package: str) -> str:
     """Version of an installed package."""
-    # A session does not change what is installed, and asking takes longer than solving a design.
+    # Installed versions do not change within a session, and asking takes longer than a solution.
     return metadata.version(package)
 
 
@@ -392,7 +392,7 @@ def git_commit() -> str:
 
 def _commit_of(folder: Path) -> str:
     git = folder / ".git"
-    if git.is_file():  # a worktree: "gitdir: ..."
+    if git.is_file():  # A worktree has a file with "gitdir: ..."
         git = folder / git.read_text().partition(":")[2].strip()
     head = (git / "HEAD").read_text().strip()
     if not head.startswith("ref: "):

@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Places = int | range | npt.NDArray[np.int64]
-"""Places taken along a dimension: one, which takes the dimension away, or several."""
+"""Places along a dimension: one of them, which takes the dimension away, or several."""
 
 
 @dataclass(frozen=True, eq=False)
 class StoredVariable:
     """A variable, whose values are read when they are used."""
 
-    dtype: np.dtype[Any]  # Type of its values
-    # Attrs: its attributes, and how it is stored.
+    dtype: np.dtype[Any]  # Type of the stored values
+    # Attributes of the variable, and how it is stored.
     attrs: dict[str, Any]
     encoding: dict[str, Any]
     _data: Any
-    _places: dict[str, Places]  # along each dimension of the data
+    _places: dict[str, Places]  # Places along each dimension of the stored data
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -97,7 +97,7 @@ def _taken(places: range | npt.NDArray[np.int64], which: Any) -> Places:
 
 
 def _key(places: Places) -> Any:
-    """Places as netCDF4 takes them: of a range its slice, which is read far more quickly."""
+    """Places as netCDF4 takes them: a range as a slice, which is read far more quickly."""
     if not isinstance(places, range):
         return places
     forwards = places.step > 0
@@ -180,7 +180,7 @@ def stored_dataset(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
 
 
 def _dataset_of(file: Any, path: str) -> StoredDataset:
-    """All variables of a file of netCDF4, none of them read."""
+    """All variables of a file of netCDF4, with no values read yet."""
     attributes = {name: file.getncattr(name) for name in file.ncattrs()}
     named = set(str(attributes.pop("coordinates", "")).split())
     variables = {}
@@ -193,8 +193,8 @@ def _dataset_of(file: Any, path: str) -> StoredDataset:
 
 
 def _variable_of(variable: Any, attrs: dict[str, Any], path: str) -> StoredVariable:
-    """One variable; what other programs have packed will be read as what it means."""
-    # With these attributes, stored values stand for other numbers, or for none; `run` writes NaN as
+    """One variable; values that other programs have packed will be read unpacked."""
+    # With these attributes, stored values stand for other or missing numbers; `run` writes NaN as
     # the last one alone.
     packed = {
         key: attrs.pop(key)
@@ -203,7 +203,7 @@ def _variable_of(variable: Any, attrs: dict[str, Any], path: str) -> StoredVaria
     }
     dims, dtype = variable.dimensions, variable.dtype
     letters = dtype == "S1" and bool(dims)
-    if letters:  # along the last dimension, as netCDF-3 has it
+    if letters:  # Letters lie along the last dimension, as in netCDF-3
         attrs.pop("_Encoding", "")
         dims = dims[:-1]
     if letters or dtype is str:
@@ -224,7 +224,7 @@ def _variable_of(variable: Any, attrs: dict[str, Any], path: str) -> StoredVaria
 
 @dataclass(frozen=True, eq=False)
 class _Values:
-    """Values of a variable of a file; damaged ones are told in one line."""
+    """Values of a variable of a file; damaged ones raise an error of one line."""
 
     variable: Any
     path: str

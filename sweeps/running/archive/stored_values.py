@@ -28,7 +28,8 @@ def dataset_from(path: str | Path) -> xr.Dataset:
     OSError, ValueError
         As xarray does.
     """
-    # An absolute path: the library takes some others for servers. No quantity is a date.
+    # The path is absolute, because the library takes some others for servers. No quantity is a
+    # date.
     store = _Store.open(os.path.abspath(path), lock=netcdf_library)
     try:
         return xr.open_dataset(store, decode_times=False, decode_timedelta=False)
@@ -38,20 +39,20 @@ def dataset_from(path: str | Path) -> xr.Dataset:
 
 
 class _Values(NetCDF4ArrayWrapper):
-    """Values of one variable."""
+    """Values of one variable, with damage reported in one line."""
 
     def __getitem__(self, key: Any) -> Any:
         wrong_index: IndexError
         with damaged_values(self.datastore.ds.filepath(), self.variable_name):
             try:
                 return super().__getitem__(key)
-            except IndexError as error:  # a wrong index of the caller, no damage
+            except IndexError as error:  # A wrong index of the caller is no damage
                 wrong_index = error
         raise wrong_index
 
 
 class _Store(NetCDF4DataStore):
-    """xarray's own way to a netCDF file, with these values."""
+    """xarray's own way to a netCDF file, with values that report damage in one line."""
 
     def open_store_variable(self, name: str, var: Any) -> xr.Variable:
         variable = super().open_store_variable(name, var)

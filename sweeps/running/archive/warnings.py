@@ -38,7 +38,7 @@ def of_results(lines: Iterable[str]) -> list[str]:
 
 @dataclass
 class _Outside:
-    """Results of one quantity outside their range, so far."""
+    """Results of one quantity outside their usual range, as far as they are counted."""
 
     check: Check
     count: int = 0
@@ -80,7 +80,7 @@ class Watch:
         if seen is None or not values.size:
             return
         low, high = seen.check.low, seen.check.high
-        # Without the results of designs that have none, and without an array as long as the values.
+        # Designs without results are ignored, without an array as long as the values.
         least, most = float(np.fmin.reduce(values, None)), float(np.fmax.reduce(values, None))
         if not (least < low or most > high):
             return
@@ -108,7 +108,7 @@ class Watch:
         return "\n".join(self.lines())
 
     def _where(self, name: str, seen: _Outside, size: int) -> str:
-        """How many designs, and the worst of them by its values along the axes."""
+        """Number of designs outside, and the worst of them by its values along the axes."""
         if size == 1:
             return ""
         at = []

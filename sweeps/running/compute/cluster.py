@@ -39,11 +39,11 @@ from sweeps.scene.plan.plan import Plan
 
 LOCAL = "local:"
 
-MOST = 1024  # Processes of one machine at most
+MOST = 1024  # Most processes on one machine
 
-EACH = 4  # Blocks for each worker at least, so that none waits long for the last
+EACH = 4  # Fewest blocks for each worker, so that none waits long for the last one
 
-FEWEST = 64  # Blocks of a run at least: more workers may join later
+FEWEST = 64  # Fewest blocks of a run, because more workers may join later
 
 _TICK = 0.05  # Seconds between two checks for finished blocks
 
@@ -124,7 +124,7 @@ def _check_reached(address: str) -> None:
 
     try:
         asyncio.run(reach())
-    except Exception as error:  # whatever the library of the protocol raises
+    except Exception as error:  # The library of the protocol may raise any error
         raise _not_reached(address, error) from None
 
 
@@ -153,7 +153,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _local(distributed: Any, processes: int) -> Any:
-    # The memory of a run is bounded anyway; dask would kill workers that it takes for too large.
+    # The memory of a run is limited anyway; dask would kill workers that it takes for too large.
     return distributed.LocalCluster(
         n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
         dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
@@ -214,10 +214,10 @@ class DaskWorkers:
     """Workers of a dask scheduler, which write blocks into the folder of an unfinished archive."""
 
     client: Any  # The connection to the scheduler
-    address: str  # Address of the scheduler, as it was given
-    kind: dict[str, str]  # Kind of their machines: see `provenance.machine_kind`
-    machines: list[str]  # One line for each of them
-    tell: Callable[[str], None]  # Gets a line where one has to wait for workers
+    address: str  # Address of the scheduler, as the user gave it
+    kind: dict[str, str]  # Kind of the workers' machines: see `provenance.machine_kind`
+    machines: list[str]  # One line for each of the workers' machines
+    tell: Callable[[str], None]  # Receives a line of text while the run waits for workers
 
     @property
     def text(self) -> str:
@@ -288,8 +288,8 @@ class DaskWorkers:
                 heard, warned = time.monotonic(), False
                 for future in finished.next_batch(block=False):
                     if future.status in ("pending", "lost"):
-                        # Its worker died with the answer: another one is asked, and finds the
-                        # block finished.
+                        # The worker died with its answer: another one is asked, and finds the block
+                        # finished.
                         finished.add(future)
                         continue
                     _check(future, self.address)
@@ -297,7 +297,8 @@ class DaskWorkers:
             _wait_for(partial, numbers)
         finally:
             if self.client.status == "running":
-                with suppress(OSError, TimeoutError, CancelledError):  # it may end at any moment
+                # A worker may end at any moment
+                with suppress(OSError, TimeoutError, CancelledError):
                     self.client.cancel([future for future, _ in futures.values()])
 
     def _any_worker(self) -> bool:
@@ -309,7 +310,7 @@ class DaskWorkers:
 
 def _wait_for(partial: Partial, numbers: Sequence[int]) -> None:
     """Wait until finished blocks are visible: a network file system may show new files late."""
-    # Seconds after which a file that another machine has written is visible
+    # Seconds after which a file from another machine must be visible
     end = time.monotonic() + 60.0
     while not set(numbers) <= set(partial.finished()) and time.monotonic() < end:
         time.sleep(_TICK)
@@ -320,11 +321,11 @@ def _without_scheduler(address: str, error: Exception) -> Lost:
 
 
 def _check(future: Any, address: str) -> None:
-    """Raise what the answer of a worker says; nothing where its block is finished."""
+    """Raise the error in the answer of a worker; nothing where its block is finished."""
     if future.status == "finished":
         try:
             word, what = future.result()
-        except Exception as error:  # the answer was lost with the scheduler or a worker
+        except Exception as error:  # The answer was lost with the scheduler or a worker
             raise _without_scheduler(address, error) from None
         if word == "refused":
             raise SceneError(f"--scheduler {address}: {what}")

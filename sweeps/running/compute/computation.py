@@ -35,7 +35,7 @@ from sweeps.scene.plan.shards import by_cycles
 from sweeps.scene.reading import read_scene
 
 MOST_CHECKED = 1 << 20
-"""Values of a quantity that are computed to see whether the physics refuses any."""
+"""Most values of a quantity that are computed to see whether the physics refuses any of them."""
 
 
 class Computation:
@@ -90,7 +90,8 @@ class Computation:
             [Computation(p, lengths, threads=threads, device=device) for p in variation.plans]
             for variation in plan.variations
         ]
-        # The others are results of kernels, which their stages give, and variables of variations.
+        # All other nodes are results of kernels, which their stages give, and variables of
+        # variations.
         self.stages = [stage for stage in rest.stages if stage.node.make is not None]
         self.uses = Counter(need for stage in self.stages for need in stage.node.needs)
         given = [(name, value) for name, value in plan.leaves.items() if name in self.uses]
@@ -98,7 +99,8 @@ class Computation:
         self.known = {name: v if v.dims else Value(v.si) for name, v in given}
         self.varying = [s for s in self.stages if not lengths.keys().isdisjoint(s.dims)]
         self.common: set[str] = set()
-        if lengths or all_in_each:  # results that no block changes are needed in all of them
+        # Results that are the same in all blocks are needed in each of them
+        if lengths or all_in_each:
             self.known = {name: _read_only(value) for name, value in self.known.items()}
             once = [stage for stage in self.stages if stage not in self.varying]
             again = {need for stage in self.varying for need in stage.node.needs}
@@ -150,8 +152,8 @@ class Computation:
             for need in node.needs:
                 uses[need] -= 1
                 if uses[need] == 0 and need not in self.known and need not in kept:
-                    values.pop(need)  # it has served
-        if self.common:  # this was the first block
+                    values.pop(need)  # No later stage takes this value
+        if self.common:  # Common results belong to the first block alone
             again = {name: _read_only(values[name]) for name in self.common}
             values, self.known = values | again, self.known | again
             self.stages, self.common = self.varying, set()
@@ -173,12 +175,11 @@ class Computation:
         return results
 
     def _of_parts(self, block: Block) -> Results:
-        """Outputs of a block of several plans: those of each alone, put into their places.
+        """Outputs of a block of several plans: those of each plan, at their places.
 
-        What an engine does not have stays missing: numbers are NaN, and the outcome of a design
-        whose solution was not asked for, because its engine lacks what it needs, is
-        `invalid_input`. Curves of firing patterns that repeat sooner than all of them together
-        repeat, and orders that do not belong to their period are 0.
+        Results that an engine does not have stay missing: numbers are NaN, and the outcome of a
+        design whose engine lacks a needed part is `invalid_input`. Curves of firing patterns repeat
+        until the longest pattern ends, and orders that do not belong to their period are 0.
         """
         plan, results = self.plan, Results()
         outputs = {n: d for n, d in self.dims.items() if self.all_in_each or belongs(block, d)}
@@ -186,7 +187,7 @@ class Computation:
         for part, computation in zip(plan.parts, self.parts, strict=True):
             inside = {d: _inside(part.places.get(d), whole) for d, whole in within.items()}
             if not all(inside[d][0].size for d in block):
-                continue  # no design of this part lies in the block
+                continue  # No design of this part lies in the block
             own = {d: inside[d][1] for d in block if d in part.plan.scene.dimensions}
             for name, values in computation.results(own).items():
                 if name in outputs:
@@ -203,7 +204,7 @@ class Computation:
 
 
 def _inside(positions: Integers | None, whole: slice) -> tuple[Integers, slice]:
-    """Which of the positions of a part, all unless given, lie in a range; its own range of them."""
+    """The part's positions within a range of the whole (by default all), as a range of its own."""
     if positions is None:
         return np.arange(whole.stop - whole.start), whole
     begin, end = np.searchsorted(positions, [whole.start, whole.stop])
@@ -211,7 +212,7 @@ def _inside(positions: Integers | None, whole: slice) -> tuple[Integers, slice]:
 
 
 def _missing(plan: Plan, name: str, block: Block, kind: npt.DTypeLike) -> npt.NDArray[Any]:
-    """Array of a block in which nothing is there yet."""
+    """Array of a block without any results yet."""
     fill = INVALID_INPUT if name == STATUS else np.nan
     return np.full(shape_in(plan, plan.dims(name), block), fill, dtype=kind)
 
@@ -267,11 +268,11 @@ def _arguments(plan: Plan, stage: Stage, values: Mapping[str, Value]) -> dict[st
 
 
 def _made(plan: Plan, stage: Stage, arguments: Mapping[str, Any]) -> Value:
-    """Value that a node that is no stage makes."""
+    """Value of a node that is no stage."""
     assert stage.node.make is not None
     try:
         data = stage.node.make(**arguments)
-    except ValueError as error:  # refused by the physics, in its own words
+    except ValueError as error:  # The physics refuses the value in its own words
         raise SceneError(f"{plan.name}: {error}") from None
     return Value(np.asarray(data), stage.dims)
 
@@ -290,7 +291,7 @@ def _part_of(values: Mapping[str, Value], block: Block) -> dict[str, Value]:
 
 
 def _read_only(value: Value) -> Value:
-    """A value that stays as it is, whatever is done to results: later blocks need it again."""
+    """A value that results cannot change, because later blocks need it again."""
     if not isinstance(value.data, np.ndarray):
         return value
     data = value.data.view()
@@ -299,7 +300,7 @@ def _read_only(value: Value) -> Value:
 
 
 def _dims_taken(plan: Plan, stage: Stage) -> tuple[str, ...]:
-    """Dimensions of what a node takes: those it adds it makes itself, those it removes it needs."""
+    """Dimensions of a node's arguments: with those that it removes, without those that it adds."""
     node = stage.node
     if node.kind == "stage":
         return stage.axes
@@ -329,8 +330,7 @@ def _filled(
 def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
 
-    The points that a kernel takes whole go through as they are: its axes of designs are followed by
-    those of what has such a dimension.
+    Points that a kernel takes whole keep their dimension, which follows the axes of designs.
     """
     if set(value.dims) <= set(DIMENSIONS) - set(dims):
         return value.si
@@ -341,7 +341,7 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
 
 
 class _Bars:
-    """Progress bars over the designs of the kernels; nothing when not asked for."""
+    """Progress bars over the designs of the kernels; nothing unless they are asked for."""
 
     def __init__(self, show: bool | Callable[[int], None], designs: int) -> None:
         self.show, self.designs = show, designs
@@ -403,8 +403,9 @@ def plan(
     """
     made = make_plan(read_scene(scene, **tables))
     if made.scene.reduce is not None:
-        from sweeps.running.reduce.reduction import Reduction  # late: it loads labels
+        # Imported late, because it loads labels
+        from sweeps.running.reduce.reduction import Reduction
 
-        Reduction(made)  # checks conditions and searches
+        Reduction(made)  # Making it checks conditions and searches
     check_given(made)
     return made

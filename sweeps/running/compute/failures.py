@@ -42,7 +42,8 @@ def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[No
         raise Stopped(f"interrupted; {remains()}") from None
     except Lost as error:
         raise Stopped(f"{error}; {remains()}") from None
-    except (OSError, RuntimeError, AttributeError) as error:  # netCDF4 raises any of them
+    # netCDF4 raises each of these for a failing disk
+    except (OSError, RuntimeError, AttributeError) as error:
         if not _about_disk(error):
             raise
         reason = one_line(getattr(error, "strerror", None) or error, 200)
@@ -52,7 +53,7 @@ def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[No
 
 
 def _about_disk(error: BaseException) -> bool:
-    """Whether the disk is to blame; netCDF's errors do not tell."""
+    """Whether the disk is to blame, which netCDF's errors do not tell."""
     if isinstance(error, OSError) and error.errno not in NAMED_BADLY:
         return True
     return "NetCDF" in str(error)

@@ -125,7 +125,7 @@ def run(
 
 @dataclass(frozen=True)
 class _Run:
-    """One run: what is computed, by whom, into which archive, and the folder of its blocks."""
+    """One run: its plan, who computes it, the archive, and the folder of its blocks."""
 
     plan: Plan
     output: Path
@@ -136,7 +136,7 @@ class _Run:
     def complete(self, now: dict[str, Any]) -> Finished:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
-        if self.options.device != "cpu":  # a card has other bits
+        if self.options.device != "cpu":  # A graphics card gives other bits
             kind["device"] = self.options.device
         header = self._interrupted(now, kind)
         lengths, limit = self._lengths(header)
@@ -151,13 +151,13 @@ class _Run:
             with stopped_by_failures(self.output, partial(self._remains, count)):
                 self._write(lengths, done, one_piece=one_piece, discard=discard)
         finally:
-            with suppress(OSError):  # the next run does it
+            with suppress(OSError):  # The next run removes the folder
                 self.partial.archive.unlink(missing_ok=True)
         remove_folder(self.partial, self.output)
         done.compiling = seconds_compiling() - compiled
         return done
 
-    # --- what an interrupted run has left -----------------------------------------------------
+    # --- an interrupted run --------------------------------------------------------------------
 
     def _interrupted(self, now: dict[str, Any], kind: dict[str, str]) -> dict[str, Any] | None:
         """Header of the interrupted run that is resumed; None where a run begins."""
@@ -214,7 +214,7 @@ class _Run:
     def _begin(
         self, now: dict[str, Any], kind: dict[str, str], lengths: dict[str, int], limit: float
     ) -> None:
-        """Write into the folder what is computed there."""
+        """Write the header of a run into its folder."""
         self.partial.begin(
             {
                 "identity": now,
@@ -239,7 +239,7 @@ class _Run:
         return check_disk(self.plan, self.output, count, finished, single=self.options.single)
 
     def _remains(self, count: int) -> str:
-        """The blocks that an interrupted run keeps, and the command that goes on."""
+        """Text on the blocks that an interrupted run keeps, and the command that goes on."""
         finished = len(self.partial.finished())
         if not finished:
             return "nothing written"
@@ -263,8 +263,8 @@ class _Run:
     def _write(
         self, lengths: dict[str, int], done: Finished, *, one_piece: bool, discard: bool
     ) -> None:
-        """Compute the blocks that are missing, then put all of them together."""
-        # How often blocks that turn out to be damaged are computed again
+        """Compute the missing blocks, then join all of them."""
+        # Most times that damaged blocks are computed again
         for _ in range(3):
             began = time.perf_counter()
             written = self._all_blocks(lengths, one_piece=one_piece)
@@ -286,9 +286,10 @@ class _Run:
         )
 
     def _all_blocks(self, lengths: dict[str, int], *, one_piece: bool) -> Iterable[_Written]:
-        """Compute the blocks that are missing; returns all, read one by one from the disk.
+        """Compute the missing blocks; return all, read one by one from the disk.
 
-        One piece is never on the disk. Of several, each is written while the next is computed.
+        A single block is never on the disk. Each of several is written while the next one is
+        computed.
         """
         finished = set(self.partial.finished())
         every = self._every(lengths)
@@ -337,13 +338,13 @@ class _Run:
 
             workers.compute(self.partial, self.plan, list(designs), show)
 
-    # --- putting together ---------------------------------------------------------------------
+    # --- joining ------------------------------------------------------------------------------
 
     def _assemble(
         self, lengths: Mapping[str, int], written: Iterable[_Written],
         done: Finished, *, discard: bool,
     ) -> list[int]:  # fmt: skip
-        """Copy all blocks into one file; returns the numbers of those that are damaged.
+        """Copy all blocks into one file; return the numbers of the damaged ones.
 
         With `discard`, each block is deleted once it has been copied.
         """
@@ -357,7 +358,9 @@ class _Run:
                     damaged.append(number)
                     continue
                 if damaged:
-                    continue  # the file is useless by now, but the other damaged blocks are sought
+                    # The file is useless after a damaged block, but other damaged ones are looked
+                    # for
+                    continue
                 for name, values in arrays.items():
                     file.put(name, index_of(labels.variables[name].dims, block), values)
                 if "status" in arrays:
@@ -368,9 +371,9 @@ class _Run:
         return damaged
 
     def _read(self, number: int, block: Block) -> _Written:
-        """Read the arrays of a block; None where they are damaged, or not those that it must have.
+        """Read the arrays of a block; None where they are damaged, or do not belong to the plan.
 
-        The hash of a block is right too where another program has written something else.
+        The hash of a block is also right where another program has written other arrays.
         """
         expected = {}
         for name in self.plan.outputs:
@@ -387,7 +390,7 @@ class _Run:
         return number, block, arrays if layout == expected else None
 
     def _publish(self) -> None:
-        """Give the archive its name, unless somebody else has taken it meanwhile."""
+        """Give the archive its name, unless such a file exists by now."""
         if self.output.exists() and not self.options.overwrite:
             raise SceneError(
                 f"{self.output}: has been created in the meantime; move it and use --resume, or "
@@ -409,7 +412,7 @@ class _ReducedRun(_Run):
         return len(self._units(lengths))
 
     def _check_disk(self, count: int, finished: int) -> bool:
-        return False  # the designs that are kept are few
+        return False  # The kept designs are few
 
     def _every(self, lengths: Mapping[str, int]) -> dict[int, Block]:
         return {number: {} for number in range(self._count(lengths))}
@@ -449,9 +452,9 @@ class _ReducedRun(_Run):
 
 
 def _one_ahead(jobs: Iterable[Callable[[], T]]) -> Iterator[T]:
-    """Results of jobs in their order; a thread does each while the one before it is used.
+    """Results of jobs in their order; a thread does each job while the result before it is used.
 
-    One thread, one job: the next one waits, whether the disk or the processor is slow.
+    There is one thread and one job: the next job waits, whether disk or processor is slow.
     """
     with ThreadPoolExecutor(1) as pool:
         before: Future[T] | None = None
@@ -465,19 +468,20 @@ def _one_ahead(jobs: Iterable[Callable[[], T]]) -> Iterator[T]:
 
 
 def _already(output: Path, now: dict[str, Any]) -> Finished:
-    """Check that a finished archive is what would be computed."""
+    """Check that a finished archive equals what would be computed."""
     try:
         with opened_archive(output) as file:
             before = json.loads(file.getncattr("identity"))
             told = getattr(file, ATTRIBUTE) if ATTRIBUTE in file.ncattrs() else ""
             done = Finished(already=True, warnings=tuple(str(told).splitlines()))
-            if "outcomes" in file.variables:  # counts of all designs; `status` has those kept
+            # The variable counts all designs, while `status` has only the kept ones
+            if "outcomes" in file.variables:
                 counts = np.asarray(file.variables["outcomes"][...])
                 codes = [MEANINGS.index(word) for word in file.variables["outcome"][...]]
                 done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)
             elif "status" in file.variables:
                 status = file.variables["status"]
-                # A million outcomes are read at a time.
+                # The loop reads a million outcomes at a time.
                 for place in slabs(status.shape, (1,) * status.ndim, 1, 1_000_000):
                     done.count(np.asarray(status[place if place else ...]))
             unequal = differences(before, now)

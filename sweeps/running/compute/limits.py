@@ -11,12 +11,13 @@ from sweeps.base.errors import SceneError, counted, size_text
 from sweeps.scene.plan.blocks import check_memory
 from sweeps.scene.plan.plan import Plan
 
-LARGEST_BLOCK = 64e6  # Bytes of the arrays of one block, about: larger ones are not quicker
+LARGEST_BLOCK = 64e6  # Bytes of the arrays of one block: larger blocks are not quicker
 
 SMALLEST_BLOCK = 4e6
 
 AT_ONCE = 4
-"""Times the arrays of one block exist: computed once for all, computed, written, the kernels'."""
+"""Copies of a block's arrays at one time: common ones, one computed, one written, the kernels' own.
+"""
 
 
 def block_bytes(plan: Plan, memory: float | None) -> float:
@@ -81,7 +82,7 @@ def check_disk(
         check_room(plan, output, size, size)
         return False
     missing = size * (count - finished) / count
-    # Fraction of an archive that is neither results nor coordinates, at most: see `netcdf.WASTE`
+    # Largest fraction of an archive besides results and coordinates: see `netcdf.WASTE`
     check_room(plan, output, size, missing + (0.03 + 1.0 / count) * size)
     return size + missing > shutil.disk_usage(output.parent).free
 

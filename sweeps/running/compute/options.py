@@ -21,21 +21,21 @@ class Stopped(Exception):
 class Options:
     """How a run writes its archive."""
 
-    resume: bool = False  # Complete an interrupted run; start where there is none
-    overwrite: bool = False  # Replace an archive, and begin an interrupted run again
+    resume: bool = False  # Whether to complete an interrupted run, or start one
+    overwrite: bool = False  # Whether to replace an archive, and begin an interrupted run again
     # Bytes that arrays and buffers may take beyond the loaded libraries.
     memory: float | None = None
-    threads: int | None = None  # As many as the machine has processors, unless given
-    device: str = "cpu"  # "cpu" or "cuda": what solves the designs
-    progress: bool = False  # Show a progress bar
-    # Compression level, 0 to 9. Unless given, that of the archives that the new one is made from,
-    # or none.
+    threads: int | None = None  # Number of threads; by default that of processors
+    device: str = "cpu"  # Device that solves the designs, "cpu" or "cuda"
+    progress: bool = False  # Whether to show a progress bar
+    # Compression level, 0 to 9; by default that of the archives that a new one is made from, or
+    # none.
     level: int | None = None
-    single: bool = False  # Results in 32 bits
-    command: str = ""  # The command line, for the archive
+    single: bool = False  # Whether to store results in 32 bits
+    command: str = ""  # Command line that the archive keeps
     # Whether the archive keeps the folders of the files that it was made from.
     full_paths: bool = False
-    # The command that goes on with this run, for messages.
+    # Command that goes on with an interrupted run, for messages.
     resume_command: str = "the same command with --resume"
 
 
@@ -97,5 +97,6 @@ class Finished:
         # Outcomes that are counted at a time
         most_counted = 1_000_000
         for begin in range(0, codes.size, most_counted):
-            # Piece by piece: counting makes an index of eight bytes out of each code.
+            # Pieces are counted one by one: counting makes an index of eight bytes out of each
+            # code.
             self.codes += np.bincount(codes[begin : begin + most_counted], minlength=len(MEANINGS))

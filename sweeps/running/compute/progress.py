@@ -9,7 +9,7 @@ import warnings
 from typing import Any
 
 FIRST, BEAT = 2.0, 1.0
-"""Seconds until a bar is shown, and from one look to the next where nothing was added."""
+"""Seconds until a bar is shown, and between updates without progress."""
 
 
 def progress_bar(**options: Any) -> Any:
@@ -31,7 +31,7 @@ def progress_bar(**options: Any) -> Any:
         def close(self) -> None:
             if self.beats is not None:
                 self.beats.set()
-                if self.shown:  # or tqdm would leave it on the terminal
+                if self.shown:  # An empty bar would stay on the terminal
                     self.last_print_t = self._time()
             super().close()
 
@@ -48,7 +48,7 @@ def progress_bar(**options: Any) -> Any:
 
 
 def _width(file: Any) -> int | None:
-    """Characters of a bar where the terminal tells 0; None where tqdm finds out."""
+    """Width of a bar where the terminal reports 0; None where tqdm finds it."""
     try:
         columns = os.get_terminal_size((file or sys.stderr).fileno()).columns
     except (OSError, ValueError, AttributeError):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_UNITS = 256
-"""Units of a run; what is lost when one is killed is the unit that it was computing."""
+"""Most units of a run; an interrupted run loses the unit that it was computing"""
 
 
 class Units:
@@ -62,7 +62,7 @@ class Units:
                 yield number, reduction.state()
 
     def _add(self, reduction: Reduction, number: int, show: Callable[[int], object]) -> None:
-        """Add the blocks of a unit; the designs that are done are shown, within blocks too."""
+        """Add the blocks of a unit, and show the progress within blocks too."""
         left = 0
 
         def show_some(done: int) -> None:

@@ -42,13 +42,13 @@ from sweeps.scene.plan.variations import (
 class Derivative:
     """Derivatives of one result, arrays of one shape."""
 
-    # The derivative, of both sides where they are known, and an estimate of its error.
+    # Derivative, from both sides where they are known, and an estimate of its error.
     value: Floats
     error: Floats
-    # Changes where the parameter decreases, and where it increases.
+    # Changes of the result for a smaller and for a larger value of the parameter.
     below: Floats
     above: Floats
-    kind: npt.NDArray[np.int8]  # `sweeps.scene.plan.variations.KINDS`
+    kind: npt.NDArray[np.int8]  # Number of a word in `sweeps.scene.plan.variations.KINDS`
 
 
 def derivative(
@@ -76,14 +76,14 @@ def derivative(
         errors = [
             np.abs(one - central[k + 1]) + noise[k + 1] for k, one in enumerate((coarse, fine))
         ]
-        first = errors[0] <= errors[1]  # False where the larger steps leave what is allowed
+        first = errors[0] <= errors[1]  # False where the larger steps leave the allowed range
         value, error = np.where(first, coarse, fine), np.where(first, errors[0], errors[1])
         down, up = (_extrapolated(side[1], side[2], 1) for side in (below, above))
         down_error, up_error = (
             np.abs(one - side[2]) + noise[2] for one, side in ((down, below), (up, above))
         )
         largest = np.maximum(np.abs(down), np.abs(up))
-        # Derivatives on both sides are told apart from a relative difference of 0.01 on.
+        # Derivatives on both sides are separate from a relative difference of 0.01 on.
         differ = np.abs(up - down) > 0.01 * largest + 6.0 * noise[2]
 
     kind = np.full(np.shape(middle), AGREE, dtype=np.int8)
@@ -111,7 +111,8 @@ def elasticities_of(
     elasticities: Results = {}
     count = 2 * len(STEPS)
     for quantity in variation.quantities:
-        if quantity not in results:  # it depends on no axis that is divided: the first block has it
+        # The quantity depends on no divided axis: the first block has it
+        if quantity not in results:
             continue
         middle = results[quantity]
         for ending in ENDINGS:
@@ -122,7 +123,7 @@ def elasticities_of(
         for place, key in enumerate(variation.keys):
             leaf, dims = plan.leaves[key], plan.dims(quantity)
             if not set(leaf.dims) <= set(dims):
-                continue  # it varies along an axis on which this result does not depend
+                continue  # The parameter varies along an axis on which this result does not depend
             changed = [other[quantity] for other in others[place * count : (place + 1) * count]]
             values = aligned(np.asarray(leaf.data)[index_of(leaf.dims, block)], leaf.dims, dims)
             here = _of_parameter(plan.scene, PARAMETERS[key], values, middle, changed)
@@ -163,7 +164,7 @@ def bands_of(variation: Variation, results: Results, others: Sequence[Results]) 
     assert variation.draws is not None
     bands: Results = {}
     for name in variation.quantities:
-        if name not in results:  # it depends on no axis that is divided: the first block has it
+        if name not in results:  # The result depends on no divided axis: the first block has it
             continue
         values = np.stack([draw[name] for draw in others])
         bands[name + LOW], bands[name + HIGH] = _quantiles(values)
@@ -175,7 +176,7 @@ def bands_of(variation: Variation, results: Results, others: Sequence[Results]) 
 
 
 def _quantiles(values: Floats) -> tuple[Floats, Floats]:
-    """Ends of the band of the draws that have numbers; NaN where none has."""
+    """Ends of the band of the draws that have numbers; NaN without any."""
     known = np.isfinite(values)
     ends = np.full((2, *values.shape[1:]), np.nan)
     some = known.any(axis=0)
@@ -209,12 +210,13 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     deviation = draws.std(axis=0)
     places = (draws - draws.mean(axis=0)) / np.where(deviation > 0.0, deviation, 1.0)
     known = np.isfinite(results)
-    level = np.where(known, results, 0.0).max(axis=0)  # differences of large numbers stay accurate
+    # Subtracting a level keeps differences of large numbers accurate
+    level = np.where(known, results, 0.0).max(axis=0)
     size = np.where(np.abs(level) > 0.0, np.abs(level), 1.0)
     count, total, squares = (np.zeros(results.shape[1]) for _ in range(3))
     sums, crossed = (np.zeros((results.shape[1], many)) for _ in range(2))
     products = np.zeros((results.shape[1], many, many))
-    # One draw after the other: the bits of a design do not depend on how many are in a block.
+    # Draws are added one after the other: the bits of a design do not depend on its block.
     for place, result, is_known in zip(places, results, known, strict=True):
         weight = is_known.astype(float)
         y = np.where(is_known, (result - level) / size, 0.0)
@@ -233,8 +235,8 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     enough = (count > many + 2) & (variance > 1e-20)
     slope = np.zeros_like(crossed)
     if enough.any():
-        # Where draws without a number leave only one value of a parameter, it has no slope.
-        # Smaller eigenvalues of the covariance, as shares of the largest, are rounding.
+        # A parameter with one value left, by draws without a number, has no slope. Eigenvalues of
+        # the covariance below this share of the largest are rounding.
         inverse = np.linalg.pinv(covariance[enough], rcond=1e-10, hermitian=True)
         slope[enough] = (inverse @ crossed[enough][..., None])[..., 0]
     whole = np.where(enough, variance, 1.0)[:, None]

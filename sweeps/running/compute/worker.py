@@ -39,7 +39,8 @@ from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.shards import shard
 
 Answer = tuple[str, Any]
-"""A word and its details: ("done", bytes), ("refused", text), ("os", [number, text])."""
+"""Answer of a worker, a word and its details: ("done", bytes), ("refused", text), ("os", [number,
+text])."""
 
 
 def dask_setup(_: Any) -> None:
@@ -130,18 +131,18 @@ def _where() -> str:
     return f"worker on {platform.node()}"
 
 
-_WORK: dict[tuple[str, str], _Work] = {}  # The run for which this process computes, one at most
+_WORK: dict[tuple[str, str], _Work] = {}  # Runs for which this process computes, at most one
 
 
 def _work_of(folder: str, key: str) -> _Work:
     if (folder, key) not in _WORK:
-        _WORK.clear()  # a plan may be large
+        _WORK.clear()  # A plan may be large, so that only one is kept
         _WORK[folder, key] = _Work(folder, key)
     return _WORK[folder, key]
 
 
 class _Work:
-    """A run as seen by one worker: its plan, whose blocks are computed as they come."""
+    """A run as seen by one worker: its plan, whose blocks are computed on demand."""
 
     def __init__(self, folder: str, key: str) -> None:
         from distributed import get_worker

@@ -103,20 +103,20 @@ def extend_sample(path: Path, number: int, options: Options) -> Plan:
 class _Longer:
     """The larger scene that an archive is extended to."""
 
-    plan: Plan  # Plan of the archive as it will be
+    plan: Plan  # Plan of the extended archive
     axis: str  # The dimension that grows
-    # Positions along it that are computed, and those of the archive as it is.
+    # Positions along the axis that are computed, and those of the archive before it.
     new: Integers
     before: Integers
-    piece: dict[str, Any]  # Piece: what is computed, for the archive of the new points
+    piece: dict[str, Any]  # Part of the scene that is computed, for the archive of the new points
 
 
 def _replaced(
     path: Path, options: Options, longer: Callable[[Contents, Partial], _Longer | Plan]
 ) -> Plan:
-    """Compute what `longer` says of an archive, and replace the archive by the joined one."""
+    """Compute the new points of an archive, and replace it by the joined one."""
     partial = Partial.of(path)
-    with partial.locked(path):  # nobody changes the archive meanwhile
+    with partial.locked(path):  # The lock keeps others from changing the archive
         if partial.header() is not None and partial.finished():
             raise SceneError(f"{partial.path}: contains an interrupted run; complete it first")
         if options.overwrite:
@@ -145,7 +145,7 @@ def _more_values(
     _check_axis(old, axis)
     before = np.asarray(old.values[axis])
     if _computed(partial, axis, values) and np.isin(values, before).all():
-        return plan_of(old)  # killed when all was done but the removal of the folder
+        return plan_of(old)  # A killed extension had done everything except to remove the folder
     _check_new(old.path, axis, values, before)
     _check_version(old, plan_of(old))
     falls = len(before) > 1 and bool((np.diff(before) < 0).all())
@@ -159,8 +159,8 @@ def _more_values(
 def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan:
     """Plan more points of a sample; the archive's own plan where a killed extension had added them.
 
-    Values that were drawn before are the archive's own: other versions of the libraries that draw
-    may give other ones, which is refused.
+    The drawn values in the archive count: other versions of the libraries may draw others, which is
+    refused.
     """
     had = plan_of(old)
     sample = had.scene.sample
@@ -172,7 +172,7 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
     if sample.method == "latin_hypercube":
         raise refused("extend", "a sample of method latin_hypercube", where)
     if number == sample.number and partial.added.exists():
-        return had  # killed when all was done but the removal of the folder
+        return had  # A killed extension had done everything except to remove the folder
     if number <= sample.number:
         raise SceneError(f"{where}: must be above {sample.number}, which the archive has")
     _check_version(old, had)
@@ -194,7 +194,7 @@ def _more_points(old: Contents, number: int, partial: Partial) -> _Longer | Plan
 
 
 def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) -> Plan:
-    """Compute the new points, and join them to those that the archive has."""
+    """Compute the new points, and join them to the archive."""
     adding = replace(options, overwrite=False, resume=True, single=old.single)
     added = part(longer.plan, longer.axis, longer.new, json.dumps(longer.piece))
     try:
@@ -211,7 +211,7 @@ def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) 
     try:
         write_joined(joined, old.path, partial, options, tolerance=longer.plan.scene.tolerance)
     except SceneError as error:
-        partial.remove()  # another attempt would end in the same way
+        partial.remove()  # Another attempt would fail in the same way
         raise SceneError(f"{old.path}: the new points do not fit it: {error}") from None
     return longer.plan
 
@@ -232,12 +232,12 @@ def _is_numbers(archive: Contents, axis: str) -> bool:
 
 
 def _computed(partial: Partial, axis: str, values: Sequence[float]) -> bool:
-    """Whether these values, and no others, are computed and wait for being added."""
+    """Whether exactly these values are computed and wait for being added."""
     if not partial.added.exists():
         return False
     try:
         computed = read_contents(partial.added).values.get(axis, ())
-    except SceneError:  # it cannot be read: it is computed again
+    except SceneError:  # A file that cannot be read is computed again
         partial.added.unlink()
         return False
     return np.array_equal(np.sort(np.asarray(computed)), np.sort(values))
@@ -253,7 +253,7 @@ def _check_new(path: Path, axis: str, values: Sequence[float], before: np.ndarra
 
 
 def _check_version(archive: Contents, plan: Plan) -> None:
-    """Check that the numbers of an archive are those that would be computed now."""
+    """Check that this version computes the same numbers as the archive holds."""
     numbers = str(archive.identity.get("numbers"))
     unequal = differences(archive.identity, identity(plan, numbers=numbers))
     if unequal:

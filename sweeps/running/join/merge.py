@@ -175,7 +175,7 @@ def write_joined(
 
 @dataclass(frozen=True)
 class _Source:
-    """An open archive, and where its points lie along the axis."""
+    """An open archive, and the places of its points along the axis."""
 
     archive: Contents
     file: Any
@@ -204,7 +204,8 @@ class _Source:
         )
 
     def _values(self, name: str, place: Any) -> npt.NDArray[Any]:
-        with damaged_values(self.archive.path, name):  # else it would be a failure of writing
+        # Reading is apart from writing, so that a failure names the right file
+        with damaged_values(self.archive.path, name):
             return np.asarray(self.file.variables[name][place])
 
 
@@ -212,7 +213,7 @@ def _copy(
     name: str, axis: str, labels: Labels, sources: Sequence[_Source], new: netcdf.Writer,
     tolerance: float,
 ) -> None:  # fmt: skip
-    """Copy one variable, range by range, comparing what several archives contain."""
+    """Copy one variable, range by range; archives that share points must agree."""
     dims, shape = labels.variables[name].dims, labels.shape(name)
     kind = np.dtype(labels.variables[name].kind)
     for source in sources:
@@ -236,7 +237,7 @@ def _copy(
     for place in slabs(shape, netcdf.chunks_of(dims, shape, {}), kind.itemsize):
         extent = [s.stop - s.start for s in place]
         count = extent.pop(axis_at) if axis_at >= 0 else 1
-        values = np.empty((count, *extent), dtype=kind)  # the axis comes first
+        values = np.empty((count, *extent), dtype=kind)  # The axis comes first
         owner = np.full(count, -1)
         for number, source in enumerate(sources):
             here, theirs = source.read(name, place, axis_at)

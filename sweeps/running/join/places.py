@@ -26,9 +26,9 @@ class Joined:
     """Archives of one scene, and where their points lie in the joined archive."""
 
     plan: Plan  # Plan of the joined archive
-    axis: str  # Along which they are joined; empty where all have the same points
-    archives: list[Contents]  # Archives: what is joined
-    places: list[Integers]  # Places of each archive, the positions of its points along the axis
+    axis: str  # Axis along which they are joined; empty where all have the same points
+    archives: list[Contents]  # Archives that are joined
+    places: list[Integers]  # Places of the points of each archive along the axis
 
     @property
     def shards(self) -> bool:
@@ -46,7 +46,7 @@ class Joined:
         made = str(labels.attributes["history"]).replace(" computed ", " joined ")
         before = [str(a.attributes.get("history", "")) for a in self.archives]
         history = "\n".join(dict.fromkeys([*"\n".join(before).splitlines(), made]))
-        # The numbers are those of the archives, which another version may have computed.
+        # Another version of the program may have computed the numbers of the archives.
         identity = json.loads(labels.attributes["identity"])
         identity["versions"] = first.identity["versions"]
         attributes = {"history": history, "identity": json_text(identity)}
@@ -118,9 +118,9 @@ def _check_coordinates(
             if known is None or known.data is None:
                 continue
             expected = known.data[here] if known.dims == (axis,) else known.data
-            if name == DESIGN == axis:  # a shard numbers its own designs
+            if name == DESIGN == axis:  # A shard numbers its own designs
                 continue
-            if name == axis and known.data.dtype.kind == "i":  # and its own words
+            if name == axis and known.data.dtype.kind == "i":  # A shard numbers its own words
                 continue
             if not np.array_equal(values, expected):
                 raise SceneError(f"{other.path}: values of {name} differ from those in its scene")

@@ -27,10 +27,11 @@ from sweeps.scene.conditions import Constraint, asked_of, units_of
 if TYPE_CHECKING:
     import xarray as xr
 
-AT_ONCE = 1 << 22  # Designs that are compared at a time; each takes some twenty bytes
+AT_ONCE = 1 << 22  # Designs that are compared at a time, some twenty bytes each
 
 TEXT = "search"
-"""Attribute of what is found: how many designs fulfil the conditions, and what was left out."""
+"""Attribute of a search's result: number of designs that fulfil the conditions, and of those left
+out."""
 
 
 def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
@@ -63,12 +64,13 @@ class Judged:
     """Some designs: what holds at all points that were read so far."""
 
     good: Booleans  # Whether all conditions hold at every point that counts
-    # The largest value at these points of each quantity times its sign, along the first axis.
+    # Largest value of each quantity times its sign over the points that count, along the first
+    # axis.
     worst: Floats
     points: Booleans  # Whether any point counts
     holds: list[Booleans]  # Whether each condition holds by itself
-    # By how much a value is beyond the limit of each condition at most, in the condition's unit,
-    # along the first axis: negative inside, -inf where no point has a number.
+    # Largest excess of a value over the limit of each condition, in its unit, along the first axis:
+    # negative inside, -inf where no point has a number.
     excess: Floats
     lacking: npt.NDArray[np.int64]  # Points that count and lack a number
 
@@ -169,7 +171,7 @@ class EveryPoint:
         self, designs: Judged, here: tuple[slice, ...], extent: tuple[int, ...],
         arrays: Mapping[str, npt.NDArray[Any]], over: tuple[int, ...],
     ) -> None:  # fmt: skip
-        """Add points to what is known of designs."""
+        """Add points to the judgement of designs."""
         solved = np.ones(extent, bool)
         counts = np.ones(extent, bool)
         if "status" in arrays:
@@ -256,7 +258,7 @@ class EveryPoint:
         return f"no design meets all conditions {self._everywhere}; of {designs}: {told}"
 
     def _nearest(self, number: int) -> str:
-        """The value that comes nearest to a condition that no design meets."""
+        """Text on the value that comes nearest to a condition that no design meets."""
         excess, condition = self.nearest[number], self.conditions[number]
         if self.alone[number] or not math.isfinite(excess):
             return ""
@@ -269,7 +271,7 @@ class EveryPoint:
 
 
 def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
-    """Why there is no axis of this name: a column of designs has one value with each design."""
+    """Reason why an axis does not exist: a column of designs has one value with each design."""
     if name in archive.coords and DESIGN in archive[name].dims:
         return (
             "has one value with each design, so that no design is seen at several; the scene needs "
@@ -279,12 +281,9 @@ def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
 
 
 def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> None:
-    """Check that designs are told apart by what can be chosen alone, or by what is named.
+    """Check that designs differ only in what can be chosen, or in the axes that a person named.
 
-    Raises
-    ------
-    SceneError
-        In one line that says how to ask.
+    Raises ------ SceneError In one line that says how to ask.
     """
     points = [d for d in own if d in NOT_CHOSEN and d not in named and archive.sizes[d] > 1]
     if points:
@@ -304,7 +303,7 @@ def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> N
 
 
 def _varies(column: xr.Variable) -> bool:
-    """Whether a column of designs has several values; read until two of them differ."""
+    """Whether a column of designs has several values; reading ends at the second one."""
     if column.dims != (DESIGN,):
         return False
     for (part,) in slabs(column.shape, (1,), 1, AT_ONCE):
@@ -321,6 +320,6 @@ def _keep_largest(
     known: Booleans,
     over: tuple[int, ...],
 ) -> None:
-    """Keep the largest of what was kept and of the known values along some axes."""
+    """Keep the larger of the kept value and the largest known value along some axes."""
     largest = np.where(known, values, -math.inf).max(over, initial=-math.inf)
     kept[here] = np.maximum(kept[here], largest)

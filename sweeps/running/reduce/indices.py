@@ -37,9 +37,10 @@ NAMES = {
 }
 
 MOST_FAILED = 0.01
-"""Share of failed designs up to which dropping their groups leaves indices of the whole ranges."""
+"""Largest share of failed designs: with more, indices without their groups do not hold for the
+whole ranges."""
 
-CONFIDENCE = 0.95  # Probability that the intervals cover
+CONFIDENCE = 0.95  # Probability that an interval covers the true value
 
 
 class Indices:
@@ -67,7 +68,7 @@ class Indices:
         self.sample, self.shape = sample, tuple(shape)
         self.many = len(sample.parameters)
         cells = math.prod(self.shape)
-        # Of many cells there are fewer batches of base points, to take less memory.
+        # With many cells there are fewer batches of base points, to take less memory.
         self.batches = min(32 if cells <= 32 else 8, sample.number)
         self.sums = np.zeros((cells, self.batches, 3 * self.many + 3, LIMBS), np.int64)
         self.counts = np.zeros((cells, self.batches), np.int64)
@@ -99,7 +100,7 @@ class Indices:
             self._add(np.where(whole[:, inside, None], groups[:, inside], np.nan), here, batch)
 
     def _add(self, groups: Floats, here: Integers, batch: int) -> None:
-        """Add groups of one batch; those that are NaN are left out."""
+        """Add groups of one batch; groups with NaN are left out."""
         change = groups[..., 1:-1] - groups[..., :1]
         added = np.concatenate([groups, groups[..., -1:] * change, change * change], axis=2)
         each = np.zeros((here.size * added.shape[2], LIMBS), np.int64)
@@ -177,12 +178,12 @@ class Indices:
 
 
 def _squares(values: Floats) -> Floats:
-    """Squares and what they lack by rounding, beside each other: constant values have no variance.
+    """Squares and their rounding errors, next to each other: constant values have no variance.
 
     T. J. Dekker (1971), Numerische Mathematik 18, 224: a number is split into two halves, whose
     products are exact.
     """
-    shifted = 134217729.0 * values  # 2^27 + 1
+    shifted = 134217729.0 * values  # The factor is 2^27 + 1
     high = shifted - (shifted - values)
     low = values - high
     square = values * values

@@ -12,7 +12,7 @@ from sweeps.running.archive.netcdf import slabs
 if TYPE_CHECKING:
     import xarray as xr
 
-RANGE = 8e6  # Bytes of each variable that are read at a time, about
+RANGE = 8e6  # Bytes of each variable that are read at a time
 
 
 def ranges(

@@ -70,7 +70,7 @@ class Reduction:
             self.origin[piece["axis"]] = int(piece["first"])
         self.left = [d for d in self.sizes if d not in asked.over]
         example = self._designs(plan, {}, {})
-        # Words stand as their numbers there; named so, conditions on them are refused.
+        # In these arrays numbers stand for words, so that conditions on words are refused.
         of_words = {d for d in example.dims if f"{d}_name" in self.labels.coordinates}
         example = example.assign_coords(
             {f"{d}_name": ((d,), np.full(example.sizes[d], "")) for d in of_words}
@@ -88,7 +88,7 @@ class Reduction:
         self.statistics = {
             name: Statistics([self.sizes[d] for d in cells]) for name, cells in self.cells.items()
         }
-        # A variance over other axes too would not be that of the parameters alone.
+        # A variance over further axes would not be due to the parameters alone.
         sample = plan.scene.sample
         self.indices = {
             name: Indices(sample, one.shape)
@@ -118,7 +118,7 @@ class Reduction:
         for name, statistics in self.statistics.items():
             dims, cells = plan.dims(name), self.cells[name]
             if any(place for d, place in begin.items() if d not in dims):
-                continue  # the same values belong to another block
+                continue  # The values are those of another block
             values = designs[name].variable.transpose(*cells, ...).values
             places = _places(cells, begin, values.shape)
             statistics.add(values, places)
@@ -272,7 +272,7 @@ class Reduction:
         self.dataset(seconds).to_netcdf(path, format="NETCDF4", engine="netcdf4")
 
     def _described(self) -> dict[str, Any]:
-        """The request, as the archive states it."""
+        """The request in the words of the archive."""
         return {
             "designs": self.designs,
             "at_every": self.asked.at_every,
@@ -350,7 +350,7 @@ class Reduction:
     def _add_histogram(
         self, name: str, variables: dict[str, Variable], coordinates: dict[str, Variable]
     ) -> None:
-        """Add how many values of a quantity lie in bins; nothing where there are no values."""
+        """Add the number of values of a quantity in each bin; nothing without any values."""
         edges, counts = self.statistics[name].histogram()
         if not edges.size:
             return
@@ -441,13 +441,13 @@ def _places(
 
 
 def _over(variable: xr.Variable, left: Sequence[str], over: Sequence[str]) -> npt.NDArray[Any]:
-    """Values with one axis for each of these dimensions, of size 1 where they do not vary."""
+    """Values with one axis for each of some dimensions, of size 1 where they do not vary."""
     dims = [d for d in (*left, *over) if d in variable.dims]
     return aligned(variable.transpose(*dims).values, tuple(dims), (*left, *over))
 
 
 def _packed(state: State) -> bytes:
-    """Arrays as one file."""
+    """Arrays as the bytes of one file."""
     stream = io.BytesIO()
     np.savez(stream, **cast(Any, state))
     return stream.getvalue()

@@ -19,7 +19,7 @@ from sweeps.scene.reduce import Kept
 if TYPE_CHECKING:
     import xarray as xr
 
-AT_ONCE = 1 << 16  # Designs that are compared at a time, at least
+AT_ONCE = 1 << 16  # Fewest designs that are compared at a time
 
 
 class Front:
@@ -59,7 +59,7 @@ class Front:
                 self._compare()
 
     def _compare(self) -> None:
-        """Take those that wait into the front."""
+        """Move the waiting designs into the front."""
         if self._waiting:
             values = np.hstack([self._values, *(some for some, _ in self._waiting)])
             places = np.concatenate([self._places, *(here for _, here in self._waiting)])
@@ -80,7 +80,7 @@ class Front:
 Rows = dict[str, npt.NDArray[Any]]
 
 Designs = tuple[Floats, Integers, Rows]
-"""Numbers of designs, of which less is better, their places, and their values."""
+"""Numbers of designs (smaller ones are better), their places, and their values."""
 
 
 class Search:
@@ -163,7 +163,7 @@ class Search:
         return self._kept[2]
 
     def _unbeaten(self, values: Floats) -> npt.NDArray[Any]:
-        """Candidates among the designs of a block, in their order."""
+        """Candidates for the front among the designs of a block, in their order."""
         least, places, _ = self._kept
         if self.asked.number:
             number = self.asked.number
@@ -175,10 +175,10 @@ class Search:
         return unbeaten(least, values)
 
     def _keep(self, *designs: *Designs) -> None:
-        """Keep the best of those that are there and of others; of equal ones the first.
+        """Keep the best of the kept and other designs; the first one of equals.
 
-        As many are compared at a time as are kept, so that of a long front each is compared a few
-        times.
+        As many designs are compared at a time as are kept, so that each is compared only a few
+        times in a long front.
         """
         self._waiting.append(designs)
         many = sum(places.size for _, places, _ in self._waiting)
@@ -186,7 +186,7 @@ class Search:
             self._compare()
 
     def _compare(self) -> None:
-        """Keep the best of those that are kept or wait."""
+        """Keep the best of the kept and waiting designs."""
         if not self._waiting:
             return
         every = [*([self._kept] if self._kept[1].size else []), *self._waiting]
@@ -233,11 +233,11 @@ class Search:
 
 
 def _rows_of(designs: xr.Dataset, at: Mapping[str, Integers], count: int) -> Rows:
-    """Values of some designs, the design first."""
+    """Values of some designs, with the design as first axis."""
     rows = {}
     for name, variable in designs.variables.items():
         own = [d for d in variable.dims if d in at]
-        if name in designs.sizes and not own:  # an axis along which every design has values
+        if name in designs.sizes and not own:  # Every design has values along this axis
             continue
         values = variable.transpose(*own, ...).values
         shape = (count, *values.shape[len(own) :])

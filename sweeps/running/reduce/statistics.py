@@ -25,11 +25,11 @@ from engine_dyn.accumulation import (
 )
 from engine_dyn.types import Floats, Integers
 
-MOST_BINS = 64  # Bins of a histogram for people
+MOST_BINS = 64  # Most bins of a histogram for readers
 
 
 def _bits_of(cells: int) -> int:
-    """Bits of the mantissa that bins tell apart: 0.2 % of a value, 1.6 % where cells are many."""
+    """Bits of the mantissa that separate bins: 0.2 % of a value, 1.6 % for many cells."""
     # Up to 32 cells have fine bins.
     return 9 if cells <= 32 else 6
 
@@ -67,7 +67,7 @@ class Statistics:
         """
         here = np.arange(math.prod(self.shape)).reshape(self.shape)[tuple(place)].reshape(-1)
         rows = np.asarray(values, np.float64).reshape(here.size, -1)
-        # Values that are added at a time, about
+        # Values that are added at a time
         step = max(1, (1 << 20) // here.size)
         for begin in range(0, rows.shape[1], step):
             self._add(np.ascontiguousarray(rows[:, begin : begin + step]), here)
@@ -156,8 +156,8 @@ class Statistics:
             return np.empty(0), np.empty(shape, np.int64)
         ends = bin_edges(self.bins, self.bits)
         low, high = float(self.low.min()), float(self.high.max())
-        # Positive values whose largest is so many times the smallest have bins of equal ratio,
-        # about
+        # Positive values with at least this ratio of the largest to the smallest have bins of equal
+        # ratio
         if self.bins[0] > 0 and high >= 16.0 * low:
             shift = 0
             while (self.bins[-1] - 1 >> shift) - (self.bins[0] - 1 >> shift) >= most:
@@ -180,7 +180,7 @@ class Statistics:
         return edges, counts.reshape(*self.shape, -1)
 
     def _quantiles(self, count: Integers, shares: Floats) -> tuple[Floats, Floats]:
-        """Quantiles of each cell, and the most that they can be away."""
+        """Quantiles of each cell, and their largest error."""
         quantile, error = np.full((2, count.size, shares.size), np.nan)
         edges = bin_edges(self.bins, self.bits)
         for cell in np.flatnonzero(count):

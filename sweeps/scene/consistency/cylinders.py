@@ -47,7 +47,8 @@ def check_misfire(values: GivenValues, name: str) -> None:
     """Check that the cylinder that does not burn is one of the engine's in every combination."""
     table, silent, _ = values.given_or_own("misfire", 0.0)
     of_count, counts, _ = values.given_or_own("cylinders")
-    if not of_count == table == "designs":  # not column by column: all with all
+    # Columns are not compared row by row here, but each value with all values
+    if not of_count == table == "designs":
         silent, counts = silent.max(keepdims=True), counts.min(keepdims=True)
     wrong = np.flatnonzero(silent > counts)
     if wrong.size:
@@ -71,7 +72,7 @@ def check_bank_offset(scene: Scene, quantity: str, name: str) -> None:
     )
     for engine in scene.all_cylinders:
         if engine.arrangement is None:
-            continue  # `check_throws` refuses these
+            continue  # `check_throws` refuses these cylinders
         boxer = is_boxer(engine)
         if "bay_" in quantity if boxer else hangs_on_bank_offset(engine, order):
             raise SceneError(

@@ -30,7 +30,7 @@ Feature = Callable[[Scene], str | bool]
 
 
 def _keys(*keys: str) -> Feature:
-    """Make the feature of a scene that gives any of these parameters."""
+    """Feature of scenes that give any of some parameters."""
 
     def place(scene: Scene) -> str | bool:
         key = next((key for key in keys if key in scene.given), None)
@@ -40,7 +40,7 @@ def _keys(*keys: str) -> Feature:
 
 
 def _word(word: str, place: str | bool = True) -> Feature:
-    """Make the feature of a scene with a word of its variants."""
+    """Feature of scenes with one of the words for variants."""
     return lambda scene: word in scene.words and place
 
 
@@ -53,9 +53,9 @@ def _other_load(scene: Scene) -> bool:
 
 
 def _given(one: GivenFeature) -> Feature:
-    """Make the feature of a scene that gives a table or key of `sweeps.scene.features`.
+    """Feature of scenes that give a table or key of `sweeps.scene.features`.
 
-    It also has the feature where its engine has the part, and nothing of the scene replaces that.
+    A scene also has the feature where its engine has the part, and the scene does not replace it.
     """
     return lambda scene: (
         (one.given_in(scene.source) or one.part_of(scene) is not None) and one.written
@@ -126,7 +126,7 @@ FEATURES: Mapping[str, Feature] = {
     "inertia or its parts": _keys(*shaft.INERTIA_KEYS),
     "counterweight_fraction or counterweight_mass": _keys(*web_weights.GIVEN.excludes),
 }
-"""Features of scenes that are read; those of `check_tables` stand there."""
+"""Features of scenes that are already read; `check_tables` has those of tables."""
 
 
 def check_crossings(scene: Scene, name: str) -> None:
@@ -139,7 +139,7 @@ def check_crossings(scene: Scene, name: str) -> None:
     """
     for row in CROSSINGS:
         if row.feature not in FEATURES or row.other not in FEATURES:
-            continue  # checked where it is read or run
+            continue  # Another check covers it, at the reading or at the run
         place = FEATURES[row.other](scene) and FEATURES[row.feature](scene)
         if place:
             where = f"{name}: {place}"

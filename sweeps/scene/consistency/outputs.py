@@ -127,7 +127,7 @@ def check_needs(scene: Scene, name: str) -> None:
                     "two-stroke engine has compression_duration and expansion_duration, and "
                     "interval_duration"
                 )
-            # Nodes that only parts of an inertia give
+            # Nodes that exist only where the inertia is given in parts
             if need in ("sized_flywheel_inertia", "load_side_inertia") and not _parts_known(words):
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs the separate inertias of "
@@ -141,7 +141,7 @@ def check_needs(scene: Scene, name: str) -> None:
                 continue
             seen.add(need)
             node = scene.node(need)
-            # Nodes that an engine does not have whose torque is given
+            # Nodes that an engine with a given torque does not have
             of_pressure = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
             if need in of_pressure and scene.engine.torque is not None:
                 raise SceneError(
@@ -173,21 +173,21 @@ def check_needs(scene: Scene, name: str) -> None:
 
 def _is_of_plain_rods(node: Node) -> bool:
     """Whether a node does not hold for articulated rods."""
-    # Needs of nodes that follow the mechanism of the cylinders
+    # Nodes that quantities of the cylinders' mechanism need
     mechanism = {"crank_ratio", "offset_ratio", "cylinders_by_count"}
     followed = node.name in FOLLOWED or mechanism.isdisjoint(node.needs)
     return node.name in NOT_FOLLOWED or not followed
 
 
 def _missing_of_shaft(node: Node, scene: Scene) -> str:
-    """Kind of numbers of the shaft without any of which a node is NaN everywhere, where so."""
+    """Kind of the shaft's numbers that a node needs and no part has; "" otherwise."""
     kinds = (kind for kind in node.of_shaft if node.name in JUDGING and kind in NAN_WITHOUT)
     keys = {key.rpartition("_")[0] for key in scene.shaft_keys}
     return next((kind for kind in kinds if kind not in keys), "")
 
 
 def _of_another_crank(scene: Scene, feature: GivenFeature) -> bool:
-    """Whether a scene has other throws than those that the engine's part is for."""
+    """Whether a scene has other throws than those that the engine's part belongs to."""
     engine = scene.engine
     if feature.part_of(scene) is None or feature.given_in(scene.source):
         return False
@@ -202,18 +202,19 @@ def _throws(engine: Cylinders) -> object:
 
 
 def _missing_text(scene: Scene, missing: Mapping[str, Sequence[str]]) -> str:
-    """Quantities and the parameters that they lack, and where these belong."""
+    """Text on quantities, the parameters that they lack, and where these belong."""
     file = str(scene.source.get("engine"))
     own = f", or in [values] of {Path(file).name}" if file.endswith(".toml") else ""
     by_place: dict[str, list[str]] = {}
-    # Where things belong that a scene may not always give in [set], [axes] or [designs]
+    # Places of parameters that cannot always stand in [set], [axes] or [designs]
     places = {
         RATIO: "in [indicator], the same in each [[diagram]] of an engine file, or "
         f"{GEOMETRIC} in [set] or [values]",
         "family": "in its file, one for each load (`engine-dyn calibrate` makes them from "
         "[data_sheet]), or [indicator]",
     }
-    for need in sorted(missing, key=lambda need: need in PARAMETERS):  # [[diagram]] first
+    # Parameters of [[diagram]] come first
+    for need in sorted(missing, key=lambda need: need in PARAMETERS):
         place = places.get(need, f"in [set], [axes] or [designs]{own}")
         by_place.setdefault(place, []).append(need)
     texts = []
@@ -257,5 +258,5 @@ def check_start(scene: Scene, name: str) -> None:
 
 
 def _parts_known(words: tuple[str, ...]) -> bool:
-    """Whether the inertia of the flywheel is given apart from others, or follows."""
+    """Whether the inertia of the flywheel is given apart from others, or can be derived."""
     return "wanted_delta" in words or "inertia_in_parts" in words

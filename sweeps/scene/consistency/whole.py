@@ -48,7 +48,7 @@ def check_scene(scene: Scene, name: str) -> None:
     check_diagram_count(scene, name)
     check_rod(scene, name)
     check_ring(scene, name)
-    extremes = extreme_cylinders(scene, name)  # refuses values that no cylinder can have
+    extremes = extreme_cylinders(scene, name)  # It refuses values that no cylinder can have
     check_offset(scene, extremes, name)
     check_throw_radii(scene, extremes, name)
     check_misfire(scene, name)
@@ -110,7 +110,7 @@ def check_driven(scene: Scene, name: str) -> None:
 
 
 def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
-    """Check that a law that numbers give gives a torque."""
+    """Check that a load law with given numbers gives a torque."""
     law = LOAD_LAWS[driven.load_law]
     if not law.factored or driven.law != law.name:
         return
@@ -131,14 +131,15 @@ def _check_load_law(driven: DrivenMachine, scene: Scene, name: str) -> None:
 
 
 def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) -> None:
-    """Check that a table over speed covers all nominal speeds, at the load's own where it has."""
+    """Check that a table over speed covers all nominal speeds, or those of the load's own shaft."""
     table, speeds, _ = scene.given_or_own("speed")
     where = f"[{table}] speed" if table else f"speed of engine {scene.engine.name}"
     low, high = curve.low / RPM, curve.high / RPM
     gears = np.ones(1)
     if curve.own_speed:
         of_gear, gears, _ = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
-        if not of_gear == table == "designs":  # not column by column: all with all
+        # Columns are not compared row by row here, but each value with all values
+        if not of_gear == table == "designs":
             speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
     there = gears * speeds
     bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))
@@ -158,7 +159,7 @@ def check_friction_law(scene: Scene, name: str) -> None:
             f"{name}: [{table}] friction_law: must be one value, in [set] or the engine file; "
             "compare scenes with different laws by `engine-dyn compare`"
         )
-    # Quantities of the law by components
+    # Quantities of friction by components
     of_components = frozenset(node.name for node in NODES if node.public)
     asked = next((q for q in scene.quantities if q in of_components), None)
     if scene.engine.period != FOUR_STROKE and asked:
@@ -192,7 +193,8 @@ def check_rod(values: GivenValues, name: str) -> None:
         return
     table, rods, _ = given
     of_stroke, strokes, _ = values.given_or_own("stroke", 0.0)
-    if not of_stroke == table == "designs":  # not column by column: all with all
+    # Columns are not compared row by row here, but each value with all values
+    if not of_stroke == table == "designs":
         rods, strokes = rods.min(keepdims=True), strokes.max(keepdims=True)
     short = np.flatnonzero(rods <= strokes / 2.0)
     if short.size:
@@ -209,7 +211,7 @@ def check_ring(values: GivenValues, name: str) -> None:
     outer, inner = (values.given_or_own(key) for key in keys)
     if np.isnan(outer.values).any() or np.isnan(inner.values).any():
         return
-    together = outer.table == inner.table == "designs"  # column by column
+    together = outer.table == inner.table == "designs"  # Both are columns, compared row by row
     try:
         mean_diameter(outer.values if together else outer.values[:, None], inner.values)
     except ValueError as error:
@@ -228,7 +230,7 @@ def check_offset(scene: Scene, extremes: Sequence[Cylinders], name: str) -> None
     }
     for pin, crank, stroke, length in itertools.product(*columns.values()):
         if np.isnan(stroke).any() or np.isnan(length).any():
-            continue  # another check says what is missing
+            continue  # Another check reports missing values
         try:
             if has_rod:
                 radius = crank_radius(stroke, length, pin + crank)
@@ -245,7 +247,7 @@ def check_offset(scene: Scene, extremes: Sequence[Cylinders], name: str) -> None
 
 
 def _worst(values: GivenValues, parameter: str) -> list[Floats]:
-    """Values of a parameter that may be worst: columns of designs, which go together, or the ends.
+    """Values of a parameter that may be worst: columns of designs, row by row, or the extremes.
 
     NaN where neither scene nor engine has a value.
     """
@@ -274,7 +276,7 @@ def check_throw_radii(scene: Scene, extremes: Sequence[Cylinders], name: str) ->
 
 
 def _place_of_radii(scene: Scene) -> str:
-    """Where the crank radii of single cylinders are given."""
+    """Place where the crank radii of single cylinders are given."""
     for key in scene.cylinder_keys:
         if OF_CYLINDER[key].what == "radius_factor":
             return f"[{scene.table_of(key)}]"
@@ -354,7 +356,7 @@ def _check_bores(scene: Scene, name: str) -> None:
 
 
 def _check_shapes(scene: Scene, name: str) -> None:
-    """Check that what the limit of a propulsion shaft follows from is complete."""
+    """Check that the numbers behind the limit of a propulsion shaft are complete."""
     for key in scene.shaft_keys:
         if not key.startswith("shaft_tensile_strength_"):
             continue

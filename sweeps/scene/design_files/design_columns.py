@@ -58,7 +58,7 @@ def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict
     keys = list(keys)
     known = (*PARAMETERS, *ALL_QUANTITIES, *LABELS)
     if keys and not any(key in known or did_you_mean(key, known) for key in keys):
-        # Any file may be named: what stands in one that is not ours is not told.
+        # Any file may be named: the message must not show the content of a file that is not ours.
         meant = not_known(keys[0], known, command="engine-dyn list keys")
         raise SceneError(f"{name}: {what} 1: unknown key{meant}")
     return {key: known_key(key, f"{name}: {what}", LABELS) for key in keys}

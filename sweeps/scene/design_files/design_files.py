@@ -42,13 +42,13 @@ from sweeps.scene.design_files.design_columns import (
 )
 
 MOST = 1 << 28
-"""Bytes of a file."""
+"""Most bytes of a file with designs."""
 
 PIECE = 1 << 20
-"""Approximate number of bytes of a CSV file that are parsed at a time; line by line this takes
-fifty times as much memory."""
+"""Bytes of a CSV file that are parsed at a time; line by line this takes fifty times as much
+memory."""
 
-LONGEST_LINE = 1 << 20  # Largest number of bytes of one line
+LONGEST_LINE = 1 << 20  # Most bytes of one line
 
 
 def read_design_csv(path: Path, name: str) -> DesignColumns:
@@ -109,7 +109,7 @@ def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, firs
         for key in header:
             columns.take(key, frame[key])
         return len(frame[header[0]])
-    # The fast parser refused the piece: read it line by line, and say what is wrong.
+    # The fast parser refused the piece: the slow one reads it line by line, and finds the fault.
     table = rows_below(header, body.decode(), columns.name, first)
     for key in header:
         node = columns.nodes[key]
@@ -137,7 +137,7 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
         return None
     import pandas as pd
 
-    # Up to pandas 3.0, the default converter may err in the last digit; the exact one costs little.
+    # Before pandas 3.0 the default converter may err in the last digit; the exact one costs little.
     old = tuple(int(part) for part in pd.__version__.split(".")[:2]) < (3, 1)
     options: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
     try:
@@ -154,11 +154,11 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
                 engine="c",
                 **options,
             )
-    except (ValueError, Warning):  # also pandas' own errors
+    except (ValueError, Warning):  # pandas' own errors are ValueErrors too
         return None
     commas = int(np.count_nonzero(np.frombuffer(body, dtype=np.uint8) == ord(",")))
     if commas != len(frame) * (len(header) - 1):
-        return None  # rows too long or too short
+        return None  # The rows are too long or too short
     columns: dict[str, Any] = {}
     for key in header:
         if key in labels:
@@ -166,7 +166,7 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
             continue
         # A copy, because a column of the frame would keep the whole frame alive.
         columns[key] = values = np.array(frame[key], dtype=np.float64)
-        # Beside labels, the words true and false would pass for numbers.
+        # Next to labels, the words true and false would pass for numbers.
         if not np.isfinite(values).all() or (labels and ((values == 0) | (values == 1)).all()):
             return None
     return columns
@@ -188,9 +188,9 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
 
     what = "a table of designs (Parquet)"
     with reading(name, what, "a Parquet file", pa.ArrowException):
-        opened_file(path).close()  # its error says more than that of the library
+        opened_file(path).close()  # The error of the opening says more than the library's
         labels = [f.name for f in pq.read_schema(path) if is_text(f.type)]
-        # Texts stay a dictionary, because runs of long texts would fill the memory.
+        # Texts stay indices of a dictionary, because runs of long texts would fill the memory.
         file = pq.ParquetFile(path, read_dictionary=labels)
     with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
         schema = file.schema_arrow
@@ -215,10 +215,11 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
         check_rows(file.metadata.num_rows, len(nodes), name)
         for key, node in nodes.items():
             begin = 0
-            # Column by column, so that only one column of a group of rows is in memory.
+            # Columns are read one by one, so that only one column of a group of rows is in memory.
             for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
                 values = batch.column(0)
-                values.validate(full=True)  # places of texts, and lengths, are as the file says
+                # The check covers places of texts, and lengths, that the file claims
+                values.validate(full=True)
                 if node is None:
                     columns.take(key, _labels_of(values))
                 else:
@@ -281,8 +282,8 @@ def read_design_netcdf(path: Path, name: str) -> DesignColumns:
 
 
 def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
-    """Variables that are columns: along one dimension, all along the same."""
-    # Beside its designs, an archive holds results, and axes that the designs are multiplied with.
+    """Variables of a table, all along the same single dimension."""
+    # Besides its designs, an archive holds results, and axes that multiply the designs.
     archive = "scene" in file.ncattrs() and DESIGN in file.dimensions
     variables = {
         key: variable
@@ -296,7 +297,8 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
             f"{name}: no variable is named as a parameter; found: {listed}; allowed: see "
             "`engine-dyn list keys`"
         )
-    known_columns(list(variables), name, "variable")  # an unknown name is told before a wrong shape
+    # An unknown name is reported before a wrong shape
+    known_columns(list(variables), name, "variable")
     first, expected = "", ""
     for key, variable in variables.items():
         if variable.ndim != 1:

@@ -38,7 +38,7 @@ CYLINDER_KEYS: Mapping[str, str] = {
     "articulated_rods": "a table of the rods that hang on master rods: radius and knuckle_mass, "
     "and angles and length where these are not customary",
 }
-"""Keys that describe the cylinders, with what they mean and what is allowed."""
+"""Keys that describe the cylinders, with meaning and allowed values."""
 
 
 class ThrowTable(Strict):
@@ -206,7 +206,7 @@ def arrangement_of(given: str | ArrangementTable, period: float) -> Arrangement:
 
 
 def _meant(text: str, period: float) -> str:
-    """Return "; did you mean 'in-line 3'?" for a text that is nearly an arrangement."""
+    """Hint "; did you mean 'in-line 3'?" for a text that is nearly an arrangement."""
     parts = re.match(r"([a-z][a-z -]*+)(\d.*+)$", text.strip().lower())
     if parts is None:
         return ""
@@ -333,7 +333,7 @@ def _with_rods(made: Cylinders, rods: RodTable) -> Cylinders:
 def _with_angles(
     arrangement: Arrangement | None, degrees: tuple[float, ...], period: float
 ) -> Arrangement:
-    """Arrangement whose cylinders fire at these angles."""
+    """Arrangement whose cylinders fire at given angles."""
     angles = [degree * DEGREE for degree in degrees]
     if arrangement is not None:
         cylinders = tuple(

@@ -30,10 +30,10 @@ KNOWN_OF_CYCLE = tuple(
     for key in KINDS["first_law"].fields
     if key not in ("crank_ratio", "offset_ratio", "bore", "stroke", "speed", *_NOT_KNOWN)
 )
-"""Keys of [data_sheet.cycle]: of [[diagram]] kind = "first_law", without what is fitted."""
+"""Keys of [data_sheet.cycle]: those of [[diagram]] kind = "first_law" without the fitted ones."""
 
 PERIOD = PERIODS["four-stroke"]
-"""Cycles of the engines that a data sheet may describe [rad]."""
+"""Period of the engines that a data sheet may describe [rad]."""
 
 
 @dataclass(frozen=True)
@@ -130,8 +130,8 @@ def read_data_sheet(path: str | Path) -> Sheet:
 
 
 def _meant(key: str, value: float) -> str:
-    """Return a guess at how a length was meant, such as "; is bore in mm?"."""
-    bore = implausible(bore=value)  # a stroke has about the length of a bore
+    """Hint about the unit of a length, such as "; is bore in mm?"."""
+    bore = implausible(bore=value)  # A stroke has about the length of a bore
     return f"; is {key} {bore[0].question}?" if bore and bore[0].question else ""
 
 

@@ -74,8 +74,7 @@ from sweeps.scene.features.shaft import INERTIA_KEYS, SHAFT_KEYS
 from sweeps.scene.features.torque_diagrams import read_torque_diagram, torque_warnings
 
 RATIO, GEOMETRIC = "compression_ratio", "geometric_compression_ratio"
-"""Key of [[diagram]] tables, those of points too; key of [values], which counts where it is given.
-"""
+"""Key of [[diagram]] and its points, and a key of [values], which counts where it is given."""
 
 TORQUE = "torque"  # Kind of a [[diagram]] that gives the engine's torque in place of pressure
 
@@ -142,7 +141,7 @@ def engine_path(name_or_path: str | Path, base: Path | None, where: str) -> tupl
 
 @lru_cache(maxsize=16)
 def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
-    # Sessions run many scenes on one engine; `changed`, the time of its file, is part of the key.
+    # Sessions run many scenes on one engine; `changed`, the time of the file, is part of the key.
     with kept_files() as files:
         return _read_engine(path, f"engine {path.stem}"), files
 
@@ -175,7 +174,7 @@ def _read_engine(path: Path, name: str) -> Engine:
     if count := count_cylinders(given, values, period, name):
         values["cylinders"] = float(count)
     if diagrams and family.low == family.high:
-        values.setdefault("load", family.low)  # the one that all its diagrams have
+        values.setdefault("load", family.low)  # The load is that of all diagrams
     if torque is not None:
         values.setdefault("cylinders", 1.0)
     if diagrams and "load" not in values:
@@ -234,7 +233,7 @@ def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | Non
 
 
 def _check_complete(given: EngineFile, values: Mapping[str, float], name: str) -> None:
-    """Check that a file without a torque has what every engine needs, but a load of diagrams."""
+    """Check that a file without a torque has all that every engine needs, but the load."""
     cycle = "cycle: missing; must be 'four-stroke' or 'two-stroke'; only a torque has its own"
     missing = [cycle] if given.cycle is None else []
     counted = given.firing_order or given.arrangement or given.firing_angles
@@ -245,9 +244,9 @@ def _check_complete(given: EngineFile, values: Mapping[str, float], name: str) -
 
 
 def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> float:
-    """Angle of the cycle [rad]: a torque that is given has its own, unless the file states one."""
+    """Angle of the cycle [rad]: that of a given torque, unless the file states one."""
     if given.cycle is None:
-        assert torque is not None  # see `_check_complete`
+        assert torque is not None  # `_check_complete` has refused a missing torque
         return torque.period
     period = PERIODS[given.cycle]
     if torque is not None and math.remainder(period, torque.period) > 1e-9:
@@ -372,7 +371,7 @@ def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
     SceneError
         For a value that is no compression ratio.
     """
-    if "clearance_ratio" in table:  # of compressors: clearance over swept volume
+    if "clearance_ratio" in table:  # A ratio of compressors: clearance over swept volume
         clearance = number(table["clearance_ratio"], f"{where} clearance_ratio")
         return 1.0 + 1.0 / clearance if clearance > 0.0 else None
     if RATIO not in table:
@@ -440,10 +439,10 @@ def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:
 
 
 class _Entry(NamedTuple):
-    """Load [percent], speed [rpm] if it has one, curve, and what makes it with other fields.
+    """One [[diagram]]: load [percent], speed [rpm] if any, curve, and function to model it again.
 
-    Compression ratio and speeds [rpm] are those of the table, if it has them; warnings are those
-    that the checks of a recording left in the file.
+    Compression ratio and speeds [rpm] stand in the table, if known; warnings are those that the
+    checks of a recording left in the file.
     """
 
     load: float

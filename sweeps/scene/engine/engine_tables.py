@@ -17,7 +17,7 @@ from sweeps.scene.features import file_with_features
 from sweeps.scene.features.shaft import Source
 
 DIAGRAMS = "tables [[diagram]], one for each load"
-"""Text of messages where an engine file has no diagrams."""
+"""Text for messages, where an engine file has no diagrams."""
 
 
 class PressureScale(Strict):
@@ -100,5 +100,5 @@ class EngineFile(Strict):
     source: list[Source] = Field(default=[], description="tables [[source]] with one string each")
 
 
-if not TYPE_CHECKING:  # the tables of features are no attributes for type checkers
+if not TYPE_CHECKING:  # Type checkers do not see the tables of features as attributes
     EngineFile = file_with_features(EngineFile, scenes=False)

@@ -32,14 +32,14 @@ from sweeps.base.checks import mentioned, number
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 
 DOUBLE_ACTING = "double_acting_compressor"
-"""Kind of a [[diagram]] of cylinders with gas on both sides of the piston."""
+"""Kind of [[diagram]] for cylinders with gas on both sides of the piston."""
 
 
 class Kind(NamedTuple):
     """A kind of modelled diagram."""
 
-    cycle: type[Any]  # Dataclass of the cycle; its fields are keys of the table
-    period: float  # Period of the engines that may have it [rad]
+    cycle: type[Any]  # Dataclass of the cycle, whose fields are keys of the table
+    period: float  # Period [rad] of engines that may have this kind of diagram
     fields: Mapping[str, FileField]  # Unit and range of each key in files
 
     @property
@@ -59,7 +59,7 @@ KINDS: Mapping[str, Kind] = {
 """Kinds of modelled diagrams by their names in files."""
 
 OF_ENGINE = ("crank_ratio", "bore", "stroke", "speed", "crankcase_pressure")
-"""Fields of cycles that come from [values] where a diagram does not have them."""
+"""Fields of cycles that come from [values] where a diagram lacks them."""
 
 
 def modelled_diagram(
@@ -159,7 +159,7 @@ def check_double_acting(kinds: Sequence[Any], pressure_scale: object, name: str)
 def _fields(
     kind: Kind, rest: Mapping[str, Any], where: str, values: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Fields of the cycle in SI units: those of the table, or else those of the engine."""
+    """Fields of the cycle in SI units: those of the table, otherwise those of the engine."""
     inputs: dict[str, Any] = {}
     of_wall: tuple[str, ...] = ()
     usable = list(kind.fields)
@@ -195,7 +195,7 @@ def _fields(
 def _offset_ratio(
     offset: float, crank_ratio: float, values: Mapping[str, float], where: str
 ) -> float:
-    """Offset of the pin's line over the crank radius."""
+    """Offset of the pin's line of travel over the crank radius."""
     if "stroke" not in values:
         raise SceneError(f"{where} stroke: missing; must be in [values] if there is an offset")
     try:
@@ -206,8 +206,9 @@ def _offset_ratio(
 
 @lru_cache(maxsize=256)
 def _diagram_of(cycle: Any, step: float) -> Diagram:
-    # Integrating a cycle takes far longer than reading a scene, and sessions read many.
-    if isinstance(cycle, CompressorCycle | PumpCycle):  # nothing burns
+    # The integration of a cycle takes far longer than the reading of a scene, and sessions read
+    # many.
+    if isinstance(cycle, CompressorCycle | PumpCycle):  # Compressors and pumps burn nothing
         return cycle.diagram(step)
     return replace(_without_motored(cycle, step), motored=partial(_motored_of, cycle, step))
 

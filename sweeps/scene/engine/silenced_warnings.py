@@ -13,7 +13,7 @@ STATED_UNIT = "stated_unit"
 """Name of the warning that a file states another unit than the one given."""
 
 BRAKE_TORQUE = "brake_torque"
-"""Name of the warning that a recording has less torque than was measured at the shaft."""
+"""Name of the warning that a recording gives less torque than was measured at the shaft."""
 
 DIAGRAM_SPEEDS = "diagram_speeds"
 """Name of the warning that diagrams are used at speeds for which they do not hold."""
@@ -22,10 +22,10 @@ RIGID_SHAFT = "rigid_shaft"
 """Name of the warning that the rigid engine is far from the elastic shaft."""
 
 RECIPROCATING_SHARE = "reciprocating_share"
-"""Name of the warning that a shaft's reciprocating masses vary its inertia much."""
+"""Name of the warning that the reciprocating masses vary a shaft's inertia much."""
 
 SHAFT_SECTION = "shaft_section"
-"""Name of the warning that stiffness and section of a shaft are not those of one of steel."""
+"""Name of the warning that stiffness and section do not fit a steel shaft."""
 
 KNOWN = (
     *NAMES,
@@ -38,13 +38,13 @@ KNOWN = (
     SHAFT_SECTION,
     ALL,
 )
-"""Names of checks of what is given, of results, and of recorded pressure."""
+"""Names of the checks of input, results and recorded pressure."""
 
 SILENCED = (
     f"a list of names of plausibility checks to silence, or ['{ALL}']; see the page "
     "'Plausibility warnings'"
 )
-"""Meaning of the key `silenced_warnings`, with what is allowed."""
+"""Meaning of the key `silenced_warnings`, with the allowed values."""
 
 
 def read_silenced(names: Sequence[str], name: str) -> tuple[str, ...]:

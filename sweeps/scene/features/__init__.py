@@ -51,17 +51,17 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
         )
     }
 )
-"""All of them by name, in the order in which they are read."""
+"""Features by name, in the order in which they are read."""
 
 KEYS_OF_SET: Mapping[str, GivenFeature] = MappingProxyType(
     {name: one for name, one in GIVEN_FEATURES.items() if one.key}
 )
-"""Those that are keys of [set] in scenes, not tables."""
+"""Features that are keys of [set] in scenes, not tables."""
 
 BY_CONSTANT: Mapping[str, GivenFeature] = MappingProxyType(
     {one.feature.constant: one for one in GIVEN_FEATURES.values() if one.feature.constant}
 )
-"""Features by the node that holds the part, where quantities need it as a whole."""
+"""Features by the node that holds their part, where quantities need the part as a whole."""
 
 
 def file_with_features(own: type[Strict], *, scenes: bool) -> Any:
@@ -110,7 +110,8 @@ def with_features(engine: Engine, given: Strict, folder: Path, where: str) -> En
     for name, feature in GIVEN_FEATURES.items():
         if feature.read is None:
             continue
-        settings = getattr(given, "set", None) if feature.key else None  # engine files have none
+        # Engine files have no table [set]
+        settings = getattr(given, "set", None) if feature.key else None
         tables = getattr(given, name, None) if settings is None else settings.get(name)
         if tables is not None:
             place = where if settings is None else f"{where}[set] "
@@ -149,7 +150,7 @@ def without_dropped(values: GivenValues) -> Engine:
     """Return the engine without the parts that parameters of the scene replace."""
     engine = values.engine
     for name, feature in GIVEN_FEATURES.items():
-        if feature.dropped(values):  # nothing may count what is replaced
+        if feature.dropped(values):  # A part that the scene replaces is dropped
             engine = with_part(engine, name, None)
     return engine
 

@@ -19,42 +19,42 @@ Owner = TypeVar("Owner", bound=Engine | GivenValues)
 class GivenFeature:
     """A table, or tables, of scenes and engine files, and everything that follows from them."""
 
-    feature: Feature[Any]  # Feature: its physics; the table or tables have its name
-    says: str  # Says: what is allowed, for messages and schemas
+    feature: Feature[Any]  # Physics of the feature, whose name the table or tables have
+    says: str  # Allowed values, for messages and schemas
     kind: Any  # Type of the tables for pydantic
-    # From the engine so far, the tables, the folder that their paths start from and what messages
-    # begin with, to the engine with the part; raises `SceneError`.
+    # Reads the part: arguments are the engine so far, the tables, the folder of relative paths and
+    # the beginning of messages; returns the engine with the part; raises `SceneError`.
     read: Callable[[Engine, Any, Path, str], Engine] | None = None
-    # In place of `read`, for a part that belongs to the scene and to no engine: from what the scene
-    # gives, the table, the folder and what messages begin with, to the part.
+    # Reads a part that belongs to the scene and to no engine: arguments are the values of the
+    # scene, the table, the folder and the beginning of messages; returns the part.
     read_of_scene: Callable[[GivenValues, Any, Path, str], Any] | None = None
-    # Refuses what a scene asks for beside the part: from what the scene gives, its quantities and
-    # its name; raises `SceneError`.
+    # Refuses requests of a scene that conflict with the part: arguments are the values of the
+    # scene, its quantities and its name; raises `SceneError`.
     check_asked: Callable[[GivenValues, Sequence[str], str], None] | None = None
-    # Keys of one table for schemas, where `kind` does not say them; a single one may then also be
-    # named by a text.
+    # Keys of one table for schemas, where `kind` does not give them; a single table may then also
+    # be named by a text.
     table: type[Strict] | None = None
-    # Whether it is a key and no table: one of [set] in scenes, and one beside the tables of engine
+    # Whether the part is given by a key: one of [set] in scenes, and one at the top of engine
     # files.
     key: bool = False
-    scenes_only: bool = False  # Engine files do not have it
-    # Missing: what is said where quantities need the part and the engine has none; empty where they
-    # do without it.
+    scenes_only: bool = False  # Whether engine files cannot have the part
+    # Message where quantities need the part and the engine has none; empty where they do not need
+    # it.
     missing: str = ""
     most: int | None = None  # Largest number of tables [[name]]; None for a single table
-    # Parameters that [values] of the same engine file may not have; joined by "or", they are the
-    # name of their row in `sweeps.scene.crossings`.
+    # Parameters that [values] of the same engine file must not have; joined by "or", they name a
+    # row in `sweeps.scene.crossings`.
     excludes: tuple[str, ...] = ()
-    # What of the engine counts nowhere where a scene has the table; by default the same table.
+    # Part of the engine that a table of the scene replaces; by default the part of the same name.
     replaces: str = ""
-    # Whether the part of an engine fits its own crankshaft alone: a scene with another one must not
-    # ask for what needs the part.
+    # Whether the part of an engine fits only its own crankshaft: a scene with another crankshaft
+    # must not ask for quantities that need the part.
     own_crank: bool = False
     # Whether the scene's own parameters replace the part of its engine.
     dropped: Callable[[GivenValues], bool] = lambda values: False
-    # From what a scene gives to the words of the feature that it has: one of each group.
+    # Function from the values of a scene to the words of the feature, one of each group.
     words: Callable[[GivenValues], tuple[str, ...]] = lambda values: ()
-    # From the part to what a list of its engine, or of its scene, says of it in one line.
+    # Function from the part to one line of text, for lists of an engine or a scene.
     line: Callable[[Any], str] | None = None
 
     @property

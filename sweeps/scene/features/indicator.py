@@ -50,13 +50,13 @@ _OF_ONE_CYLINDER = (
     "torque_after_throw", "cylinder_gas_torque_harmonics", "cylinder_torque_harmonics",
     "throw_torque_harmonics",
 )  # fmt: skip
-"""Nodes that have the diagram of a single cylinder in them, over angle or order."""
+"""Nodes that contain the diagram of a single cylinder, over angle or order."""
 
 _RESULT, _LEVEL = ": imep ", ": not pegged, "
 
 
 def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
-    """Quantities among these nodes, and all that follow from them."""
+    """Some nodes that are quantities, and all quantities that follow from the nodes."""
     needing = set(roots)
     more = set(needing)
     while more:
@@ -70,7 +70,7 @@ def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
 
 
 TELLING = _all_that_need(_OF_ONE_CYLINDER)
-"""Quantities that tell the pressure to who knows the engine's measures and masses."""
+"""Quantities that reveal the pressure to readers who know the engine's dimensions and masses."""
 
 
 def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
@@ -86,7 +86,7 @@ def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
 _LABORATORY = EntryPoint(
     "pressure", "sweeps.lab.pressure.pressure:imported", group="sweeps.recordings"
 )
-"""Used as it stands by a checkout that was installed before pyproject.toml had this entry point."""
+"""Entry point that a checkout uses which was installed before pyproject.toml had it."""
 
 _OWN_KEYS = frozenset(("file", "confidential", SPEEDS))
 
@@ -108,16 +108,16 @@ class Indicator(PressureOptions):
 class Indicated(NamedTuple):
     """The diagram of [indicator]."""
 
-    diagram: Diagram | None  # None without the table. Of recorded cycles their mean.
-    file: str = ""  # Name of the file as the scene has it
-    cycles: tuple[Diagram, ...] = ()  # Recorded cycles, where they are asked for
-    # Notes: what was done to the recording, by the header of the imported file; of a confidential
-    # one without imep and pressures.
+    diagram: Diagram | None  # Diagram, the mean of recorded cycles; None without the table
+    file: str = ""  # Name of the file in the scene
+    cycles: tuple[Diagram, ...] = ()  # Recorded cycles, if the scene asks for them
+    # Notes on the recording from the header of the imported file; for a confidential one without
+    # imep and pressures.
     notes: tuple[str, ...] = ()
-    confidential: tuple[str, ...] = ()  # Name of its file where archives must not hold it
-    # Lowest and highest speed [rpm] for which it holds, where that is known.
+    confidential: tuple[str, ...] = ()  # Name of the diagram's file if archives must not hold it
+    # Lowest and highest speed [rpm] for which the diagram holds, where known.
     speeds: tuple[float, float] | None = None
-    compression_ratio: float | None = None  # Stated in the table [1]
+    compression_ratio: float | None = None  # Compression ratio in the table [1]
 
 
 def of(scene: GivenValues) -> Indicated:
@@ -149,7 +149,8 @@ def _read(values: GivenValues, table: Indicator, folder: Path, where: str) -> In
         recording = read_recording(path, where, table)
         pressure = _laboratory(where)(recording, path.name, table, period, values.engine)
         text = pressure.text(cycles=cycles)
-        add_files_read({kept_name(path): text.encode()})  # the part that a scene needs
+        # The part of the recording that a scene needs is kept
+        add_files_read({kept_name(path): text.encode()})
         diagram, notes = indicator_of_text(text, where, period), notes_in(text)
     each = cycles_of_text(text, where, period) if cycles else ()
     notes = without_pressures(notes) if secret else notes
@@ -176,12 +177,12 @@ def _laboratory(where: str) -> Callable[..., Any]:
 def _is_diagram(table: Indicator, path: Path) -> bool:
     """Whether a file is read as it is: no key asks for more, and it has one of our columns.
 
-    Among the files of an archive, one that was imported is not imported again.
+    A file of an archive that was imported once is not imported again.
     """
     try:
         head = file_bytes(path)[:HEAD]
     except (OSError, ValueError):
-        return True  # the reader says what is wrong
+        return True  # The reader refuses the file with a reason
     if kept(path) and head.startswith(HEADER.encode()):
         return True
     from sweeps.base.columns.recording import SUFFIXES
@@ -193,7 +194,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
 
 
 def _check_asked(values: GivenValues, quantities: Iterable[str], name: str) -> None:
-    """Refuse quantities that tell a confidential diagram."""
+    """Refuse quantities that reveal a confidential diagram."""
     telling = TELLING.intersection(quantities) if of(values).confidential else ()
     for quantity in quantities:
         if quantity in telling:

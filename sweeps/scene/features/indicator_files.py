@@ -24,15 +24,15 @@ from sweeps.base.files.csv_tables import CsvTable, csv_of_text, read_csv, with_l
 from sweeps.base.files.regular_files import file_bytes
 from sweeps.base.ratios import BEYOND, LARGEST
 
-HEAD = 1 << 16  # Bytes that are looked at for notes and for the names of columns
+HEAD = 1 << 16  # Bytes that are searched for notes and for the names of columns
 
 HEADER = "# Cylinder pressure over crank angle: "
 """Beginning of the first line of a diagram that was made from a recording."""
 
 NOT_PEGGED = "not pegged"
-"""Words in the notes on a pressure whose level is as recorded, not made absolute."""
+"""Words in the notes on a pressure at its recorded level, which was not made absolute."""
 
-WARNING = "warning: "  # Beginning of a note that says what the checks of the recording found
+WARNING = "warning: "  # Beginning of a note with a warning from the checks of the recording
 
 NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
 WHAT = "an indicator diagram (CSV)"

@@ -124,13 +124,13 @@ _COMPANIONS: Companions = {
 class Measured:
     """Recordings of the speed that a scene names."""
 
-    table: MeasuredTable  # Columns, threshold and so on, as given
-    paths: tuple[Path, ...]  # The files
-    files: tuple[str, ...]  # As the scene names them
-    wheel: Wheel | None  # Wheel of teeth and signals
+    table: MeasuredTable  # Table with columns, threshold and other keys, as the scene gives it
+    paths: tuple[Path, ...]  # Paths of the recordings
+    files: tuple[str, ...]  # Names of the recordings in the scene
+    wheel: Wheel | None  # Toothed wheel and its signals
     errors: str | Floats  # `others`, `all`, `none`, or the relative errors of the intervals
-    at: Mapping[str, Floats]  # Values of axes that each file belongs to
-    # Place, from 0, of a pulse of each file that is the first tooth, where it is given.
+    at: Mapping[str, Floats]  # Values on axes at which each file was recorded
+    # Number, from 0, of the pulse in each file that is the first tooth, where given.
     first: tuple[int | None, ...]
 
     @property
@@ -154,7 +154,7 @@ def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -
             raise SceneError(
                 f"{where} {key} and mark_column: both tell where the wheel is; give one"
             )
-    for key in ("time_column", "unit"):  # both are about the times of a signal
+    for key in ("time_column", "unit"):  # These keys are about the times of a signal
         if given.sample_rate is not None and getattr(given, key) is not None:
             raise SceneError(f"{where} sample_rate and {key}: only one of them")
     return Measured(
@@ -164,7 +164,7 @@ def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -
 
 
 def _wheel(given: MeasuredTable, where: str) -> Wheel | None:
-    """The wheel; speed over angle needs none."""
+    """The toothed wheel; speed over angle needs none."""
     if given.kind == "speed":
         if given.wheel is not None:
             raise SceneError(
@@ -191,7 +191,7 @@ def _wheel(given: MeasuredTable, where: str) -> Wheel | None:
 def _first(
     given: MeasuredTable, wheel: Wheel | None, files: int, where: str
 ) -> tuple[int | None, ...]:
-    """Pulses of the files that are the first tooth."""
+    """Numbers of the pulses in the files that are the first tooth."""
     numbers = given.first_tooth
     if numbers is None:
         return (None,) * files
@@ -209,7 +209,7 @@ def _first(
 
 
 def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -> str | Floats:
-    """Errors of teeth that are taken out; from the other recordings where there are some."""
+    """Errors of teeth that are subtracted; those from other recordings where there are some."""
     errors = given.tooth_errors
     if errors is None:
         return "others" if wheel is not None and files > 1 else "none"
@@ -240,7 +240,7 @@ def _errors(given: MeasuredTable, wheel: Wheel | None, files: int, where: str) -
 def _places(
     at: Mapping[str, Any], values: GivenValues, files: int, where: str
 ) -> dict[str, Floats]:
-    """Values of axes that the files belong to."""
+    """Values on axes at which the files were recorded."""
     if not at and files > 1:
         count = len(next(iter(values.designs.values()), ()))
         if count == files:

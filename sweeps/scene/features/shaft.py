@@ -257,7 +257,7 @@ def read_shaft(given: Any, base: Path, where: str) -> GivenShaft:
 
 
 class _Values:
-    """Values of the parameters, gathered and checked one by one."""
+    """Values of the shaft's parameters, collected and checked one by one."""
 
     def __init__(self) -> None:
         self.numbers: dict[str, float] = {}
@@ -281,7 +281,8 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
     hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
     _check_different([*names, *rings, *hung], where)
     values = _Values()
-    for name in ("loss_factor", "shear_modulus"):  # checked although each shaft may have its own
+    # A common value is checked although each shaft may have its own
+    for name in ("loss_factor", "shear_modulus"):
         if getattr(given, name) is not None:
             _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
     for i, disc in enumerate(given.discs, start=1):
@@ -387,7 +388,7 @@ def _check_different(names: Sequence[str], where: str) -> None:
 def _check_stiffness(
     piece: ShaftPiece, values: Mapping[str, float], number: int, at: str
 ) -> None:  # fmt: skip
-    """Check that a shaft has a stiffness, or what gives it, and that its bore fits."""
+    """Check that a shaft has a stiffness, or dimensions that give it, and that its bore fits."""
     ways = [
         name for name in ("stiffness", "length", "stiffness_over_torque")
         if getattr(piece, name) is not None
@@ -466,7 +467,7 @@ def _check_joined(shaft: Shaft, where: str) -> None:
 
 
 def _with_shaft(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
-    """Return the engine with this shaft, whose discs replace its moments of inertia."""
+    """Engine with a shaft, whose discs replace the engine's moments of inertia."""
     read = read_shaft(given, folder, where)
     old = {*INERTIA_KEYS, *SHAFT_KEYS, *(engine.shaft.keys if engine.shaft else ())}
     values = {key: value for key, value in engine.values.items() if key not in old}

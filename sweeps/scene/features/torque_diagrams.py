@@ -28,11 +28,11 @@ from sweeps.base.checks import Strict, check_structure, mentioned
 from sweeps.base.errors import SceneError
 from sweeps.base.files.regular_files import referred
 
-LOBE = 36  # Intervals between two crossings into which an area is divided
+LOBE = 36  # Intervals that an area between two crossings is divided into
 
 BALANCE, BALANCE_ROUNDED = 1e-3, 0.01
-"""Largest sum of the areas of a cycle, over the largest of them; where they are said to be rounded,
-over the sum of their sizes."""
+"""Largest sum of the areas of a cycle over the largest area; for rounded areas, over the sum of
+their sizes."""
 
 
 class Harmonic(Strict):
@@ -124,7 +124,7 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
     try:
         if given.file is not None:
-            # Readers of recordings, which engines without such a file need not load.
+            # Engines without such a file need not load the readers of recordings.
             from sweeps.scene.features.torque_files import torque_of_file
 
             path = referred(folder, given.file, f"{where} file")
@@ -135,7 +135,7 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         if given.harmonics is not None:
             return harmonics_of(given.harmonics, float(given.mean or 0.0))
         return _of_areas(given)
-    except SceneError:  # names the file and its column already
+    except SceneError:  # The error names the file and its column already
         raise
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
@@ -168,7 +168,7 @@ def torque_warnings(tables: Sequence[Mapping[str, Any]], where: str) -> tuple[st
 def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     """Torque whose areas between crossings with its mean are given; each is a squared sine.
 
-    The energy at the crossings, and so its swing, depends on the areas alone, see
+    The energy at the crossings, and thus its swing, depends on the areas alone, see
     docs/torque_diagrams.md.
     """
     areas, mean = np.array(given.areas), float(given.mean or 0.0)

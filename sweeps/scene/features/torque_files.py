@@ -21,13 +21,13 @@ from sweeps.base.columns.units import angle_factor, is_angle_unit, unit_of_name
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.files.numbers_with_units import number_with_unit
 
-ORDER = "order"  # The column that tells a table of orders
+ORDER = "order"  # Name of the column that marks a table of orders
 
 _TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
                  "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
                  "kgfm": "kgf m", "danm": "daN m", "nmm": "N mm", "lbin": "lbf in",
                  "lbfft": "lbf ft", "lbfin": "lbf in"}  # fmt: skip
-"""Spellings of units of torque, in lower case, that pint reads otherwise."""
+"""Spellings of units of torque, in lower case, that pint would misread."""
 
 
 def torque_of_file(
@@ -111,7 +111,7 @@ def _of_orders(recording: Recording, torque_unit: str | None, mean: float) -> To
 def _columns(
     recording: Recording, angle: str | int | None, torque: str | int | None
 ) -> tuple[str, str]:
-    """Columns of angle and torque: those that are named; of two, the other, or by their units."""
+    """Columns of angle and torque: as named, the other one of two, or by their units."""
     names = list(recording.columns)
     if len(names) != 2 and (angle is None or torque is None):
         listed = one_line(", ".join(names), 200)

@@ -56,7 +56,7 @@ def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
         columns = ("crank_angle_deg", OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
     here = [column for column in columns if column in table.header]
     if len(here) != 1 or TORQUE_COLUMN not in table.header:
-        ours = here or TORQUE_COLUMN in table.header  # else another file may have been named
+        ours = here or TORQUE_COLUMN in table.header  # Otherwise another file may have been named
         names = f" {one_line(', '.join(table.header), 200)}" if ours else ""
         raise SceneError(
             f"{table.name}: columns{names}: must be {TORQUE_COLUMN} and one of {', '.join(columns)}"
@@ -69,7 +69,7 @@ def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
 
 
 def _of_file(item: Any, folder: Path, where: str, *, driver: bool) -> Any:
-    """Torque of a CSV file that a key names."""
+    """Torque from a CSV file that a key names."""
     if not isinstance(item, str) or not item:
         allowed = DRIVER_TABLE.says if driver else LOAD_TABLE.says
         raise SceneError(f"{where} = {shown(item)}: must be {allowed}")
@@ -77,7 +77,7 @@ def _of_file(item: Any, folder: Path, where: str, *, driver: bool) -> Any:
     table = read_csv(path, f"{where} {item}", "a table of torque (CSV)")
     try:
         return _curve(table, driver)
-    except SceneError:  # an error of the table itself names file and line already
+    except SceneError:  # An error of the table itself names file and line already
         raise
     except ValueError as error:
         raise SceneError(with_line(mentioned(error), table)) from None
@@ -132,7 +132,7 @@ def driven_machine(values: GivenValues) -> DrivenMachine:
 
 
 def _load_law(values: GivenValues) -> str:
-    """Name of the load's law over speed: the scene's keys choose it, or else the engine's."""
+    """Name of the load's law over speed, chosen by keys of the scene, otherwise by the engine."""
     for gives in (values.gives, values.engine_gives):
         for law in LOAD_LAWS.values():
             if gives(*law.keys):

@@ -17,7 +17,7 @@ from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
 FRACTION, MASS = "counterweight_fraction", "counterweight_mass"
-"""Parameters that say how heavy counterweights are without saying where they are."""
+"""Parameters that give the weight of counterweights without their places."""
 
 
 class CounterweightTable(Strict):
@@ -48,7 +48,7 @@ def _read(
 
 
 def _words(values: GivenValues) -> tuple[str, ...]:
-    # A fraction of the scene replaces the engine's mass; a fraction of 0 is given too.
+    # A fraction in the scene replaces the engine's mass; a fraction of 0 counts as given.
     by_mass = not values.gives(FRACTION) and (values.gives(MASS) or values.engine_gives(MASS))
     on_webs = of(values.engine) is not None
     known = on_webs or by_mass or values.gives(FRACTION) or values.engine_gives(FRACTION)

@@ -21,14 +21,14 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, size_text
 
-if TYPE_CHECKING:  # archives are opened without the planner
+if TYPE_CHECKING:  # Archives are opened without loading the planner
     from sweeps.scene.plan.plan import Plan, Stage
 
-Block = dict[str, slice]  # Range of positions along each axis that is divided
+Block = dict[str, slice]  # Range of positions along each divided axis
 
 Results = dict[str, npt.NDArray[Any]]  # Arrays of some results of a block, by their names
 
-LIMIT = 64e6  # Bytes of the intermediate arrays, about
+LIMIT = 64e6  # Bytes of the intermediate arrays of a block
 
 STEP = 64  # Long blocks have a multiple of this number of positions, so that chunks divide them
 
@@ -56,7 +56,7 @@ def lengths_in_memory(plan: Plan) -> dict[str, int]:
         Where they are larger than memory, with the size and what is free.
     """
     lengths, need = divided(plan)
-    if need > LIMIT:  # as much as a block may take is not worth asking
+    if need > LIMIT:  # A need within the limit of one block is not checked
         largest = max(plan.stages, key=lambda s: s.size).node.name
         advice = f"; request fewer points or fewer quantities (largest: {largest})"
         check_memory(f"{plan.name}: {plan.designs} designs", need, advice)
@@ -67,18 +67,19 @@ def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
     """Lengths as of `divided`; `limit` holds for all arrays of a block, also of its outputs."""
     lengths = dict(plan.sizes)
     reduce = plan.scene.reduce
-    whole = () if reduce is None else reduce.at_every  # designs are judged at all their values
+    # Designs are judged at all values of these axes
+    whole = () if reduce is None else reduce.at_every
     for dimension in (d for d in _in_order(plan) if d not in whole):
         if passing_bytes(plan, lengths) <= limit:
             break
         low, high = 1, lengths[dimension]
-        while low < high:  # the most positions that fit, one if none do
+        while low < high:  # The search ends at the most positions that fit, or at one
             middle = (low + high + 1) // 2
             if passing_bytes(plan, {**lengths, dimension: middle}) <= limit:
                 low = middle
             else:
                 high = middle - 1
-        # Blocks of equal size: a last one of a few designs would cost as much as the others.
+        # Blocks have equal sizes: a last one of a few designs would cost as much as the others.
         group = undivided(plan, dimension)
         low = max(low // group, 1) * group
         length = math.ceil(lengths[dimension] / math.ceil(lengths[dimension] / low))
@@ -168,17 +169,17 @@ def _bytes(plan: Plan, stage: Stage, lengths: Mapping[str, int]) -> float:
         return math.prod(lengths.get(d, plan.sizes[d]) for d in dims)
 
     if stage.node.kind == "stage":
-        # A kernel gets its inputs in SI units, and packs them; not the points of its own curves.
+        # A kernel gets packed inputs in SI units, without the points of its own curves.
         own = {name for name, dimension in DIMENSIONS.items() if not dimension.public}
         given = (n for n in stage.node.needs if n in plan.leaves and n not in own)
         dims = (plan.leaves[n].dims for n in given)
         return 16.0 * sum(size(d) for d in dims if d) + (stage.node.width - 8) * size(stage.axes)
-    # While a formula is evaluated, its result exists together with the terms of its sum.
+    # During the evaluation of a formula, its result exists together with the terms of its sum.
     return stage.node.width * size(stage.dims) * (1 if stage.node.make is None else 3)
 
 
 def _in_order(plan: Plan) -> list[str]:
-    """Axes of the stages, those of the tables first: divided there, no table is made twice."""
+    """Axes of the stages, those of tables first: divided there, no table is computed twice."""
     used = {d for stage in plan.stages for d in stage.dims}
     return sorted(used & set(plan.scene.dimensions), key=lambda d: (
         d not in plan.of_tables, plan.scene.dimensions.index(d)

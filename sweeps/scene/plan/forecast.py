@@ -24,7 +24,7 @@ from sweeps.scene.plan.plan import Plan, Stage
 from sweeps.scene.plan.rates import SECONDS, SERIAL, START, WRITING
 
 DIRECT = {2.0: "in closed form, without iteration"}
-"""Load exponents that the kernel solves without iterating, at constant inertia, and how."""
+"""Load exponents that the kernel solves without iteration at constant inertia, and how."""
 
 FRONT = "fronts of three"
 
@@ -88,7 +88,7 @@ def _of_reduced(plan: Plan) -> str:
 
 
 def _text_of_several(plan: Plan) -> str:
-    """Describe a plan of several engines: what each takes, and all of them together."""
+    """Text on a plan of several engines: cost of each, and of all together."""
     scene = plan.scene
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions)
     lines = [
@@ -111,7 +111,7 @@ def _text_of_several(plan: Plan) -> str:
 
 
 def _no_cycles(plan: Plan) -> list[str]:
-    """Line on the combinations of parameters that are no possible cycle; empty without any."""
+    """Line on the combinations of parameters that give no possible cycle; empty without any."""
     table = plan.leaves["family"].data
     if not isinstance(table, CycleTable) or table.combinations > LOOKED_AT:
         return []
@@ -157,7 +157,7 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
 def work_of(plan: Plan) -> dict[str, float]:
     """Pieces of work of a plan, by their names in `sweeps.scene.plan.rates`."""
     work = _work_once(plan)
-    for variation in plan.variations:  # all its plans have the same work
+    for variation in plan.variations:  # All plans of a variation have the same work
         for name, count in _work_once(variation.plans[0]).items():
             work[name] = work.get(name, 0.0) + len(variation.plans) * count
     return work
@@ -175,16 +175,16 @@ def _work_once(plan: Plan) -> dict[str, float]:
         if stage.node.of_shaft and stage.node.kind == "stage":
             work |= _of_shaft(plan, stage)
         elif stage.node.kind == "stage":
-            # A search for an inertia solves some five times.
+            # A search for an inertia solves the speed some five times.
             times = 5.0 if stage.node.name == "inertia_search" else 1.0
             if "delta_error" in plan.wanted(stage):
-                times *= 3.0  # the second solution, for `delta_error`, takes twice the work
+                times *= 3.0  # The second solution, for `delta_error`, takes twice the work
             work["columns of diagrams"] += times * _cylinders(plan) * diagram_count(plan)
             for piece, count in _designs(plan, stage):
                 work[piece] += times * count
         elif stage.node.throws:
             work["revolutions"] += stage.size
-        elif stage.node.make is not None:  # else a stage has given it
+        elif stage.node.make is not None:  # Otherwise a stage gives this value
             work["values"] += stage.size
     return {name: count for name, count in work.items() if count}
 
@@ -204,7 +204,7 @@ def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:
 
 
 def _cylinders(plan: Plan) -> int:
-    """Cylinders that are no copies of each other, of all sets of them, for each of their cycles."""
+    """Different cylinders in all sets of them, once for each of their cycles."""
     sets = {cylinders.turned[0] for cylinders in plan.leaves["cylinders_by_count"].data.values()}
     return sum(len(cylinders.representatives) * cylinders.cycles for cylinders in sets)
 
@@ -226,7 +226,7 @@ def diagram_count(plan: Plan) -> int:
 
 
 def _designs(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
-    """Designs that a stage of torques or of the periodic speed solves, by what they cost."""
+    """Designs that a stage of torques or of the periodic speed solves, by their cost."""
     if not stage.node.can_fail:
         yield "torques", float(stage.size)
         return
@@ -251,7 +251,7 @@ def _designs(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
 
 
 def _stage_line(plan: Plan, stage: Stage, wide: int) -> str:
-    """One stage: on which axes, how often, how many designs share it, and where it goes."""
+    """Line on a stage: axes, repetitions, designs that share it, and destination."""
     node = stage.node
     times = math.prod(plan.sizes[d] for d in stage.axes)
     curve = [f"{plan.sizes[d]} {d}s" for d in stage.dims if d in DIMENSIONS]
@@ -275,7 +275,7 @@ def _work_line(plan: Plan) -> str:
     if plan.scene.engine.torque is not None:
         return "work over the angle of the torque that is given"
     diagrams, sets = diagram_count(plan), len(plan.leaves["cylinders_by_count"].data)
-    # Diagrams that lie on a row of the table need no second one: that is not looked at here.
+    # Diagrams on a row of the table need no second diagram; this line ignores that.
     most = "" if plan.leaves["family"].data.row_count == 1 else "up to "
     return (
         f"work over the angle of {most}{counted(diagrams, 'diagram')} and "
@@ -284,7 +284,7 @@ def _work_line(plan: Plan) -> str:
 
 
 def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
-    """How a kernel does its work: diagrams, part of the cycle, iteration, traces."""
+    """Lines on the work of a kernel: diagrams, part of the cycle, iteration, traces."""
     if stage.node.of_shaft:
         discs, orders = plan.sizes["disc"], plan.sizes["every_order"]
         if not stage.node.can_fail:
@@ -318,11 +318,11 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
 
 
 def _part_of_cycle(plan: Plan) -> list[str]:
-    """Even firing repeats the torque Z times a cycle: one firing period is solved."""
+    """Even firing repeats the torque Z times a cycle, so that one firing period is solved."""
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
     load = plan.scene.driven.over_angle
-    repeats = [0]  # every number divides 0
+    repeats = [0]  # Every number divides 0
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
         repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()
@@ -367,7 +367,7 @@ def _iteration(plan: Plan, methods: list[str]) -> list[str]:
 
 
 def _skipped(plan: Plan) -> list[str]:
-    """Quantities that are not computed, and why."""
+    """Quantities that are not computed, with reasons."""
     nothing = "no requested quantity needs"
     lines = []
     uses_pressure = any("family" in stage.node.needs for stage in plan.stages)

@@ -36,11 +36,11 @@ from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
 
 CYCLES = "cycles_of_pattern"
-"""Name of the leaf that has the cycles after which the pattern of each design repeats."""
+"""Name of the leaf with the cycles after which the pattern of each design repeats."""
 
 LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
-"""Combinations of a scene's parameters of the cycle, of which one must be a cycle: a scene in which
-none is is refused before it runs."""
+"""Combinations of a scene's cycle parameters that are tried before a run, all and at a time: the
+scene is refused if none of them gives a cycle."""
 
 
 # --- points of the dimensions that quantities add -------------------------------------------------
@@ -58,9 +58,8 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
     of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
-    # Highest order that enters the vibration of a shaft, whatever is stored: four degrees a period
-    # are what diagrams resolve. Loads and auxiliaries that turn faster than the crank have higher
-    # ones.
+    # Highest order in the vibration of a shaft, whatever is stored: diagrams resolve periods of
+    # four degrees. Loads and auxiliaries that turn faster than the crank have higher orders.
     highest = max(scene.highest_order, 90.0, math.ceil(_highest_of_fast_shafts(scene)))
     every = round(highest * finest)
     return {
@@ -69,14 +68,14 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
         "main_bearing": np.arange(1, throws + 2, dtype=np.int32),
         **{d: np.arange(1, n + 1, dtype=np.int32) for one in of_features for d, n in one.items()},
-        # A quotient of whole numbers is the same number whatever it was reduced from.
+        # A quotient of whole numbers gives the same number also after a reduction.
         "order": np.arange(1, orders + 1) / turns,
         "every_order": np.arange(1, every + 1) / finest,
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
         "firing_cycle": np.arange(1, cycles + 1, dtype=np.int32),
         "direction": np.array(DIRECTIONS),
         "crank_angle": _crank_angles(period, cycles, scene.angle_step),
-        # Cubics between steps of half a degree miss some 2e-9 of the range of the speed.
+        # Cubics between steps of half a degree have errors of some 2e-9 of the range of the speed.
         "close_angle": _crank_angles(period, cycles, 0.5),
     }
 
@@ -104,12 +103,12 @@ def _highest_of_fast_shafts(scene: Scene) -> float:
 
 
 def _throws(scene: Scene) -> int:
-    """Throws of the engine with most of them; none where their order is unknown."""
+    """Throws of the engine with the most of them; no throws where their order is unknown."""
     return max(len(engine.along_shaft or ()) for engine in scene.all_cylinders)
 
 
 def _crank_angles(period: float, cycles: int, step: float) -> Floats:
-    """Crank angles of curves [degree], end excluded; the first cycle is around angle 0."""
+    """Crank angles of curves [degree] without the end; the first cycle lies around angle 0."""
     cycle = math.degrees(period)
     points = round(cycles * cycle / step)
     return np.asarray(-0.5 * cycle + np.arange(points) * step, dtype=np.float64)
@@ -124,15 +123,17 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     leaves = dict(scene.known)
     family = engine.family
     if scene.indicator is not None:
-        # A given diagram holds whatever the load is called.
+        # A given diagram holds for any load.
         load = [float(leaves["load"].data) if "load" in leaves else 100.0]
         family = family_from_diagrams(load, [scene.indicator])
-        if "over_cycles" in scene.words:  # rows that nothing is interpolated between
+        # Nothing is interpolated between the rows of recorded cycles
+        if "over_cycles" in scene.words:
             cycles = scene.recorded_cycles
             family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
     family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
-        follows = scene.characteristic is not None  # the scale then tells whether it is reached
+        # The scale then shows whether the load is reached
+        follows = scene.characteristic is not None
         leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
     driven = scene.driven
     if not driven.geared:
@@ -146,7 +147,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     constants = {
         "family": family,
         "period": engine.period,
-        "curve_period": engine.period,  # without points; they have their own
+        "curve_period": engine.period,  # Leaves without points, which are added below
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
@@ -191,19 +192,17 @@ def mean_of(node_of: Callable[[str], Node], leaves: Mapping[str, Value], name: s
 def _with_cycles(
     scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
 ) -> tuple[Family, Value]:
-    """Family with the modelled cycles of the scene, and which of them each design has.
+    """Family with the modelled cycles of the scene, and the number of each design's cycle.
 
-    Raises
-    ------
-    SceneError
-        Where none of the first `LOOKED_AT` combinations of parameters is a cycle.
+    Raises ------ SceneError Where none of the first `LOOKED_AT` combinations of parameters is a
+    cycle.
     """
     if isinstance(family, FamilyGrid):
         family = family.at_speeds(leaves["speed"].si)
     keys = scene.cycle_keys
     if not keys:
         if scene.characteristic is not None and type(family) is Family:
-            # The load may vary along several axes, which only a stack's rows may.
+            # The load may vary along several axes, for which only rows of a stack serve.
             family = FamilyStack.of([family])
         return family, Value(np.zeros(()))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
@@ -232,7 +231,7 @@ def cycles_known(table: CycleTable, leaves: Mapping[str, Value], number: Integer
 
 
 def _check_some_cycle(scene: Scene, table: CycleTable, leaves: Mapping[str, Value]) -> None:
-    """Refuse a scene whose first combinations of parameters all are no cycle."""
+    """Refuse a scene whose first combinations of parameters all give no cycle."""
     table = table.emptied()
     for begin in range(0, min(table.combinations, LOOKED_AT), LOOKED_AT_ONCE):
         some = np.arange(begin, min(begin + LOOKED_AT_ONCE, table.combinations))
@@ -243,7 +242,7 @@ def _check_some_cycle(scene: Scene, table: CycleTable, leaves: Mapping[str, Valu
 
 
 def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:
-    """Axes on which any of the values depends, the distinct combinations, and their numbers there.
+    """Axes of the values, their distinct combinations, and the number of each on these axes.
 
     The combinations are rows of a table.
     """
@@ -258,7 +257,7 @@ def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], F
 def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
     """Number of each design's set of cylinders, and the sets by these numbers.
 
-    Where sets differ only in the number of cylinders, that is their number.
+    Sets that differ only in the number of cylinders have it as their number.
     """
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
@@ -338,10 +337,10 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     if "speed" not in scene.known:
         return ModesKept(total, total, "")
     speed = float(np.max(scene.known["speed"].si))
-    # Frequencies over the range of orders that still count as within it: below its resonance a mode
-    # responds too, and masses that vary are looked at by their mean
+    # Frequencies up to this factor above the range of orders count: a mode responds below its
+    # resonance too, and varying masses count with their mean
     count = _below(soft, 1.25 * scene.highest_order * speed) - free
-    # Modes that are computed where nothing is asked for, even above the range of orders
+    # Fewest modes that are computed by default, even above the range of orders
     at_least = 6
     if count >= total or total <= at_least:
         return ModesKept(total, total, "")
@@ -352,7 +351,7 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
 
 
 def _below(systems: list[ShaftSystem], omega: float) -> int:
-    """Largest number of modes below a frequency, those of free parts among them."""
+    """Largest number of modes below a frequency, including those of free parts."""
     from engine_dyn.torsion.graded import modes_below
 
     counts = []
@@ -369,8 +368,8 @@ def _largest(what: str, values: Any) -> Any:
 
 
 def _lowest(what: str, values: Any) -> Any:
-    """Give the end of values that lowers frequencies, or the mean where neither end does."""
-    # Of the first the least values lower all frequencies, of the second the largest.
+    """End of the values that lowers frequencies, or the mean where neither end does."""
+    # Least values of the first group lower all frequencies, largest values of the second.
     softening = (
         "shaft_stiffness", "damper_stiffness", "disc_ground_stiffness", "shaft_diameter",
         "shaft_shear_modulus",
@@ -384,11 +383,11 @@ def _lowest(what: str, values: Any) -> Any:
 def _systems(
     scene: Scene, shaft: Shaft, leaves: Mapping[str, Value], end: Any
 ) -> list[ShaftSystem]:  # fmt: skip
-    """Systems with these ends of all that varies, for the least and the largest gear ratios."""
+    """Systems with these ends of all varying values, for the least and largest gear ratios."""
     values = {key: end(key.rpartition("_")[0], scene.known[key].si) for key in scene.shaft_keys}
     try:
         masses = mean_of(scene.node, leaves, "mean_reciprocating_inertia")
-    except KeyError:  # the engine has no masses, and no quantity that needs them
+    except KeyError:  # The engine has no masses, and no quantity that needs them
         masses = 0.0
     added = np.full(len(shaft.throws), masses / len(shaft.throws))
     tables = np.full(len(shaft.shafts), np.nan)
@@ -396,7 +395,7 @@ def _systems(
         tables[place] = end("shaft_stiffness", table.stiffness)
     excess = 0.0
     if "wanted_delta" in scene.words:
-        # A flywheel that a wanted delta asks for: one still larger lowers no mode.
+        # A wanted delta asks for a flywheel: a still larger one lowers no mode.
         excess = 1e3 * shaft.inertia(values, added)
     systems = []
     for pick in (np.min, np.max):

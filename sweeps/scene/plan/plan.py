@@ -31,7 +31,7 @@ from sweeps.scene.plan.variations import Variation, variations_of
 from sweeps.scene.representations import html_tables, named_some
 
 MOST_CELLS = 1000
-"""Points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
+"""Most points of the axes that statistics of [reduce] leave; each has sums and bins."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +233,7 @@ def make_plan(scene: Scene) -> Plan:
     used = _used(scene, leaves, ancestors.used)
     unused = _unused(scene, leaves, used)
     chosen = {word for stage in ancestors.stages.values() for word in stage.node.when.split()}
-    # The law is a word that selects variants, not a value that stages take.
+    # A friction law is a word that selects variants, not a value that stages take.
     by_words = set() if chosen.isdisjoint(FRICTION_LAWS) else {"friction_law"}
     settings = tuple(key for key in scene.settings if key not in used | by_words)
     stages = tuple(ancestors.stages.values())
@@ -266,12 +266,9 @@ def _portions(scene: Scene) -> range:
 
 
 def _check_reduced(plan: Plan) -> None:
-    """Check that what is reduced has one number for each design, and is little enough.
+    """Check that reduced results have one number for each design, and are small enough.
 
-    Raises
-    ------
-    SceneError
-        For curves; for more points of the axes that statistics do not go over than there may be.
+    Raises ------ SceneError For curves; for too many points of the axes that statistics leave.
     """
     scene = plan.scene
     assert scene.reduce is not None
@@ -299,7 +296,7 @@ def _check_reduced(plan: Plan) -> None:
 
 
 def _with_variation(plan: Plan, variation: Variation) -> Plan:
-    """Add the variables that follow from the results of this plan and those with other values."""
+    """Add the variables computed from the results of this plan and of plans with other values."""
     dimension, keys = variation.dimension, variation.keys
     sizes = {**plan.sizes, dimension: len(keys)}
     stages = list(plan.stages)
@@ -319,9 +316,9 @@ def _with_variation(plan: Plan, variation: Variation) -> Plan:
 
 
 def _plan_of_several(scene: SeveralEngines) -> Plan:
-    """Plan of a scene of several engines: the plans of all, and the dimensions of what they give.
+    """Plan of a scene of several engines: all their plans, and the dimensions of their results.
 
-    Quantities that one of them has not are not asked of it: see `sweeps.scene.reading`.
+    An engine is not asked for quantities that it does not have: see `sweeps.scene.reading`.
     """
     plans = [make_plan(one) for one in scene.each]
     points, places = _points_of_several([made.points for made in plans])
@@ -368,14 +365,14 @@ Points = Mapping[str, npt.NDArray[Any]]
 
 
 def _points_of_several(each: Sequence[Points]) -> tuple[Points, list[dict[str, Integers]]]:
-    """Points of all, and the places of the points of each among them."""
+    """Points of all engines, and the places of each engine's points among them."""
     joined: dict[str, npt.NDArray[Any]] = {}
     places: list[dict[str, Integers]] = [{} for _ in each]
     for name, first in each[0].items():
         own = [points[name] for points in each]
         if all(np.array_equal(first, other) for other in own):
             joined[name], here = first, [np.arange(len(first))] * len(own)
-        else:  # Points are the same where nine decimals are.
+        else:  # Points are equal if nine decimals agree
             rounded = [np.round(values, 9) for values in own]
             union, at = np.unique(np.concatenate(rounded), return_index=True)
             joined[name] = np.concatenate(own)[at]
@@ -410,7 +407,7 @@ class _Ancestors:
         dims: set[str] = set(node.adds)
         for need in node.needs:
             here = self.visit(need)
-            # A kernel takes points whole: only the curves among its results have their dimension.
+            # A kernel takes points as a whole: only curves among its results have their dimension.
             dims.update(set(here) - DIMENSIONS.keys() if node.kind == "stage" else here)
         dims.difference_update(node.removes)
         ordered = tuple(d for d in self.order if d in dims)
@@ -420,7 +417,7 @@ class _Ancestors:
 
 
 def _used(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> set[str]:
-    """Leaves that the stages use, and the parameters that stand behind some of them."""
+    """Leaves that the stages use, and the parameters from which some of them follow."""
     used = set(used)
     if "cycle" in used:
         used.update(scene.cycle_keys)
@@ -432,7 +429,7 @@ def _used(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> set[str]
 
 
 def _unused(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> tuple[str, ...]:
-    """Axes and columns of designs on which nothing depends, where the stages use these leaves."""
+    """Axes and columns of designs without effect, where the stages use given leaves."""
     touched = {d for name in used for d in leaves[name].dims}
     unused = tuple(d for d in scene.dimensions if d not in touched)
     if DESIGN in touched:

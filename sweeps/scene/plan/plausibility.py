@@ -44,8 +44,8 @@ from sweeps.scene.plan.leaves import mean_of
 from sweeps.scene.plan.plan import Plan
 
 MOST_AXES = 30
-"""Numbers that vary, up to which their ends are looked at together: NumPy's arrays have 64 axes at
-most, older ones 32."""
+"""Most varying numbers whose ends are combined: NumPy's arrays have 64 axes at most, older ones 32.
+"""
 
 _known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
 
@@ -68,7 +68,7 @@ def implausible_results(plan: Plan) -> dict[str, Check]:
 
 def plausibility_warnings(plan: Plan) -> tuple[str, ...]:
     """One line for each measure of what is given that is outside its usual range."""
-    if plan not in _known:  # archive, terminal and Python ask for the same
+    if plan not in _known:  # Archive, terminal and Python ask for the same warnings
         _known[plan] = tuple(_lines(plan))
     return _known[plan]
 
@@ -85,7 +85,7 @@ def _lines(plan: Plan) -> list[str]:
     off = silenced(plan.scene)
     if "all" in off:
         return []
-    if "double_acting" in plan.scene.words:  # piston rod and crosshead have their masses
+    if "double_acting" in plan.scene.words:  # Piston rod and crosshead have masses of their own
         off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
     engines = plan.leaves["cylinders_by_count"].data.values()
     off |= {"cylinder_spacing" if any(map(is_boxer, engines)) else "boxer_spacing"}
@@ -154,7 +154,8 @@ class _Given:
             if name in PARAMETERS:
                 return (name,)
             return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
-        if name in ("inertia_required", "load"):  # they take a solution where they are not given
+        # Unless they are given, these values take a solution
+        if name in ("inertia_required", "load"):
             return None
         node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
@@ -198,7 +199,7 @@ class _Given:
         return check.measure(*[self._value(need, si) for need in check.needs])
 
     def _value(self, name: str, si: dict[str, Any]) -> Any:
-        """Value of a node, in SI units, which it is added to."""
+        """Value of a node in SI units, which is also added to `si`."""
         if name in si:
             return si[name]
         leaf = self.plan.leaves.get(name)
@@ -218,7 +219,7 @@ class _Given:
 
 
 def _places(plan: Plan, judgement: Implausible, base: Mapping[str, Any]) -> str:
-    """How many designs are outside, and which is the worst; whose values they are."""
+    """Text on the number of designs outside the range and the worst, with `whose` values."""
     scene = plan.scene
     parts = []
     if judgement.of > 1:
@@ -237,14 +238,14 @@ def _places(plan: Plan, judgement: Implausible, base: Mapping[str, Any]) -> str:
 
 
 def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
-    """Lines about the indicator diagrams, where they are given ones."""
+    """Lines about the indicator diagrams, unless they are modelled."""
     scene, family = plan.scene, plan.leaves["family"].data
     if isinstance(family, CycleTable):
         return []
     measured = scene.indicator is not None
     diagrams = (scene.indicator,) if scene.indicator is not None else scene.engine.family.diagrams
     ends = ends_of(scene.engine.family)
-    if ends is not None:  # the effective pressure is that of no gas
+    if ends is not None:  # An effective pressure does not belong to a gas
         diagrams = (ends.head_end, ends.crank_end)
     driven = plan.leaves["driven"].data.has_driver
     said = [
@@ -258,7 +259,7 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         if not any(f" {name}: " in line for name in off)
     ]
     if any(f" {name}: " in line for line in lines for name in ("peak_pressure", "level")):
-        return lines  # the other measures are wrong for the same reason
+        return lines  # Other measures are wrong for the same reason
     for judgement in judged_diagrams(diagrams, driven=driven, silenced=off, written=BAR):
         where = "[indicator]" if measured else f"engine {scene.engine.name}"
         if ends is not None:
@@ -281,7 +282,7 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
     given = (plan.scene.indicator_speeds,) if measured else engine.diagram_speeds
     if DIAGRAM_SPEEDS in off or speed is None or not any(given):
         return []
-    # Loads between two diagrams take both.
+    # A load between two diagrams takes both of them.
     load, loads = plan.leaves.get("load"), engine.family.loads
     first, last = 0, len(given)
     if not measured and load is not None and load.data.size:
@@ -303,7 +304,7 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
 
 
 MOST_SHARE = 0.3
-"""Largest share of the reciprocating masses in the inertia of a throw that is not remarked on."""
+"""Largest share of reciprocating masses in the inertia of a throw without a remark."""
 
 
 def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
@@ -324,7 +325,7 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     lines = list(_odd_sections(shaft, values)) if of_section else []
     try:
         moving = mean_of(scene.node, plan.leaves, "mean_reciprocating_inertia") / throws
-    except KeyError:  # the engine has no masses, and no quantity that needs them
+    except KeyError:  # The engine has no masses, and no quantity that needs them
         moving = 0.0
     own = shaft.inertias(values, np.full(throws, moving))
     share = max(moving / own[disc] for disc in shaft.throws)
@@ -350,7 +351,7 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
 
 
 def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
-    """Lines on shafts whose length, for a steel shaft of their section, is not that of shafts."""
+    """Lines on shafts with implausible lengths, as steel shafts of their section and stiffness."""
     for place in range(shaft.own_shafts):
         stiffness, length, diameter, bore = (
             values.get(f"shaft_{what}_{place + 1}")
@@ -360,7 +361,7 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
             continue
         if length is None and stiffness is not None:
             length = shaft_stiffness(80e9, 1.0, diameter, bore or 0.0) / stiffness
-        # Webs are as stiff as short shafts; the longest are ships' lines of shafts.
+        # Lengths [m]: webs are as stiff as short shafts; the longest are ships' lines of shafts.
         shortest, longest = 0.05, 200.0
         if length is None or shortest <= length / diameter <= longest:
             continue
@@ -373,7 +374,7 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
-    """Line on the strong order that moves the flywheel most unlike the rigid shaft."""
+    """Line on the strong order that moves the flywheel least like a rigid shaft."""
     scene = plan.scene
     engine = scene.all_cylinders[0]
     places = engine.along_shaft
@@ -384,7 +385,7 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     vectors = np.array([sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases])
     # Part of the cylinders whose phase vectors add up in strong orders
     strong = np.abs(vectors.sum(axis=0)) >= 0.5 * engine.count
-    orders, vectors = orders[strong][:2], vectors[:, strong][:, :2]  # two are looked at
+    orders, vectors = orders[strong][:2], vectors[:, strong][:, :2]  # Two orders are enough
     if not orders.size:
         return []
     from engine_dyn.torsion.modes import elastic_over_rigid
@@ -394,7 +395,7 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     speeds = np.unique(np.linspace(given.min(), given.max(), 25))
     ratio = elastic_over_rigid(system, orders, speeds, shaft.throws, vectors, shaft.flywheel)
     far = np.abs(np.where(np.isfinite(ratio), ratio, np.inf) - 1.0)
-    if not far.max() > 0.05:  # part by which the angle may differ from that of a rigid shaft
+    if not far.max() > 0.05:  # Share by which the angle may differ from that of a rigid shaft
         return []
     at, which = np.unravel_index(far.argmax(), far.shape)
     frequency = orders[which] * speeds[at] / (2.0 * np.pi)

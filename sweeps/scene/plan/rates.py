@@ -6,9 +6,9 @@ that, not this.
 
 from __future__ import annotations
 
-START = 1.0  # Seconds to load what a command needs
+START = 1.0  # Seconds that loading a command's modules takes
 
-WRITING = 3e-9  # Seconds to write a byte of an archive
+WRITING = 3e-9  # Seconds that writing a byte of an archive takes
 
 SECONDS: dict[str, float] = {
     "calls": 0.00872,
@@ -23,7 +23,7 @@ SECONDS: dict[str, float] = {
     "general solver: designs": 0.0001,
     "designs by thesis": 0.015,
 }
-"""Seconds that one core takes for one piece of work, by its name."""
+"""Seconds that one core takes for one piece of each kind of work."""
 
 SERIAL = frozenset(("calls", "values", "revolutions", "columns of diagrams"))
-"""Work that is not shared by threads."""
+"""Kinds of work that threads do not share."""

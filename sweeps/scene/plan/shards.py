@@ -56,7 +56,7 @@ def shard(plan: Plan, number: int, count: int) -> Plan:
 
 
 def _shard_of_portions(plan: Plan, number: int, count: int) -> Plan:
-    """Shard of a sample that is drawn in portions: some of these."""
+    """Shard of a sample that is drawn in portions: some of the portions."""
     many = len(plan.portions)
     if count > many:
         raise SceneError(
@@ -74,7 +74,7 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
     """Plan of some positions along one axis; `piece` says which, for the archive."""
     sizes = {**plan.sizes, axis: len(places)}
     leaves = dict(plan.leaves)
-    if not plan.parts:  # else each part has its own
+    if not plan.parts:  # Otherwise each part has its own points
         for name, value in leaves.items():
             if axis in value.dims:
                 data = np.take(value.data, places, axis=value.dims.index(axis))
@@ -134,7 +134,7 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
 
 
 def _with_outputs(plan: Plan, outputs: Sequence[str]) -> Plan:
-    """Plan that gives these outputs and computes nothing that they do not need."""
+    """Plan that gives some outputs and computes nothing else."""
     needed, stages = set(outputs), []
     for stage in reversed(plan.stages):
         if stage.node.name in needed:
@@ -147,7 +147,7 @@ def _with_outputs(plan: Plan, outputs: Sequence[str]) -> Plan:
 
 
 def _parts_of(parts: Sequence[Part], axis: str, places: Integers) -> tuple[Part, ...]:
-    """Engines, out of several, that lie in a part of all designs, and their share of that part."""
+    """Engines, out of several, in a part of all designs, and the part's designs of each."""
     those = []
     for one in parts:
         own, held = places, one.places
@@ -193,7 +193,7 @@ class Portions:
 
     @cached_property
     def _drawing(self) -> Drawing:
-        """The sample while it is drawn, which is fastest in order."""
+        """The sample as it is drawn, which is fastest in order."""
         assert self.plan.scene.sample is not None
         return Drawing(self.plan.scene.sample)
 

@@ -44,17 +44,16 @@ from sweeps.scene.sample import drawn
 class Variation:
     """Plans of a scene with other values, and the variables that are made of their results."""
 
-    # Dimension of the parameters in these variables: `PARAMETER` for elasticities, `UNCERTAIN` for
-    # bands.
+    # Dimension of the parameters: `PARAMETER` for elasticities, `UNCERTAIN` for bands.
     dimension: str
-    keys: tuple[str, ...]  # The parameters
-    quantities: tuple[str, ...]  # The results that are combined
-    # Each variable, behind the result whose dimensions it has.
+    keys: tuple[str, ...]  # Keys of the varied parameters
+    quantities: tuple[str, ...]  # Results that are combined
+    # Variables, each with the result whose dimensions it has.
     variables: tuple[tuple[str, Node], ...]
-    # The plans. A plan has such plans in it: `sweeps.scene.plan.plan` knows this module, which does
-    # not know it.
+    # Plans with the changed values. Their type is `Plan` in `sweeps.scene.plan.plan`, which imports
+    # this module.
     plans: tuple[Any, ...]
-    # The values in the units of files, where they were drawn; shape (plan, key)
+    # Drawn values in the units of files; shape (plan, key)
     draws: Floats | None = None
 
 
@@ -77,7 +76,7 @@ def with_values(scene: Scene, values: Mapping[str, Floats]) -> Scene:
 
 
 QUANTILES = (0.025, 0.975)
-"""Ends of the bands."""
+"""Quantiles at the ends of the bands."""
 
 
 def _variables(base: Node, number: int) -> list[Node]:
@@ -108,11 +107,8 @@ def _plan_uncertainty(
 ) -> Variation:
     """Plan the draws of a scene with [uncertainty]; `stages` are those of its plan.
 
-    Raises
-    ------
-    SceneError
-        Where no result depends on what is uncertain, and none has one number for each design; where
-        a draw is one that the engine cannot have.
+    Raises ------ SceneError Where no result with one number for each design depends on uncertain
+    values; where a draw is impossible for the engine.
     """
     assert scene.uncertainty is not None
     quantities = tuple(
@@ -149,7 +145,7 @@ def _plan_uncertainty(
 
 
 def _check(scene: Scene, uncertain: Iterable[str], name: str) -> None:
-    """Check a draw as a scene with the same values in [set] is."""
+    """Check a draw like a scene with the same values in [set]."""
     try:
         check_scene(scene, name)
     except SceneError as error:
@@ -160,15 +156,15 @@ def _check(scene: Scene, uncertain: Iterable[str], name: str) -> None:
 
 
 RATIO = 4.0
-"""Ratio of a step to the next."""
+"""Ratio of one step to the next smaller one."""
 
 STEPS = (0.02, 0.02 / RATIO, 0.02 / RATIO**2)
-"""Relative steps, the largest first. Rows of the load family, where results bend, are 10 % and more
-apart: a step of 2 % sees one of them at most."""
+"""Relative steps, the largest first. Results bend at rows of the load family, 10 % or more apart: a
+step of 2 % meets one of them at most."""
 
 AGREE, DIFFER, ONE_SIDE, UNKNOWN = 0, 1, 2, 3
 KINDS = ("both_sides_agree", "sides_differ", "one_side_only", "not_known")
-"""Words for these numbers, which say what is known of a derivative."""
+"""Words for the certainty of a derivative, by their numbers."""
 
 KIND = f"{ELASTICITY}_kind"
 
@@ -180,7 +176,7 @@ ENDINGS = {
     KIND: "whether the elasticities of {} on both sides agree",
     "_derivative": "derivative of {} by the parameter, in the unit of each",
 }
-"""Variables for each quantity, by the endings of their names."""
+"""Endings of the names of each quantity's variables."""
 
 
 def _variables_of(base: Node) -> list[Node]:
@@ -203,15 +199,15 @@ def _variables_of(base: Node) -> list[Node]:
 def _changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -> list[str]:
     """Continuous parameters that scene or engine give and that results depend on.
 
-    `leaves` are the names of given values that are in force: what the scene gives may replace what
-    the engine does.
+    `leaves` are the names of given values in force: values of the scene may replace those of the
+    engine.
     """
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
     family = scene.engine.family
     if "double_acting" in scene.words:
         given.difference_update(OF_EFFECTIVE_PRESSURE)
     if scene.indicator is not None or (family.diagrams and family.low == family.high):
-        given.discard("load")  # the name of the only diagram
+        given.discard("load")  # It only names the single diagram
     return [
         key
         for key, node in PARAMETERS.items()
@@ -229,8 +225,8 @@ def step_unit(node: Node, values: Floats) -> tuple[Floats, Booleans]:
     Only there is an elasticity; elsewhere it is a typical size.
     """
     relative = (values != 0.0) & (node.unit != "degree")
-    # Sizes in the units of files, of which steps are taken where a parameter is zero or an angle;
-    # of other units, one
+    # Sizes in the units of files that steps are relative to where a parameter is zero or an angle;
+    # 1 for other units
     typical = {"m": 0.01, "degree": 10.0, "N m": 10.0, "rpm": 100.0, "percent": 10.0}
     return np.where(relative, np.abs(values), typical.get(node.unit, 1.0)), relative
 
@@ -258,13 +254,9 @@ def _plan_elasticities(
 ) -> Variation:  # fmt: skip
     """Plan the changed scenes of a scene; `stages` and `leaves` are those of its plan.
 
-    The plans are those of the first of the parameters `keys`, step by step below and above, then of
-    the next.
+    For each of the parameters `keys` in turn, plans follow step by step below and above.
 
-    Raises
-    ------
-    SceneError
-        Where a quantity is a curve, or nothing that it depends on is continuous.
+    Raises ------ SceneError Where a quantity is a curve, or depends on no continuous parameter.
     """
     for quantity in scene.elasticities:
         where = f"{name}: [output] quantities: {shown(quantity + ELASTICITY)}"

@@ -44,7 +44,7 @@ class ArchiveAccessor:
 
     def __init__(self, archive: xr.Dataset) -> None:
         self._archive = archive
-        # No property: notebooks complete the names of attributes, and call no properties for it.
+        # A plain attribute, because notebooks complete names without calling properties.
         self.plot = Plots(archive)
 
     def __repr__(self) -> str:
@@ -375,7 +375,7 @@ class Plots:
         return [kind.name for kind in KINDS]
 
     def __getattr__(self, name: str) -> Callable[..., Figure]:
-        if name.startswith("_"):  # notebooks ask for many of these
+        if name.startswith("_"):  # Notebooks ask for names with an underscore by the dozen
             raise AttributeError(name)
         from sweeps.view.figures.kinds import KINDS
 
@@ -391,7 +391,7 @@ class Plots:
         signature = _signature(options_of)
 
         def draw(ax: Axes | None = None, **given: Any) -> Figure:
-            signature.bind(ax=ax, **given)  # a wrong keyword is a TypeError that names it
+            signature.bind(ax=ax, **given)  # A wrong keyword gives a TypeError that names it
             if ax is not None and not hasattr(ax, "get_figure"):
                 raise SceneError(f"ax = {shown(ax)}: must be an Axes of matplotlib")
             archive = self._readable(given.pop("units", None))
@@ -446,7 +446,7 @@ def said_in_python() -> Iterator[None]:
 
 
 def _signature(options_of: Callable[..., Any]) -> inspect.Signature:
-    """Return the parameters of a kind: its panel, and all options of figures but the kinds."""
+    """Signature of a kind of figure: its panel, and all options of figures but the kinds."""
     first = inspect.Parameter("ax", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None)
     units = inspect.Parameter("units", inspect.Parameter.KEYWORD_ONLY, default=None)
     given = inspect.signature(options_of).parameters
@@ -461,14 +461,14 @@ def units_text(units: str | Mapping[str, str] | None) -> str | None:
 
 
 def _shown(figure: Figure) -> Figure:
-    """Return a figure that a notebook shows although it does not belong to pyplot."""
+    """A figure that a notebook shows although it does not belong to pyplot."""
     if not hasattr(figure, "_repr_png_"):
         figure._repr_png_ = partial(_png, figure)  # type: ignore[attr-defined]
     return figure
 
 
 def _png(figure: Figure) -> bytes:
-    """Return a figure as a PNG file."""
+    """A figure as a PNG file."""
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return file.getvalue()

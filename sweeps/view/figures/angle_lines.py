@@ -36,7 +36,7 @@ def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
     starting angle is not periodic: there the gap between end and start stays open.
     """
     array = view.at(name, index)
-    if "crank_angle" not in array.dims:  # the same at every angle
+    if "crank_angle" not in array.dims:  # A value without crank angle is the same at every angle
         x, y = view.numbers("crank_angle")[[0, -1]], np.full(2, float(array.values))
         return x, y, "" if np.isfinite(y[0]) else str(view.outcomes(name, array, index))
     x = np.asarray(view.data.variables.get("crank_angle", np.arange(array.size)), dtype=float)
@@ -59,7 +59,7 @@ def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
 
 
 def _start_angle(view: View, index: Mapping[str, int]) -> float | None:
-    """Where a curve that was not run to a closed cycle begins."""
+    """Angle at which a curve begins that was not solved as a closed cycle."""
     values = []
     for name in ("status", "start_angle"):
         if name not in view.data.variables:
@@ -94,7 +94,7 @@ def draw_curves(
         if not (lost or fixed):
             text += _rms_text(view, name, place)
         if lost == NO_VALUE and {*COUNTED} & set(view.array(name).dims):
-            continue  # padded to the longest engine
+            continue  # The curve was padded to the longest engine
         if len(places) == 1:
             style["marker"] = ""
         if x.size > 40:
@@ -146,7 +146,7 @@ def line_or_mark(
 
 
 def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
-    """The root mean square of a curve, where the archive has it."""
+    """Text of the root mean square of a curve, where the archive has it."""
     if not view.has(name + "_rms"):
         return ""
     array = view.at(name + "_rms", place)
@@ -156,7 +156,7 @@ def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:
 
 
 def _cycle(view: View) -> tuple[float, float]:
-    """First and last angle of the cycle; the last is the first again."""
+    """First and last angle of the cycle; the last point equals the first."""
     degrees = view.numbers("crank_angle")
     step = degrees[1] - degrees[0] if degrees.size > 1 else 0.0
     return float(degrees[0]), float(degrees[-1] + step)

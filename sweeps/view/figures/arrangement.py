@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BLOCK, TOP = 1.9, 2.7
-"""Distances of both ends of a cylinder from the shaft, in crank radii of cylinder 1."""
+"""Distances of the ends of a cylinder from the shaft, in crank radii of cylinder 1."""
 
 
 def arrangements_of(
@@ -76,7 +76,7 @@ def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
-    """Throws and banks, angles clockwise, the middle of the banks above."""
+    """Draw throws and banks, angles clockwise, with the middle of the banks upwards."""
     throws = np.asarray(one["throws"])
     banks = np.asarray(one["banks"]) - _middle(np.asarray(one["banks"]))
     radii = np.asarray(one.get("radius_factor", np.ones(len(throws))))
@@ -87,14 +87,14 @@ def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
         _cylinder(panel, angle, all(i in silent for i in members))
         label(panel, angle, TOP + 0.12, members)
     circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
-    # Pins at cylinder 1's firing: a throw stands its own angle away from that of cylinder 1.
+    # Pins at cylinder 1's firing: a throw is turned by its own angle from that of cylinder 1.
     standing = banks[0] + throws - throws[0]
     draw_throws(panel, standing, radii, [[i] for i in range(len(throws))], 0.22)
     sense(panel, 0.62)
 
 
 def _firing_star(panel: Axes, one: Mapping[str, Any]) -> None:
-    """Directions of the firings over the cycle."""
+    """Draw the directions of the firings over the cycle."""
     angles = np.asarray(one["firing_angles"]) * 360.0 / one["period"]
     silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
     blank(panel, 1.32)
@@ -158,7 +158,7 @@ def point(angle: float, radius: float) -> tuple[float, float]:
 
 
 def _cylinder(panel: Axes, angle: float, silent: bool) -> None:
-    """Liner of one bank, open towards the crank, and the line that its pistons move on."""
+    """Draw the liner of one bank, open towards the crank, and the line that its pistons move on."""
     out, across = np.array(point(angle, 1.0)), np.array(point(angle + 90.0, 1.0))
     line = np.stack([0.0 * out, TOP * out])
     panel.plot(*line.T, color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=0)
@@ -178,7 +178,7 @@ def label(panel: Axes, angle: float, radius: float, members: list[int], **style:
     """Write the numbers of cylinders at an angle [degree] and a distance from the shaft."""
     x, y = point(angle, radius)
     names = [str(i + 1) for i in members]
-    # A long list in two rows.
+    # A long list has two rows.
     half = len(names) if len(names) <= 4 else -(-len(names) // 2)
     text = ",\n".join(", ".join(row) for row in (names[:half], names[half:]) if row)
     sideways, above = point(angle, 1.0)
@@ -248,7 +248,7 @@ Throw = tuple[float, float, float, list[int]]
 
 
 def _throws(one: Mapping[str, Any]) -> list[Throw]:
-    """Every crank pin once; rods that share a pin share a throw."""
+    """Throws with each crank pin once; rods on one pin share a throw."""
     angles = np.asarray(one["throws"], dtype=float)
     radii = np.asarray(one.get("radius_factor", np.ones(angles.size)), dtype=float)
     places = np.asarray(one["positions"], dtype=float)
@@ -375,7 +375,7 @@ def _strokes_of(view: View, one: Mapping[str, Any]) -> Sequence[tuple[str, Look]
 
 
 def _range(view: View, period: float) -> tuple[xr.Variable, float, float]:
-    """Crank angle with its attributes, where it begins, and where its zero is after firing."""
+    """Crank angle with its attributes, its beginning, and the place of its zero after firing."""
     angle = view.data.variables.get("crank_angle")
     if angle is None:
         said = {"long_name": "crank angle", "symbol": r"$\varphi$", "units": "degree"}
@@ -387,7 +387,7 @@ def _range(view: View, period: float) -> tuple[xr.Variable, float, float]:
 def _strokes_of_cylinder(
     panel: Any, row: int, firing: float, low: float, named: Sequence[tuple[str, Look]], fires: bool
 ) -> None:
-    """Draw one cylinder's strokes; those that the ends of the axis cut are in two parts."""
+    """Draw one cylinder's strokes; a stroke across the ends of the axis has two parts."""
     period = 180.0 * len(named)
     missing_look = {"facecolor": "white", "edgecolor": "#999999", "hatch": "////"}
     for number, (text, look) in enumerate(named):

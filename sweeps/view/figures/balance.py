@@ -32,7 +32,7 @@ VECTORS = {
     "moment": ("reciprocating_moment", "shaking_moment", "shaking_moment_first",
                "shaking_moment_second"),
 }  # fmt: skip
-"""Vectors before balancing and after it, and the first two orders of the latter."""
+"""Vectors before and after balancing, and the first two orders of the latter."""
 PARTS: dict[str, tuple[str, str, Any]] = {
     "reciprocating_force_first": ("Primary force", "#d1541b", DASHES[1]),
     "reciprocating_force_second": ("Secondary force", "#1b4f9c", DASHES[3]),
@@ -50,7 +50,7 @@ SMALLEST = 1e-6
 """Forces and moments, in N and N m or kN, below which sums that cancel are only rounding."""
 
 
-Pair = tuple[Floats, Floats]  # Components of a vector along cylinder 1 and across it, over one turn
+Pair = tuple[Floats, Floats]  # Components of a vector along and across cylinder 1, over one turn
 
 Line = tuple[str, Floats, dict[str, Any]]
 """A line: its text in the legend, its ordinates and its look."""
@@ -111,7 +111,7 @@ def _vector(study: Study, kind: str, names: Sequence[str], present: Sequence[str
 
 
 def _parts(study: Study, names: Sequence[str]) -> NamedFigures:
-    """Draw the parts of the shaking force over one turn: nominal, and along each axis."""
+    """Figures of the parts of the shaking force over one turn: nominal, and along each axis."""
     if len(set(names) - {"shaking_force"}) < 2:
         return
     looks = {
@@ -154,7 +154,7 @@ def _by_side(view: View, looks: Looks, title: str) -> Figure:
 
 
 def _lines(view: View, looks: Looks, place: Mapping[str, int], side: int) -> list[Line]:
-    """One component of each variable at a place."""
+    """Lines of one component of each variable at a place."""
     return [
         (label, _components(view, name, place)[side], look) for name, (label, look) in looks.items()
     ]
@@ -185,11 +185,11 @@ def _components_along(
 def _hodographs(
     view: View, main: Sequence[str], names: Sequence[str], along: str | None, kind: str
 ) -> Figure:
-    """Paths of the vector's tip, a panel for each value of an axis where it leaves a line."""
+    """Paths of the vector's tip, a panel for each value of an axis with more than a line."""
     axis = view.axis(along)
     places = [axis.place(index) for index in axis.picked(MOST_PANELS)]
     lines = [p for p in places if all(_is_line(*_components(view, n, p)) for n in main)]
-    places = [p for p in places if p not in lines]  # lines are read off the curves over the angle
+    places = [p for p in places if p not in lines]  # Lines are read off the curves over the angle
     curves = _curves(view, main, places)
     share = comparable([[np.concatenate(pair) for pair in panel] for panel in curves])
     columns = columns_for(len(places))
@@ -235,14 +235,14 @@ def _over_turn(
 
 
 def _sides_of(view: View, names: Sequence[str]) -> list[int]:
-    """Sides on which something acts: along cylinder 1, across it."""
+    """Sides on which a vector acts: along cylinder 1, across it."""
     pairs = [_components(view, name, {}) for name in names]
     sizes = [max(float(np.nanmax(np.abs(p[k]), initial=0.0)) for p in pairs) for k in (0, 1)]
     return [k for k in (0, 1) if sizes[k] > NOTHING * max(sizes)]
 
 
 def _nothing(view: View, names: Sequence[str]) -> bool:
-    """Whether all of it is zero, but for rounding."""
+    """Whether all values are zero, but for rounding."""
     return all(np.nanmax(np.abs(view.numbers(n)), initial=0.0) < SMALLEST for n in names)
 
 
@@ -263,7 +263,7 @@ def _is_line(up: Floats, side: Floats) -> bool:
     if not both.size or np.abs(both).max() < SMALLEST:
         return True
     sizes = np.linalg.svd(both, compute_uv=False)
-    # The ratio of the singular values tells a line from a loop.
+    # The ratio of the singular values separates a line from a loop.
     return bool(sizes[1] < 1e-3 * sizes[0])
 
 
@@ -277,7 +277,7 @@ def _components(view: View, name: str, index: Mapping[str, int]) -> Pair:
 def _curves(
     view: View, names: Sequence[str], places: Sequence[Mapping[str, int]]
 ) -> list[list[Pair]]:
-    """Components of each variable at each place, without what is rounding."""
+    """Components of each variable at each place, without values that are rounding."""
     return _without_rounding([[_components(view, n, place) for n in names] for place in places])
 
 
@@ -304,7 +304,7 @@ def _ordinate(view: View, name: str) -> str:
 
 
 def _without_rounding(curves: list[list[Pair]]) -> list[list[Pair]]:
-    """The same curves with zeros for values that are rounding, compared with the largest of all."""
+    """Curves with zeros for values that are rounding, by the largest value of all curves."""
     sizes = [np.nanmax(np.abs(v), initial=0.0) for panel in curves for pair in panel for v in pair]
     least = NOTHING * max(sizes)
 
@@ -315,7 +315,7 @@ def _without_rounding(curves: list[list[Pair]]) -> list[list[Pair]]:
 
 
 def _square(panel: Axes, curves: Sequence[Pair]) -> None:
-    """Equal scales on both axes, with the origin in the middle."""
+    """Give both axes equal scales, with the origin in the middle."""
     known = [np.abs(values[np.isfinite(values)]) for pair in curves for values in pair]
     most = max((float(values.max()) for values in known if values.size), default=1.0) or 1.0
     panel.set_xlim(-1.08 * most, 1.08 * most)

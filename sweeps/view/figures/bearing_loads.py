@@ -76,7 +76,7 @@ def _figures(study: Study, names: Sequence[str], what: str) -> NamedFigures:
 
 
 def _lines(view: View, names: Sequence[str], what: str) -> list[Line]:
-    """One line for each variable with numbers: a colour for each bearing, dashes for means."""
+    """A line for each variable with numbers: a colour for each bearing, dashes for means."""
     lines, shape = [], view.axis("speed").values.shape
     for rank, (bearing, title) in enumerate(BEARINGS.items()):
         load = f"{bearing}_{what}"
@@ -98,7 +98,7 @@ def _lines(view: View, names: Sequence[str], what: str) -> list[Line]:
 
 
 def _most_loaded(view: View, names: Sequence[str], load: str) -> int | None:
-    """The journal with the greatest load of all; None for what is no journal."""
+    """The journal with the greatest load of all; None for other bearings."""
     name = next((load + size for size in SIZES if load + size in names), None)
     if name is None or JOURNALS not in view.array(name).dims:
         return None

@@ -89,7 +89,7 @@ def labels_of(view: View) -> tuple[str, str]:
 
 
 def _differs(view: View, name: str) -> bool:
-    """Whether the two are not the same, looked at in some values of each axis."""
+    """Whether two archives differ, by some values of each axis."""
     some = {str(d): pick(n, 60) for d, n in view.array(name).sizes.items() if d not in RUNNING}
     one, two = view.numbers(name, some), view.numbers(name + COMPARED, some)
     return bool(((one != two) & ~(np.isnan(one) & np.isnan(two))).any())
@@ -110,7 +110,7 @@ def _drawn(
     panels: Sequence[Axes], x: Floats, curves: tuple[Floats, Floats], labels: Sequence[str],
     entries: Entries, *, largest: bool, marker: str = "",
 ) -> None:  # fmt: skip
-    """Draw the lines of both, and their difference."""
+    """Draw the lines of both archives, and their difference."""
     every = max(x.size // 12, 1)
     looks = ((rc("text.color"), "-"), (SECOND, DASHES[1]))
     for curve, label, (colour, dashes) in zip(curves, labels, looks, strict=True):
@@ -141,7 +141,7 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
     if running == "crank_angle":
         x, one, _ = trace(view, name, {})
         two = trace(view, name + COMPARED, {})[1]
-        if two.size != one.size:  # one of them is open at its start
+        if two.size != one.size:  # A curve of one of them is open at its start
             x, one = view.numbers("crank_angle"), view.numbers(name)
             two = view.numbers(name + COMPARED)
         _drawn(panels, x, (one, two), labels_of(view), entries, largest=True)
@@ -161,7 +161,7 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
 
 
 def _line_figure(whole: View, name: str, along: str) -> Figure:
-    """Both along an axis, for some values of a second one that changes them."""
+    """Lines of both archives along an axis, for some values of a second axis with an effect."""
     pair = (name, name + COMPARED)
     rest = [d for d in whole.axes(pair) if d != along and not whole.idle(pair, d)]
     over = min(rest, key=lambda dim: whole.data.sizes[dim], default=None)
@@ -170,7 +170,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     _, panels = _pair_of_panels()
     entries: Entries = {}
     every: list[Floats] = []
-    # More values of a second axis would not be told apart.
+    # More values of a second axis could not be distinguished.
     for rank, index in enumerate(other.picked(3)):
         place = other.place(index)
         curves = view.numbers(name, place), view.numbers(name + COMPARED, place)
@@ -184,7 +184,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
         parameter_ticks(panel, axis, "x", 5.0)
     free_scale(panels[0], every)
     x_label(panels[1], axis.label, 5.0)
-    if axis.words:  # no line runs from one word to the next
+    if axis.words:  # No line leads from one word to the next
         for line in (line for panel in panels for line in panel.lines):
             line.set_linestyle("none")
     return _finished(view, name, panels, entries, False)
@@ -210,7 +210,7 @@ def _bar_figure(view: View, names: Sequence[str]) -> Figure:
     panel.axvline(0.0, color=rc("text.color"), linewidth=0.8)
     low, high = min(0.0, np.nanmin(change, initial=0.0)), max(0.0, np.nanmax(change, initial=0.0))
     span = high - low or 1.0
-    panel.set_xlim(low - 0.05 * span, high + 0.9 * span)  # room for the numbers
+    panel.set_xlim(low - 0.05 * span, high + 0.9 * span)  # The numbers need room
     panel.grid(False, axis="y")
     x_label(panel, "Difference (%)", 5.0)
     first, second = labels_of(view)
@@ -249,21 +249,21 @@ def published(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _both(view: View, name: str) -> tuple[Floats, Floats]:
-    """Computed and published values, of one shape: a computed one may hold for many designs."""
+    """Computed and published values in one shape: a computed one may hold for many designs."""
     known = view.array(name + PUBLISHED)
     computed = view.array(name).set_dims(dict(known.sizes)).transpose(*known.dims)
     return computed.values.astype(float), known.values.astype(float)
 
 
 def _percent(view: View, name: str) -> Floats:
-    """Computed less published values, in percent of the published ones."""
+    """Difference of computed and published values, in percent of the published ones."""
     computed, known = _both(view, name)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(known != 0, 100 * (computed - known) / np.abs(known), np.nan)
 
 
 def _differences_of_one(view: View, names: Sequence[str], axis: StudyAxis, design: int) -> Figure:
-    """Percent by which the values of one design differ from published ones, a row for each."""
+    """Chart of the percent by which one design differs from published values, a row for each."""
     drawn = names[:MOST_ROWS]
     figure, (panel,) = new_sheet(1, 1, 0.5 + 0.22 * len(drawn))
     percent = [float(_percent(view, name)[design]) for name in drawn]
@@ -274,7 +274,7 @@ def _differences_of_one(view: View, names: Sequence[str], axis: StudyAxis, desig
 
 
 def _rows(panel: Axes, texts: Sequence[str]) -> None:
-    """A named row for each, from above, and a line at no difference."""
+    """Draw a named row for each text, from above, and a line at zero difference."""
     panel.axvline(0.0, color="black", linewidth=0.8, zorder=1)
     for row in range(1, len(texts)):
         panel.axhline(row - 0.5, color="#e6e6e6", linewidth=0.5, zorder=0.4)
@@ -288,7 +288,7 @@ def _rows(panel: Axes, texts: Sequence[str]) -> None:
 def _differences(
     view: View, names: Sequence[str], axis: StudyAxis, rows: NDArray[np.intp]
 ) -> Figure:
-    """Percent by which computed values differ from published ones, a row for each case."""
+    """Chart of the percent by which computed values differ from published ones, by case."""
     from matplotlib.ticker import FuncFormatter, NullLocator, SymmetricalLogLocator
 
     figure, (panel,) = new_sheet(1, 1, 0.7 + 0.22 * rows.size)

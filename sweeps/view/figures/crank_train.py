@@ -45,7 +45,7 @@ FORCES: dict[str, tuple[str, Any]] = {
     "tangential_force": ("#2f7d55", (0, (9, 3))),
     "radial_force": ("#8a6d00", (0, (3, 1, 1, 1, 1, 1))),
 }
-"""Colour and dashes of each force."""
+"""Colour and dashes for each force."""
 
 LONGEST = 1.9  # Length of the longest arrow in crank radii
 
@@ -56,9 +56,9 @@ PISTON = 0.5  # Half height of the piston in crank radii
 class Mechanism:
     """Places in crank radii, x to the side where the pin goes down, y away from the shaft."""
 
-    angle: float  # crank angle [degree] after firing dead centre
+    angle: float  # Crank angle [degree] after firing dead centre
     pin: Floats
-    wrist: Floats  # piston pin
+    wrist: Floats  # Position of the piston pin
     half_bore: float
 
 
@@ -70,7 +70,7 @@ def train_force_names(view: View) -> list[str]:
 
 
 def _given(view: View) -> dict[str, float]:
-    """Parameters that are the same in all designs, and those of this slice."""
+    """Parameters with one value in all designs, and those of this slice."""
     given = json.loads(view.data.attrs.get("parameters", "{}"))
     for name in ("crank_ratio", "bore", "stroke"):
         if name in view.data.variables and view.array(name).ndim == 0:
@@ -173,7 +173,7 @@ def _drawing(
     from matplotlib.patches import Circle, Rectangle
 
     (px, py), (wx, wy), half = place.pin, place.wrist, place.half_bore
-    top = wy - py + 1.0 + PISTON + 0.15  # just above the piston at its dead centre
+    top = wy - py + 1.0 + PISTON + 0.15  # Just above the piston at its dead centre
     for side in (-half, half):
         panel.plot([wx + side] * 2, [top - 2.0 - 1.7 * PISTON, top], color=GREY, linewidth=2.0,
                    zorder=1)  # fmt: skip
@@ -194,10 +194,10 @@ def _drawing(
         # Smaller forces would be arrow heads alone.
         if name in values and abs(values[name]) > 0.02 * largest:
             vector = LONGEST * values[name] / largest * direction
-            if name == "wall_thrust":  # outside the liner, where it can be seen
+            if name == "wall_thrust":  # The thrust is drawn outside the liner, where it is visible
                 start = start + np.sign(vector[0]) * np.array([half, 0.0])
             elif name in ("gas_force", "inertia_force") and vector[1] < 0.0:
-                start = start - vector  # what presses on the piston ends there
+                start = start - vector  # The arrow of a force that presses on the piston ends there
             _arrow(panel, name, start, vector, symbols[name])
     panel.set_aspect("equal")
     panel.margins(x=0.1, y=0.02)
@@ -218,11 +218,11 @@ def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -
     panel.annotate("", tuple(end), tuple(start), arrowprops=look, zorder=6)
     along = vector / np.hypot(*vector)
     pressing = name in ("gas_force", "inertia_force") and vector[1] < 0.0
-    # the symbol of a pressing force stands at its side, others beyond the tip; R ends among bars
+    # The symbol of a pressing force stands at its side, others beyond the tip; R ends among bars
     place = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
     if name == "radial_force":
         place = end + 0.3 * np.array([-along[1], along[0]])
-    panel.update_datalim([start, end, place])  # what lies outside the limits is not written
+    panel.update_datalim([start, end, place])  # Text outside the limits would not be drawn
     panel.annotate(
         symbol, tuple(place), color=FORCES[name][0], fontsize=8.0, va="center", zorder=7,
         ha="left" if pressing else "center",
@@ -231,7 +231,7 @@ def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -
 
 
 def _scale(panel: Axes, view: View, values: dict[str, float]) -> None:
-    """Draw a bar for a round force below the crank: all arrows are to this scale."""
+    """Draw a bar for a round force below the crank, to the scale of all arrows."""
     largest = _largest(values)
     power = 10.0 ** np.floor(np.log10(largest))
     length = max(step * power for step in (0.5, 1.0, 2.0, 5.0) if step * power <= 0.8 * largest)

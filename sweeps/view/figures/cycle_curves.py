@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_TOGETHER = 6  # Panels of a figure with several variables in each: more would be too small
+MOST_TOGETHER = 6  # Most panels of a figure with several variables in each: more would be too small
 
 DEVIATION = "Deviation from the mean over the cycle (%)"
 
@@ -137,7 +137,7 @@ def _draw_group(
     panel: Axes, entries: Entries, view: View, names: Sequence[str], place: Mapping[str, int],
     look: Callable[[str], dict[str, Any]] | None,
 ) -> None:  # fmt: skip
-    """Lines of several variables; a rod load is shaded where it has its rarer direction."""
+    """Draw lines of several variables; a rod load is shaded where it has its rarer direction."""
     draw_lines(panel, entries, view, names, place, look)
     if "combined_rod_load" not in names:
         return
@@ -155,7 +155,7 @@ def _draw_group(
 
 def curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the crank angle, along each axis that changes it."""
-    with_speed = torque_and_speed_names(study.view)  # their figure has the nominal design
+    with_speed = torque_and_speed_names(study.view)  # Their figure shows the nominal design
     for name in names:
         views = list(study.views_of(name))
         others = [(view, along) for view, along in views if along not in COUNTED]
@@ -170,7 +170,7 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
 
     Where lines are far apart, their deviations from their means are drawn too, or in their place.
     """
-    # Parts of the engine, such as its throws, have a panel each, whatever else there is.
+    # Parts of the engine, such as its throws, always have a panel each.
     parts = [dim for dim in COUNTED if dim in view.array(name).dims]
     facet = parts[0] if parts else facet_of(view, [name], [along]) if along else None
     view = view.only([name], [along, facet])
@@ -221,12 +221,12 @@ def far_apart(curves: Sequence[Floats]) -> bool:
 def deviation(values: Floats) -> Floats:
     """Deviation of a closed curve from its mean over the cycle, in percent."""
     known = np.isfinite(values)
-    known[-1] = False  # the first value again
+    known[-1] = False  # The last value repeats the first
     mean = values[known].mean() if known.any() else np.nan
     return np.asarray(100 * (values / mean - 1))
 
 
-# ---- several variables above each other ----------------------------------------------------------
+# ---- several panels above each other -------------------------------------------------------------
 
 
 def kinematics(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -244,7 +244,7 @@ def _stacked(
 ) -> NamedFigures:
     """Panels above each other with one crank angle, and a line for each value of an axis.
 
-    A variable that is drawn twice has a logarithmic ordinate the second time, if it is positive.
+    A positive variable that is drawn twice has a logarithmic ordinate the second time.
     """
     names = list(dict.fromkeys(drawn))
     views = study.views_by_axis(names)
@@ -287,7 +287,7 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
     shown = [name for name in names if whole.varies([name], along)]
     if len(shown) < 2:
         return
-    # Where the inertia torque is the same for all loads, it is drawn once (Kakaitsas, Fig 5.8).
+    # An inertia torque that is the same for all loads is drawn once (Kakaitsas, Fig 5.8).
     once = "inertia_torque"
     alone = "gas_torque" in shown and over_angle(whole, once) and not whole.varies([once], along)
     view = whole.only([*shown, *([once] if alone else [])], [along])
@@ -359,7 +359,7 @@ def torque_components(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _load_law(whole: View, sums: Sequence[str], along: str, title: str) -> Figure:
-    """Where only the load torque changes: components once, load torque for each value."""
+    """Figure in which only the load torque changes: components once, load torque for each value."""
     view = whole.only([*sums, "load_torque"], [along])
     axis = view.axis(along)
 

@@ -79,7 +79,7 @@ def distributions(study: Study, names: Sequence[str]) -> NamedFigures:
 def _mark(
     panel: Axes, view: View, quantity: str, at: Mapping[str, int], entries: Entries, *, told: bool
 ) -> None:
-    """Lines at the mean and at quantiles; of a single panel the legend tells the numbers."""
+    """Draw lines at the mean and at quantiles, with the numbers in a single panel's legend."""
     of = view.array(f"{quantity}_mean")
     mean = float(view.numbers(f"{quantity}_mean", at))
     values = np.atleast_1d(view.numbers(f"{quantity}_quantile", at))

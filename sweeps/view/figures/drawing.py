@@ -63,7 +63,7 @@ def figure(
         if drawn is None:
             raise SceneError(_missing(kind))
         if ax is None:
-            drawn.canvas.draw()  # ticks are made with the style that holds now
+            drawn.canvas.draw()  # Drawing makes the ticks, with the style in force
     return drawn
 
 
@@ -142,7 +142,7 @@ def _subject(dataset: xr.Dataset) -> str:
     several = {"engine", "arrangement", "cylinders"} & {*dataset.dims, *dataset.coords}
     engine = str(dataset.attrs.get("engine") or "")
     title = str(dataset.attrs.get("engine_title") or "").split(" (")[0].rstrip(".")
-    if several or not title:  # the title tells how many cylinders the engine itself has
+    if several or not title:  # A title has the number of cylinders of a single engine
         title = f"Engine {engine}" if engine and "engine" not in several else ""
     if title:
         parts.append(shorten(title, 90))
@@ -153,7 +153,7 @@ def _subject(dataset: xr.Dataset) -> str:
 
 
 def _one(dataset: xr.Dataset, name: str) -> float:
-    """A parameter that is the same in the whole archive; 0 if it is not there."""
+    """A parameter with one value in the whole archive; 0 without it."""
     try:
         value: Any = json.loads(dataset.attrs["parameters"])[name]
         return float(value)
@@ -219,9 +219,9 @@ def draw(
 
 @contextmanager
 def _together(folder: Path) -> Iterator[dict[Path, Path]]:
-    """Files that get their names when all of them are written; else none is left.
+    """Files that get their names when all of them are written; otherwise all are removed.
 
-    A link of such a name is replaced: followed, it would lead the writing elsewhere.
+    A link with such a name is replaced: its target must not be written.
     """
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     unfinished: dict[Path, Path] = {}
@@ -233,7 +233,7 @@ def _together(folder: Path) -> Iterator[dict[Path, Path]]:
     except BaseException:
         for part in unfinished.values():
             part.unlink(missing_ok=True)
-        with suppress(OSError):  # another program's files keep it
+        with suppress(OSError):  # A file that another program uses stays
             for path in missing:
                 path.rmdir()
         raise

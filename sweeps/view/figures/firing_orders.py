@@ -108,8 +108,9 @@ def _strips(
     figure, panels = new_sheet(len(criteria), 1, 0.3 + 0.62 * len(criteria))
     entries: Entries = {}
     backwards = np.array([text.endswith("other way)") for text in builders])
-    # More orders of practice would not be told apart.
-    named = np.flatnonzero(known & ~backwards)[:8]  # an order read backwards is nearly the same
+    # More orders that are built could not be distinguished.
+    # An order read backwards gives nearly the same result
+    named = np.flatnonzero(known & ~backwards)[:8]
     for panel, name in zip(panels, criteria, strict=True):
         x = values[name]
         (marks,) = panel.plot(

@@ -27,7 +27,7 @@ SHEET = (
     "pressure_of_cycle", "heat_release_rate", "heat_released", "imep_of_cycle",
     "peak_pressure_of_cycle", "peak_angle_of_cycle",
 )  # fmt: skip
-"""Variables of the sheet of a recorded pressure, besides mean pressure and volume."""
+"""Variables on the sheet of a recorded pressure, besides mean pressure and volume."""
 
 NEAR = (-60.0, 90.0)
 """First and last crank angle of the panels around firing dead centre, in degrees."""
@@ -35,7 +35,7 @@ NEAR = (-60.0, 90.0)
 MEAN = "#000000"
 
 
-# --- any archive -------------------------------------------------------------------------------
+# --- any archive ----------------------------------------------------------------------------------
 
 
 def work_names(view: View) -> list[str]:
@@ -48,7 +48,7 @@ def work_names(view: View) -> list[str]:
 
 def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw p over V, and both logarithmic where the clearance volume is known."""
-    # Axes that change the travel of the piston alone leave the loops nearly the same.
+    # Axes that change only the travel of the piston leave the loops nearly the same.
     views = study.views_by_axis(names[:1])
     for whole, along in views:
         view = whole.only(names, [along])
@@ -76,7 +76,7 @@ def _volume_label(view: View, name: str, logarithmic: bool) -> str:
 
 
 def _volume(view: View, name: str, place: Mapping[str, int], ratio: float | None) -> Floats:
-    """Abscissa: the volume itself, or from the piston's travel over the swept volume."""
+    """Abscissa: cylinder volume, or volume over swept volume from the travel of the piston."""
     values = trace(view, name, place)[1]
     if name == "cylinder_volume":
         return values
@@ -85,7 +85,7 @@ def _volume(view: View, name: str, place: Mapping[str, int], ratio: float | None
 
 
 def _ratio(view: View, place: Mapping[str, int]) -> float | None:
-    """Compression ratio at a place: of an axis, or what the scene sets; None if not known."""
+    """Compression ratio at a place, from an axis or from the scene; None if unknown."""
     if "compression_ratio" in view.data.coords:
         value = view.at("compression_ratio", place)
         return float(value.values) if value.ndim == 0 else None
@@ -97,7 +97,7 @@ def _ratio(view: View, place: Mapping[str, int]) -> float | None:
 
 
 def _work_lines(panel: Axes, view: View, abscissa: str, axis: StudyAxis, entries: Entries) -> None:
-    """One loop for each value of an axis."""
+    """Draw one loop for each value of an axis."""
     places = axis.picked()
     for rank, index in enumerate(places):
         place = axis.place(index)
@@ -162,15 +162,15 @@ def _cycles(view: View) -> Floats:
 
 
 def _near(view: View) -> Booleans:
-    """Whether crank angles are around firing dead centre."""
+    """Whether crank angles are near firing dead centre."""
     angle = view.numbers("crank_angle")
     return (angle >= NEAR[0]) & (angle <= NEAR[1])
 
 
 def _pressure_lines(panel: Axes, view: View, entries: Entries, at: Booleans, band: bool) -> None:
-    """Single cycles and their mean, at some angles; `band`: where 90 % of many cycles are."""
+    """Draw single cycles and their mean at some angles; `band` has 90 % of many cycles."""
     angle, every = view.numbers("crank_angle")[at], _cycles(view)[:, at]
-    # More lines of single cycles would be one grey surface.
+    # More lines of single cycles would become one grey surface.
     some = every[pick(len(every), 60)]
     if len(every) > 1:
         lines = panel.plot(angle, some.T, color="#b0b0b0", linewidth=0.4, rasterized=True, zorder=1)
@@ -222,7 +222,7 @@ def _over_volume(panel: Axes, view: View, entries: Entries) -> Drawn:
 
 
 def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
-    """Both logarithmic, with the polytropes that were fitted."""
+    """Draw the loop on logarithmic axes, with the fitted polytropes."""
     v, p = _loop(panel, view)
     if not np.all(p > 0.0):
         panel.text(0.5, 0.5, "pressure is not positive", transform=panel.transAxes, ha="center",
@@ -235,13 +235,13 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
         ("expansion_exponent", "#2f7d55", (0, (6, 1.5))),
     ):
         exponent = float(view.numbers(name)) if view.has(name) else 0.0
-        # Another exponent is not that of a gas.
+        # No gas has an exponent outside these limits.
         if not 0.0 < exponent < 5.0:
             continue
         start, end = (float(view.array(name).attrs[key]) for key in ("from_angle", "to_angle"))
         at = (angle >= start) & (angle <= end) & (p > 0.0)
         level = np.exp(np.mean(np.log(p[at] * v[at] ** exponent)))
-        # drawn beyond the fitted part, so that a bend shows
+        # The line extends beyond the fitted part, so that a bend shows
         wide = np.geomspace(np.nanmin(v), np.nanmax(v), 2)
         (line,) = panel.plot(wide, level * wide**-exponent, color=colour, linestyle=dashes,
                              linewidth=0.9, zorder=4)  # fmt: skip
@@ -273,7 +273,7 @@ def _heat(panel: Axes, view: View, entries: Entries) -> Drawn:
 
 
 def _imep(panel: Axes, view: View, entries: Entries) -> Drawn:
-    """Imep of each cycle with its mean and standard deviation."""
+    """Draw the imep of each cycle with its mean and standard deviation."""
     values = view.numbers("imep_of_cycle")
     mean, spread = float(values.mean()), float(values.std(ddof=1))
     panel.axhspan(mean - spread, mean + spread, color="#ececec", linewidth=0.0, zorder=0)
@@ -284,7 +284,7 @@ def _imep(panel: Axes, view: View, entries: Entries) -> Drawn:
 
 
 def _peaks(panel: Axes, view: View, entries: Entries) -> Drawn:
-    """Largest pressure of each cycle over its angle."""
+    """Draw the largest pressure of each cycle over its angle."""
     angle, pressure = "peak_angle_of_cycle", "peak_pressure_of_cycle"
     x, y = view.numbers(angle), view.numbers(pressure)
     panel.plot(x, y, "o", markersize=2.5, color=shade(0.3))

@@ -80,23 +80,25 @@ from sweeps.view.figures.views import RUNNING, View
 class Kind:
     """A kind of figure."""
 
-    name: str  # for people and for `--only`: an identifier in small letters
-    shows: str  # what is drawn, as one line for people
-    needs: str  # what an archive must have for it, as the end of "it needs ..."
-    takes: Callable[[View], Sequence[str]]  # variables that it can draw; none: it draws nothing
-    draw: Callable[[Study, Sequence[str]], NamedFigures]  # figures of what `takes` gave, by file
-    shared: bool = False  # whether its variables get figures of general kinds too
-    general: bool = False  # whether it draws only what no other kind takes for itself
-    own_angle: bool = False  # whether it has an abscissa of its own: options of the angle end here
+    name: str  # Name for people and for `--only`: an identifier in small letters
+    shows: str  # Content of the figure, in one line for people
+    needs: str  # Data that an archive must have, as the end of "it needs ..."
+    # Variables that the kind can draw; without any it draws nothing
+    takes: Callable[[View], Sequence[str]]
+    # Figures of the variables that `takes` gave, by file
+    draw: Callable[[Study, Sequence[str]], NamedFigures]
+    shared: bool = False  # Whether its variables get figures of general kinds too
+    general: bool = False  # Whether it draws only variables that no other kind takes for itself
+    own_angle: bool = False  # Whether it has an abscissa of its own, without options of the angle
 
 
 def _over_angle(*names: str) -> Callable[[View], list[str]]:
-    """Take those of some variables that are curves over the crank angle."""
+    """Function that selects those of some variables that are curves over the crank angle."""
     return lambda view: [name for name in names if angle_lines.over_angle(view, name)]
 
 
 def _all_of(*names: str) -> Callable[[View], list[str]]:
-    """Take all variables of an archive that has these; none of others."""
+    """Function that selects all variables of an archive with some of them; otherwise none."""
 
     def takes(view: View) -> list[str]:
         return [str(name) for name in view.data.data_vars] if all(map(view.has, names)) else []
@@ -105,12 +107,12 @@ def _all_of(*names: str) -> Callable[[View], list[str]]:
 
 
 def _described(usable: Callable[[Mapping[str, Any]], bool]) -> Callable[[View], list[str]]:
-    """Take the attribute that describes arrangements, where one of them can be drawn."""
+    """Function that selects the attribute with arrangements, if one of them can be drawn."""
     return lambda view: ["arrangement"] if arrangement.arrangements_of(view, usable) else []
 
 
 def _running(dimension: str | None) -> Callable[[View], list[str]]:
-    """Take variables that run along a dimension, or along none."""
+    """Function that selects variables that run along a dimension, or along none."""
 
     def takes(view: View) -> list[str]:
         names = [str(name) for name in view.data.data_vars if view.has(str(name))]
@@ -245,7 +247,7 @@ KINDS = (
     Kind("published", "computed against published values", "a scene's [reference]",
          compared.published_names, compared.published, shared=True),
 )  # fmt: skip
-"""Every kind of figure. This is the only list of them."""
+"""Every kind of figure. This is the only list of kinds."""
 
 
 def uncertainty_names(view: View) -> set[str]:
@@ -279,7 +281,8 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 for name in names_of[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
-                and "flag_meanings" not in study.view.array(name).attrs  # a verdict is a word
+                # A verdict is a word, not a number
+                and "flag_meanings" not in study.view.array(name).attrs
                 and name not in statistics
                 and (name in chosen if chosen else name not in taken)
                 and (kind.draw is not numbers.numbers or numbers.says_something(study.view, name))

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_MARKS = 900
-"""Cells of a map up to which designs that missed the tolerance are marked one by one."""
+"""Most cells of a map in which designs that missed the tolerance are marked one by one."""
 
 
 def map_panels(
@@ -88,7 +88,7 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
 def _tables(
     view: View, name: str, axes: tuple[str, str, str | None], places: Sequence[int]
 ) -> tuple[Floats, NDArray[Any]]:
-    """Values of each map, and why some are no numbers, both of shape (maps, up, along)."""
+    """Values of each map, and reasons for missing numbers, both of shape (maps, up, along)."""
     along, up, facet = axes
     array = view.array(name)
     said = xr.Variable(array.dims, view.outcomes(name, array, {}))
@@ -117,7 +117,7 @@ def _map_panel(
     panel: Axes, x: StudyAxis, y: StudyAxis, table: Floats, why: NDArray[Any], norm: Normalize,
     levels: Floats,
 ) -> None:  # fmt: skip
-    """Cells for designs, contours through their middles, hatching for what is lost."""
+    """Draw cells for designs, contours through their middles, hatching for missing results."""
     edges = cell_edges(x), cell_edges(y)
     lost = ~np.isfinite(table)
     masked = np.ma.masked_array(table, lost)
@@ -148,7 +148,7 @@ def _map_panel(
 def _target_contours(
     panel: Axes, view: View, name: str, shown: tuple[StudyAxis, StudyAxis, Floats], entries: Entries
 ) -> None:
-    """Contours at the targets of a map's quantity, and lines at those of its axes."""
+    """Draw contours at the targets of a map's quantity, and lines at those of its axes."""
     from matplotlib.lines import Line2D
 
     x, y, table = shown
@@ -191,7 +191,7 @@ def _levels(values: Floats, log: bool) -> Floats:
 
 
 def _light_map() -> Colormap:
-    """Light to middle tones, darker for more: black contours and hatching can be seen on it."""
+    """Colours from light to middle tones, on which black contours and hatching are visible."""
     import matplotlib
     from matplotlib.colors import ListedColormap
 
@@ -201,7 +201,7 @@ def _light_map() -> Colormap:
 def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
     """The middle of each contour that is long enough for a label, in data coordinates.
 
-    matplotlib's own choice, the straightest part, is often at the border, which cuts the label.
+    The straightest part, which matplotlib takes, is often at the border, which cuts the label.
     """
     places = []
     for segments in lines.allsegs:
@@ -252,7 +252,7 @@ def _colour_bar(
     figure: Figure, panels: Sequence[Axes], norm: Normalize, levels: Floats, label: str,
     height: float,
 ) -> None:  # fmt: skip
-    """Colour bar with the contours on it, ticks at their levels."""
+    """Draw a colour bar with the contours on it, and ticks at their levels."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import NullLocator
 
@@ -271,7 +271,7 @@ def _colour_bar(
 def outcome_names(view: View) -> list[str]:
     """The status, where there are two axes and some designs failed."""
     if not view.has("status") or len(_outcome_axes(view)) < 2 or REDUCTION in view.data.attrs:
-        return []  # few of the designs were kept
+        return []  # Few of the designs were kept
     return [] if np.isin(view.array("status").values, SOUND).all() else ["status"]
 
 
@@ -310,6 +310,6 @@ def outcomes_map(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _fraction_text(where: NDArray[Any]) -> str:
-    """Write a fraction of all designs in percent; a fraction near 0 as a count."""
+    """A fraction of all designs in percent; a fraction near 0 as a count."""
     part = 100 * float(np.mean(where))
     return f"{part:.3g} %" if part >= 0.1 else f"{int(where.sum())} of {where.size}"

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Draw = Callable[["Axes", View, int], Entries]
 """Function that draws one recording into a panel and returns the entries of the legend."""
 
-MEASURED, COMPUTED = 0.0, 0.75  # Lightness of lines of measured and of computed speeds
+MEASURED, COMPUTED = 0.0, 0.75  # Lightness of the lines of measured and of computed speeds
 
 
 def with_recordings(view: View) -> View:
@@ -69,7 +69,7 @@ def recording_tag(view: View, place: int) -> str:
         values = coordinate.values
         if coordinate.dtype.kind not in "if":
             return shorten(str(values[place]))
-        # Recordings that differ by less than 1 % are not told apart by the value.
+        # Recordings whose values differ by less than 1 % are not named by them.
         if values.size == 1 or np.ptp(values) > 0.01 * np.abs(values).max():
             return value_text(coordinate.variable, str(key), float(values[place]))
     return file_label(str(view.data["file"].values[place]))
@@ -175,7 +175,7 @@ def recording_panels(
 
 
 def _cycle_axes(view: View, sheet: Multiples) -> None:
-    """The whole cycle along all panels, named below the lowest ones."""
+    """Show the whole cycle along all panels, named below the lowest ones."""
     import xarray as xr
 
     width = float(view.numbers("interval_width").sum())
@@ -235,7 +235,7 @@ def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     yield "measured_orders", _orders(view)
     rows: Sequence[Delta] = DELTAS_MEASURED
     step = 0.14
-    if not _has_errors(view):  # there is one measured delta then
+    if not _has_errors(view):  # Without errors of teeth there is one measured delta
         rows, step = (replace(rows[2], text="measured"), rows[3]), 0.2
     yield "measured_delta", delta_figure(
         view, rows, step, r"Coefficient of speed fluctuation $\delta$",
@@ -260,7 +260,7 @@ def _measured_notes(view: View) -> list[str]:
 
 
 def _corrected(panel: Axes, view: View, place: int) -> Entries:
-    """Measured mean and band of one standard deviation over cycles, and the computed speed."""
+    """Draw the measured mean with the deviation over cycles, and the computed speed."""
     mean, own = (view.numbers(name)[place] for name in ("omega_measured", "omega"))
     curves = mean, view.numbers("omega_measured_std")[place], own
     means = float(mean.mean()), float(own.mean())
@@ -269,13 +269,13 @@ def _corrected(panel: Axes, view: View, place: int) -> Entries:
 
 
 def _raw(panel: Axes, view: View, place: int) -> Entries:
-    """Raw speed of each interval with its band, and what the computed speed would show there."""
+    """Draw the raw speed of each interval with its band, and the computed speed on the wheel."""
     texts = "raw, mean over cycles", "computed, through the wheel"
     return through_wheel(panel, view, place, texts)
 
 
 def _measured_title(view: View, place: int, raw: str = "") -> str:
-    """Recording, and how alike the curves are."""
+    """Title with the recording, and the correlation of the curves."""
     rms = view.numbers(f"rms_difference{raw}")[place]
     alike = view.numbers(f"correlation{raw}")[place]
     if not np.isfinite(alike):
@@ -288,7 +288,7 @@ def _title_raw(view: View, place: int) -> str:
 
 
 def _differences(panel: Axes, view: View, place: int) -> Entries:
-    """Measured less computed speed over the angle, with the standard error of the mean."""
+    """Draw measured less computed speed over the angle, with the standard error of the mean."""
     raw = "wheel" in view.data.attrs
     pair = ("omega_raw", "omega_through_wheel") if raw else ("omega_corrected",
                                                              "omega_between_teeth")  # fmt: skip
@@ -306,7 +306,7 @@ def _differences(panel: Axes, view: View, place: int) -> Entries:
 
 
 def _orders(view: View) -> Figure:
-    """Amplitudes of orders, measured and computed side by side, over the mean speed."""
+    """Figure of the amplitudes of orders, measured and computed side by side, over the mean speed."""
     shown = shown_recordings(view)
     sheet = multiples(len(shown), 0.6, 2.0, sharex=True, sharey=True)
     orders = view.numbers("order")
@@ -336,7 +336,7 @@ def _has_errors(view: View) -> bool:
     return not said.startswith("not")
 
 
-NORMAL = 1.96  # Standard deviations to each side of a 95 % interval
+NORMAL = 1.96  # Half width of a 95 % interval in standard deviations
 
 DELTAS_FITTED = (
     Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
@@ -368,7 +368,7 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         "Speed fluctuation, measured, fitted and predicted", ["bars and ±: 95 % intervals", *notes],
         NORMAL,
     )  # fmt: skip
-    # A map of more correlations could not be read.
+    # A map of more correlations would be illegible.
     if "parameter" in view.data.dims and view.data.sizes["parameter"] <= 24:
         yield "fit_correlations", _correlations(view)
     if "tooth_error" in names:
@@ -379,7 +379,7 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _fit_notes(view: View) -> list[str]:
-    """Fitted values with their intervals, as many as a line has room for."""
+    """Notes with fitted values and their intervals, as many as a line has room for."""
     data = view.data
     names, units = (np.atleast_1d(data[key].values) for key in ("parameter", "unit"))
     low, value, high = (
@@ -395,7 +395,7 @@ def _fit_notes(view: View) -> list[str]:
 
 
 def _rounded(value: float, half: float, unit: str) -> str:
-    """A value and half its interval, to two digits of that, as text that no line breaks."""
+    """A value and half its interval, to two digits of the latter, as unbroken text."""
     digits = max(0, 1 - int(np.floor(np.log10(half)))) if half > 0.0 else 4
     text = f"{value:.{digits}f} ± {half:.{digits}f}".replace("-", "\N{MINUS SIGN}")
     sign = unit_text(unit)
@@ -404,7 +404,7 @@ def _rounded(value: float, half: float, unit: str) -> str:
 
 
 def _fit_title(view: View, place: int) -> str:
-    """Recording, and how large what is left is."""
+    """Title with the recording, and the size of the residuals."""
     residual = view.numbers("residual")[place][view.numbers("interval_used") > 0]
     rms = float(np.sqrt(np.mean(residual**2)))
     return f"{recording_tag(view, place)}\nrms residual {rms:.2g} standard errors"
@@ -421,7 +421,7 @@ def _of_noise(view: View) -> list[str]:
 
 
 def _speeds(panel: Axes, view: View, place: int) -> Entries:
-    """Measured mean with its spread over cycles, and the fitted speed as seen through the wheel."""
+    """Draw the measured mean with its spread, and the fitted speed as the wheel shows it."""
     wheel = "wheel" in view.data.attrs
     texts = ("measured, raw, mean over cycles" if wheel else "measured, mean over cycles",
              "fitted, through the wheel" if wheel else "fitted")  # fmt: skip
@@ -429,7 +429,7 @@ def _speeds(panel: Axes, view: View, place: int) -> Entries:
 
 
 def _residuals(panel: Axes, view: View, place: int) -> Entries:
-    """Residuals over the angle, and where 95 % of noise would be."""
+    """Draw residuals over the angle, and the range of 95 % of noise."""
     angle, used = view.numbers("interval"), view.numbers("interval_used") > 0
     residual = np.where(used, view.numbers("residual")[place], np.nan)
     band = panel.axhspan(-NORMAL, NORMAL, color=shade(MEASURED), alpha=0.12, linewidth=0)

@@ -66,7 +66,7 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
     elsewhere = [
         (other, keys)
         for key, other, keys in study.elsewhere
-        if key == parameter and not view.axis(parameter).words  # words have no common places
+        if key == parameter and not view.axis(parameter).words  # Words have no common places
     ]
     more = [
         line_of(other, name, {}, other.fixed["design"], x=other.axis(parameter).values)
@@ -81,7 +81,7 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
 
 
 def _lines_of(view: View, group: Sequence[str]) -> list[Line]:
-    """A line for each variable, called by it where there are several."""
+    """A line for each variable, with its name where there are several."""
     several = len(group) > 1
     names = {name: view.title(name) if several else COMPUTED for name in group}
     return [line_of(view, name, {}, text) for name, text in names.items()]
@@ -131,7 +131,7 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
             entries.setdefault("Published", rings)
         for why in sorted({str(said) for said in line.outcomes if said}):
             if why == NO_VALUE and axis.name in COUNTED:
-                continue  # the engine has no such part
+                continue  # The engine has no such part
             places = np.flatnonzero(line.outcomes[picked] == why)
             if np.isfinite(line.y[picked][places]).any():
                 panel.plot(line.y[picked][places], places, **doubt_look(9.0))
@@ -183,7 +183,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
 
 
 def _values(view: View, name: str) -> Floats | None:
-    """All values of a variable, or None where they are too many to look at."""
+    """All values of a variable, or None where they are too many to compare."""
     array = view.array(name)
     return np.asarray(array.values, dtype=float) if array.size <= MOST_READ else None
 
@@ -256,7 +256,7 @@ def deviations_of_speed(study: Study, names: Sequence[str]) -> Study:
 
 
 def _changed(study: Study, change: Callable[[View], View]) -> Study:
-    """The same change to all views of a study."""
+    """Study with one change to all its views."""
     return replace(
         study,
         view=change(study.view),
@@ -275,7 +275,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
     new = {}
     for name in names:
         array = view.array(name)
-        # One revolution a minute has these sizes in the units of speeds.
+        # One revolution a minute in each unit of speeds.
         unit = {"rpm": 1.0, "rad s-1": RPM}.get(str(array.attrs.get("units")))
         if unit is None or not set(nominal.dims) <= set(array.dims):
             continue
@@ -290,7 +290,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
         }
         for key in (name, name + PUBLISHED):
             if key in data.data_vars and set(nominal.dims) <= set(view.array(key).dims):
-                # named arrays line up by their dimensions
+                # Named arrays line up by their dimensions
                 ratio = view.array(key) / (nominal * unit)
                 values = (100.0 * (ratio - 1.0)).transpose(*view.array(key).dims)
                 new[key] = xr.Variable(values.dims, values.values, attributes)
@@ -298,10 +298,10 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
 
 
 MAIN = ("delta",)
-"""Main results of a study, drawn against each of their axes even where there is a map."""
+"""Main results of a study, drawn along each axis even where there is a map."""
 
 UNIT_CHANGES = {"load_coefficient": "load_exponent"}
-"""A variable whose unit depends on a parameter: it is not drawn along that parameter."""
+"""Variables whose unit depends on a parameter, along which they are not drawn."""
 
 
 def says_something(view: View, name: str) -> bool:
@@ -333,9 +333,9 @@ def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _is_level(view: View, name: str) -> bool:
-    """Whether one number says all of a variable: it has no axis, or none does anything to it.
+    """Whether one number describes a variable: it has no axis, or no axis has an effect.
 
-    So does "no value", where there is none and no design failed.
+    So does "no value", if all values are missing and no design failed.
     """
     axes, array = view.axes([name]), view.array(name)
     if not axes:
@@ -364,13 +364,13 @@ def _study_figures(view: View, name: str) -> NamedFigures:
     idle = [dim for dim in view.axes([name]) if view.idle([name], dim)]
     axes = [dim for dim in view.axes([name]) if dim not in idle]
     numbers = [dim for dim in axes if not view.axis(dim).words]
-    # Lines show more than a map over an axis of few values.
-    # Between whole numbers there is nothing that a map could show.
+    # Lines show more than a map over an axis of few values. Nothing lies between whole numbers that
+    # a map could show.
     whole = (*COUNTED, "cylinders", "passes", "truncation")
     wide = [d for d in numbers if view.data.sizes[d] >= 5 and d not in whole]
     stem = name
     if len(wide) >= 2:
-        # the two longest, in the order of the archive
+        # The two longest axes, in the order of the archive
         chosen = sorted(wide, key=lambda dim: -view.data.sizes[dim])[:2]
         along, up = (dim for dim in axes if dim in chosen)
         facet = facet_of(view, [name], (along, up))
@@ -398,7 +398,7 @@ def _study_figures(view: View, name: str) -> NamedFigures:
 def _over_designs(
     study: Study, stem: str, group: Sequence[str], axes: Sequence[str]
 ) -> NamedFigures:
-    """Variables over a list of designs: along each parameter that has a family."""
+    """Figures over a list of designs, along each parameter that has a family."""
     if len(axes) > 1:
         for view in [view for _, view in study.base] or [study.view]:
             for name in group:

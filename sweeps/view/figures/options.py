@@ -37,7 +37,7 @@ MOST_DPI = 1200  # Most dots per inch of a style; with more, a figure takes giga
 MOST_POINTS = 500
 """Largest letters, lines, marks and gaps of a style in points; larger ones fill any figure."""
 
-Target = tuple[str, float]  # A value that is aimed at, as it was written (1/200) and as a number
+Target = tuple[str, float]  # Target value, as the user wrote it (1/200) and as a number
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def _names(given: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def _pair(given: str | tuple[float, float], sign: str) -> tuple[float, float] | None:
-    """Two finite numbers, of a text with a sign between them."""
+    """Two finite numbers in a text with a sign between them."""
     if isinstance(given, str):
         number = r"\s*+([-+]?(?:\d++(?:\.(?!\.)\d*+)?+|\.\d++))\s*+"
         match = re.fullmatch(number + sign + number, given, re.ASCII)
@@ -222,7 +222,7 @@ def _ratio(name: str, text: str) -> float:
 
 
 def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
-    """Settings of matplotlib from a file, one of its own styles, or as they are."""
+    """Settings of matplotlib from a file, from one of its own styles, or from a mapping."""
     if given is None:
         return {}
     from matplotlib import style
@@ -238,8 +238,7 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
             f"{did_you_mean(str(given), [str(one) for one in style.library])}"
         )
     name = f"style {one_line(given, 200)}"
-    # TeX is a program of its own, whose commands read and write files; a tight box would change
-    # the size that is asked for.
+    # TeX runs commands that read and write files; a tight box would change the requested size.
     left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex",
                 "savefig.bbox"}  # fmt: skip
     kept = {k: v for k, v in _style_file(Path(given), name).items() if k not in left_out}
@@ -248,7 +247,7 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
 
 
 def _style_file(path: Path, name: str) -> dict[str, Any]:
-    """Settings of a style file; what matplotlib would only log of its lines is refused."""
+    """Settings of a style file; lines that matplotlib would only log as faults are refused."""
     import matplotlib
 
     if not path.is_file():
@@ -261,7 +260,7 @@ def _style_file(path: Path, name: str) -> dict[str, Any]:
     log.addHandler(complaints)
     try:
         settings: Any = matplotlib.rc_params_from_file(path, use_default_template=False)
-    except Exception as error:  # whatever matplotlib makes of the text of others
+    except Exception as error:  # matplotlib may raise any error for unknown text
         raise SceneError(f"{name}: {_first_line(error)}") from None
     finally:
         log.removeHandler(complaints)
@@ -273,9 +272,9 @@ def _style_file(path: Path, name: str) -> dict[str, Any]:
 
 
 def _check_style(style: Mapping[str, Any], name: str) -> None:
-    """Check that matplotlib takes the settings, that none makes a figure huge, and that it draws.
+    """Check that matplotlib takes the settings, that no figure becomes huge, and that it draws.
 
-    It reads markers and colours that it does not have, and fails as it draws them.
+    matplotlib accepts unknown markers and colours, and fails as it draws them.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -298,7 +297,7 @@ def _check_style(style: Mapping[str, Any], name: str) -> None:
 
 
 def _check_size(key: str, value: Any, name: str) -> None:
-    """Check what makes a figure huge, or its drawing end in the library."""
+    """Check a setting that could make a figure huge, or stop its drawing."""
     dots = key in ("figure.dpi", "savefig.dpi") and value != "figure"
     points = re.search(r"(\.|font|label|title|marker|cap)size$|width$|(\.|label|title)pad$", key)
     low, high, unit = (1, MOST_DPI, "") if dots else (0, MOST_POINTS, " points")

@@ -51,7 +51,7 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
     """
     facet = facet_of(view, [name], [along]) if along else None
     if along and view.data.sizes[along] > 3:
-        facet, along = along, None  # bars of many values hide each other
+        facet, along = along, None  # Bars of many values would hide each other
     view = view.only([name], [along, facet])
     axis, across = view.axis(along), view.axis(facet)
     places = [
@@ -93,7 +93,7 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
 
 
 def _frame(panel: Axes, order: Floats, variable: xr.Variable) -> None:
-    """Line at zero, and the scales of a panel over all orders."""
+    """Draw a line at zero, and set the scales of a panel over all orders."""
     panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
     degree_ticks(panel, variable)
     panel.set_xlim(order[0] - 0.5, order[-1] + 0.5)
@@ -101,7 +101,7 @@ def _frame(panel: Axes, order: Floats, variable: xr.Variable) -> None:
 
 
 def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
-    """Bars at their orders, narrower from value to value so that each is seen; colours of lines."""
+    """Draw bars at their orders, narrower from value to value so that all are visible."""
     rank, count = of
     width = room * (0.34 if count == 1 else 0.8 * (1.0 - rank / count))
     colour = line_style(rank, count)["color"]
@@ -110,7 +110,7 @@ def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, in
 
 
 def _marks(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
-    """Marks at their orders, smaller from value to value so that each is seen."""
+    """Draw marks at their orders, smaller from value to value so that all are visible."""
     rank, count = of
     style = line_style(rank, count)
     (points,) = panel.plot(
@@ -122,7 +122,7 @@ def _marks(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, i
 
 
 def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floats) -> Any:
-    """Where a phase has a meaning: it is a number, and its amplitude in the archive is not 0."""
+    """Whether each phase has a meaning: a number whose amplitude in the archive is not 0."""
     known = np.isfinite(phases)
     other = name.removesuffix("_phase") + "_order"
     if other == name or not view.has(other):
@@ -131,21 +131,21 @@ def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floa
     return known & (size > NOTHING * np.nanmax(size, initial=0.0))
 
 
-MOST_STEMS = 24  # Most speeds of a waterfall; the stems of more of them would hide each other
+MOST_STEMS = 24  # Most speeds of a waterfall: the stems of more speeds would hide each other
 
 
 def waterfall_names(view: View) -> list[str]:
     """Amplitudes over order and speed."""
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
-    # Fewer speeds are told apart as stems side by side.
+    # Stems side by side distinguish fewer speeds.
     return [
         name
         for name in names
         if {"speed", "order"} <= set(view.array(name).dims)
-        and "mode" not in view.array(name).dims  # the Campbell diagram has critical speeds
+        and "mode" not in view.array(name).dims  # The Campbell diagram has the critical speeds
         and view.data.sizes["speed"] >= 3
         and not view.axis("speed").words
-        and view.array(name).attrs.get("units") != "degree"  # phases have no height
+        and view.array(name).attrs.get("units") != "degree"  # Phases have no height
     ]
 
 
@@ -167,7 +167,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
             figure, (panel,) = new_sheet(1, 1, min(2.2 + 0.22 * len(rows), 6.0))
             gap = float(np.median(np.diff(np.sort(speeds))))
             # The largest stem almost reaches the next row, so that none hides another.
-            factor = 0.95 * gap / largest  # speed that one unit of amplitude is drawn as
+            factor = 0.95 * gap / largest  # Speed difference that shows one unit of amplitude
             _stems(panel, view.numbers("order"), speeds, amplitudes, factor)
             _scale(panel, unit_text(str(view.array(name).attrs.get("units", ""))), largest, factor)
             x_label(panel, view.label("order"), 5.0)
@@ -179,8 +179,8 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, factor: float) -> None:
-    """Draw one row of stems at each speed, the highest speed first and so behind the others."""
-    # Smaller stems are no more than their base line.
+    """Draw one row of stems at each speed, the highest speed first, behind the others."""
+    # Smaller stems would not rise above their base line.
     least = 2e-3 * float(np.nanmax(amplitudes))
     step = float(np.min(np.diff(order), initial=1.0))
     for place, row in enumerate(np.argsort(-speeds, kind="stable")):

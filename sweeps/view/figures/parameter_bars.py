@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_BARS = 14  # Most parameters of one chart; those that matter least are left out, and counted
+MOST_BARS = 14  # Most parameters of one chart; less important ones are left out, and counted
 
 
 def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:
@@ -43,13 +43,13 @@ def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:
 
 
 def _parameters(view: View, places: Integers, along: str = PARAMETER) -> list[str]:
-    """Long names of parameters without the explanations after the first comma."""
+    """Long names of parameters, without explanations after the first comma."""
     texts = view.data[f"{along}_long_name"].values[places]
     return [wrap(sentence(str(text).split(",")[0]), 34) for text in texts]
 
 
 def _largest_first(values: Floats, least: float) -> Integers:
-    """Places of the values that are at least so large, the largest first."""
+    """Places of the values that are large enough, the largest first."""
     order = np.argsort(-values, kind="stable")
     return order[values[order] >= least][:MOST_BARS]
 
@@ -77,7 +77,7 @@ def tornados(study: Study, names: Sequence[str]) -> NamedFigures:
         rows = np.arange(shown.size)
         panel.barh(rows, values[shown], height=0.62, color=shade(0.35))
         entries: Entries = {}
-        # The kind 1 says that both sides of the nominal value differ.
+        # Kind 1 means that derivatives on both sides of the nominal value differ.
         bent = view.array(f"{name}_kind").values[shown] == 1
         for side, change, marker in (("below", "falls", "<"), ("above", "rises", ">")):
             if bent.any():
@@ -167,7 +167,7 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
         of = view.array(quantity)
         ends = f"95 % range {number_text(low)} to {with_unit(of, high)}"
         notes = [*view.notes([name]), value_text(of, quantity, value), ends]
-        # Where straight lines explain less, the bars tell little.
+        # If straight lines explain less, the bars mean little.
         if explained < 0.9:
             notes.append(f"straight lines explain only {100.0 * explained:.0f} % of the variance")
         left_out = shares.size - shown.size
@@ -189,7 +189,7 @@ COMPONENTS = {
     "fmep_valve_train": "valve train",
     "fmep_auxiliaries": "auxiliaries",
 }
-"""Components from below, as in the order of the thesis's loss categories, and their short names."""
+"""Components from below, in the order of the thesis's loss categories, with short names."""
 
 FMEP = "Friction mean effective pressure"
 
@@ -228,14 +228,14 @@ def friction_components(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _over(view: View, name: str, axis: StudyAxis) -> Floats:
-    """Values of a variable along an axis, also where it is the same all along."""
+    """Values of a variable along an axis, repeated if they are constant."""
     return np.asarray(np.broadcast_to(view.numbers(name), (axis.size,)))
 
 
 def _stacked_areas(panel: Axes, view: View, names: Sequence[str], axis: StudyAxis) -> Entries:
-    """Areas, or bars where the axis has words, above each other; the topmost is named first."""
+    """Draw areas, or bars along words, above each other; the topmost is named first."""
     base = np.zeros(axis.size)
-    # Neighbours differ in grey print too.
+    # Hatching separates neighbours in grey print.
     hatches = ("", "////", "", "", "....", "\\\\\\\\", "", "xxxx")
     entries: Entries = {}
     for rank, (name, text) in enumerate(COMPONENTS.items()):
@@ -256,7 +256,7 @@ def _stacked_areas(panel: Axes, view: View, names: Sequence[str], axis: StudyAxi
 
 
 def _one_design(whole: View, names: Sequence[str]) -> tuple[str, Figure]:
-    """Bars of one design with their values and shares."""
+    """Figure of one design's components with their values and shares."""
     view = whole.only(names, ())
     values = np.array([float(view.numbers(name)) for name in names])
     figure, (panel,) = new_sheet(1, 1, 1.1 + 0.3 * len(names))

@@ -38,12 +38,13 @@ class Line:
 
     text: str
     y: Floats
-    outcomes: NDArray[Any]  # why a number is missing or doubtful, "" for a sound one
+    outcomes: NDArray[Any]  # Reasons why numbers are missing or doubtful, "" for sound ones
     published: Floats | None = None
-    x: Floats | None = None  # if not the axis's own values
+    x: Floats | None = None  # Abscissas, if not the axis's own values
     strong: bool = False
-    band: tuple[Floats, Floats] | None = None  # ends of the uncertainty
-    look: Mapping[str, Any] = field(default_factory=dict)  # in place of that of its rank
+    band: tuple[Floats, Floats] | None = None  # Ends of the uncertainty
+    # Style of the line in place of that of its rank
+    look: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,11 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
         x = axis.values if line.x is None else line.x
         if not axis.joined:
             style |= {"linestyle": "none", "markersize": 5.0}
-            if axis.words or axis.name in COUNTED:  # side by side, as values are often the same
+            # Marks stand side by side, as values are often the same
+            if axis.words or axis.name in COUNTED:
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
         elif x.size < 5 and not line.look:
-            style["linewidth"] = 0.7  # between so few points the curve is not known
+            style["linewidth"] = 0.7  # Between so few points the curve is not known
         thin = max(x.size // 20, 1) if x.size > 60 else 1
         style |= {"markevery": thin, **line.look}
         y = np.where(np.isfinite(line.y), line.y, np.nan)
@@ -101,13 +103,13 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
             single = len(lines) == 1
             entries.setdefault("Published" if single else f"{line.text}, published", rings)
         whys = line.outcomes
-        if axis.name in COUNTED:  # without a value, the engine has no such part
+        if axis.name in COUNTED:  # The engine has no such part if the value is missing
             whys = np.where(whys == NO_VALUE, "", whys)
         remarks |= mark_outcomes(panel, (x, y, whys), 9.0, thin, style["color"])
     if not any(np.isfinite(line.y).any() for line in lines):
         no_ordinate(panel)
     for text, handle in remarks.items():
-        entries.pop(text, None)  # outcomes come last in a legend
+        entries.pop(text, None)  # Outcomes come last in a legend
         entries[text] = handle
 
 
@@ -122,7 +124,7 @@ def mark_outcomes(
     entries: Entries = {}
     for why in sorted({str(one) for one in said if one}):
         places = said == why
-        if np.isfinite(y[places]).any():  # a number, though not to the tolerance
+        if np.isfinite(y[places]).any():  # The result is a number, though not to the tolerance
             panel.plot(x[places][::thin], y[places][::thin], **doubt_look(size))
             entries[sentence(why)] = Line2D([], [], **doubt_look(size))
         else:
@@ -207,7 +209,7 @@ def parameter_figure(
             free_scale(panel, every)
             degree_ticks(panel, view.array(names[0]))
     for panel in sheet.panels if from_zero else ():
-        panel.set_ylim(bottom=0.0)  # the scale is searched no more; panels may share it
+        panel.set_ylim(bottom=0.0)  # The scale is fixed from here on; panels may share it
     span = "" if from_zero else sensible_span(sheet.panels, every)
     sheet.label_x(axis.label, room)
     sheet.label_y(label, 1.6 if several else 2.8)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 NAMED = 5  # Most designs of a front that the legend names
 
-MOST_POINTS = 20_000  # Most designs that are drawn besides a front, all designs of which are drawn
+MOST_POINTS = 20_000  # Most designs that are drawn besides a front, which is drawn whole
 
 MOST_AT_ONCE = 1_000_000  # Most designs that are read at one time
 
@@ -70,7 +70,7 @@ def kept_fronts(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _kept(view: View) -> Iterator[tuple[Integers, dict[str, Any]]]:
-    """Places of the designs of each front that was kept, and what was wanted of it."""
+    """Places of the designs of each kept front, and its optimised quantities."""
     if DESIGN not in view.data.dims or RANK not in view.data:
         return
     asked = json.loads(view.data.attrs[REDUCTION])
@@ -88,7 +88,7 @@ def _about(view: View) -> dict[str, Any]:
 
 
 def _worst(view: View, name: str, less: bool) -> Floats:
-    """The value of each design that counts: the worst one over all points and bearings."""
+    """Value that counts for each design: the worst one over all points and bearings."""
     array = view.array(name).astype(float)
     rest = [d for d in array.dims if d != DESIGN]
     worst = array.max(rest, skipna=True) if less else array.min(rest, skipna=True)
@@ -127,7 +127,7 @@ def _searched_figure(
     conditions = conditions.replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
     every = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
     notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "", *common]
-    # the caption is about one design
+    # The caption belongs to a single design
     return finish(figure, title_of_front(view, pair), notes, entries)
 
 
@@ -150,8 +150,8 @@ def title_of_front(view: View, names: Sequence[str]) -> str:
 
 
 def _others(view: View, known: Booleans, conditions: bool) -> Iterator[tuple[str, Integers, str]]:
-    """Designs that are not on the front: text of the legend, their places, and a colour."""
-    if FULFILLING not in view.data:  # none of them were kept
+    """Groups of designs off the front: text of the legend, their places, and a colour."""
+    if FULFILLING not in view.data:  # The archive kept no designs off the front
         return
     fulfilling = view.data[FULFILLING].values == 1
     if conditions and (known & ~fulfilling).any():
@@ -165,7 +165,7 @@ def _named_designs(
     view: View, about: dict[str, Any], best: Integers, values: Floats, entries: Entries,
     panel: Axes,
 ) -> list[str]:  # fmt: skip
-    """Number some designs of the front; return what the whole front has in common."""
+    """Number some designs of the front; return the values that the whole front shares."""
     keys = [key for key in about["over"] if key in view.data.variables
             and key not in (*about["least"], *about["most"])]  # fmt: skip
     common = [key for key in keys if len(np.unique(view.data[key].values[best])) == 1]
@@ -196,11 +196,11 @@ PARTS = ("main_bearing",)  # Dimensions along which only the largest value of a 
 class Front:
     """Two quantities of all designs, and the front."""
 
-    points: Floats  # some of the designs, evenly taken, shape (2, n)
-    values: Floats  # the front, the best in the first quantity first, shape (2, m)
-    places: Integers  # numbers in the archive of the designs of the front, over `dims`
-    dims: tuple[str, ...]  # axes of the designs
-    count: int  # designs with numbers
+    points: Floats  # Some of the designs, evenly taken, shape (2, n)
+    values: Floats  # The front, the best in the first quantity first, shape (2, m)
+    places: Integers  # Numbers in the archive of the designs of the front, over `dims`
+    dims: tuple[str, ...]  # Axes of the designs
+    count: int  # Number of designs with numbers
 
 
 def pareto_names(view: View) -> list[str]:
@@ -226,12 +226,12 @@ def pareto_names(view: View) -> list[str]:
 
 
 def _of_choices(view: View) -> View:
-    """A view at one speed and load: axes that are not chosen with a design are cut."""
+    """View at one speed and load: axes that do not belong to a design are cut."""
     return view.slice_at({dim: view.default(dim) for dim in NOT_CHOSEN if dim in view.data.sizes})
 
 
 def _is_goal(view: View, name: str) -> bool:
-    """Whether a name has one number for each design, and not the same in all."""
+    """Whether a variable has one number for each design, and differs between designs."""
     if name not in view.data.variables:
         return False
     array = view.array(name)
@@ -259,7 +259,7 @@ def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
     view = study.view if asked else _of_choices(study.view)
     for pair in combinations(names, 2):
         of_pair = front(view, pair)
-        # Fewer designs are no front and no choice; a front of most designs says only that the two
+        # Fewer designs are no front and no choice; a front of most designs only shows that the two
         # quantities follow from each other.
         enough = of_pair.count >= 10 and of_pair.values.shape[1] >= 3
         if asked or (enough and of_pair.values.shape[1] <= 0.5 * of_pair.count):
@@ -291,7 +291,7 @@ def front(view: View, names: Sequence[str]) -> Front:
 
 
 def _slabs(view: View, names: Sequence[str], dims: Sequence[str]) -> Iterator[tuple[int, Floats]]:
-    """Number of the first design of each slab along the first axis, and the values of both."""
+    """Number of the first design of each slab along the first axis, and both quantities' values."""
     sizes = {dim: view.data.sizes[dim] for dim in dims}
     status = view.array("status") if "status" in view.data.variables else None
     if status is not None and not set(status.dims) <= set(dims):

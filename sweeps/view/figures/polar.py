@@ -33,7 +33,7 @@ def polar_names(view: View) -> list[str]:
 
 
 def _loads(view: View) -> list[tuple[str, str, str]]:
-    """Loads with both components over the crank angle: file, to the right, and up."""
+    """Loads with both components over the crank angle: file, to the right, and upwards."""
     loads = []
     for name in map(str, view.data.data_vars):
         for right, up in POLAR:
@@ -48,7 +48,7 @@ def polar_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw one component of each load against the other over the cycle."""
     for stem, *components in _loads(study.view):
         views = study.views_by_axis(components)
-        # Journals have a panel each, whatever else there is.
+        # Journals always have a panel each.
         others = [(view, axis) for view, axis in views if axis != "main_bearing"]
         for whole, along in others or [(views[0][0], None)]:
             if along is None or whole.varies(components, along):
@@ -101,14 +101,14 @@ def _loops(
     panel: Axes, view: View, names: Sequence[str], place: Mapping[str, int],
     axis: StudyAxis, height: float, entries: Entries,
 ) -> None:  # fmt: skip
-    """Draw a curve for each value of an axis; the first one that is there has the angles."""
+    """Draw a curve for each value of an axis; the first curve shows the angles."""
     values = axis.picked()
     loops = [_closed_once(view, names, {**place, **axis.place(value)}) for value in values]
     for rank, (value, loop) in enumerate(zip(values, loops, strict=True)):
-        if loop is None:  # padded to the engine with most journals
+        if loop is None:  # The values were padded to the engine with most journals
             continue
         style = line_style(rank, len(values))
-        # a curve is wider by those that run over it later, so that each of them is seen
+        # A curve is wider by the later curves on top of it, so that all are visible
         later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
         style["linewidth"] = 1.2 + 1.5 * later
         line = _draw_loop(panel, loop, style)
@@ -121,7 +121,7 @@ def _loops(
 def _frame(
     view: View, names: Sequence[str], ratio: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Lower left corner and size of a frame for all curves, zero included, of one scale.
+    """Lower left corner and size of a frame for all curves and zero, with one scale.
 
     It is widened towards `ratio`, width over height of the room, so that the axes fill the page.
     """
@@ -138,7 +138,7 @@ def _frame(
 
 
 def _common(view: View, names: Sequence[str]) -> str:
-    """The words that the names of two components share, at their beginning or end."""
+    """Words that the names of two components share, at their beginning or end."""
     words = [name_of(view.array(name), name).split() for name in names]
     for turn in (1, -1):
         pairs = zip(words[0][::turn], words[1][::turn], strict=False)
@@ -150,7 +150,7 @@ def _common(view: View, names: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class _Loop:
-    """One closed curve: crank angles and both components; of repetitions the first alone."""
+    """One closed curve, crank angles and both components; repetitions are left out."""
 
     angle: Floats
     x: Floats
@@ -158,7 +158,7 @@ class _Loop:
 
 
 def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> _Loop | None:
-    """Return a curve, without the parts of the cycle in which it runs the same way again."""
+    """A curve without the parts of the cycle in which it repeats itself."""
     angle, x, lost = trace(view, names[0], place)
     _, y, _ = trace(view, names[1], place)
     if lost:
@@ -177,7 +177,7 @@ def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> 
 
 
 def _coincide(one: _Loop, other: _Loop | None, height: float) -> bool:
-    """Whether a good part of a curve lies on another one."""
+    """Whether a large part of a curve lies on another one."""
     if other is None:
         return False
     step = max(1, other.x.size // 180)
@@ -188,7 +188,7 @@ def _coincide(one: _Loop, other: _Loop | None, height: float) -> bool:
 
 
 def _draw_loop(panel: Axes, loop: _Loop, style: dict[str, Any]) -> Line2D:
-    """One closed curve with marks along it."""
+    """Draw one closed curve with marks along it."""
     (line,) = panel.plot(loop.x, loop.y, **(style | {"marker": ""}))
     marks = _marks(loop, MARKED)
     panel.plot(
@@ -218,7 +218,7 @@ def _write_angles(panel: Axes, loop: _Loop, colour: Any, *, apart: float) -> Non
         if any(np.hypot(here[0] - u, here[1] - v) < apart for u, v in written):
             continue
         written.append(here)
-        # across the curve, away from its middle
+        # Across the curve, away from its middle
         before, after = (mark - 1) % (x.size - 1), (mark + 1) % (x.size - 1)
         sideways, above = float(y[after] - y[before]), float(x[before] - x[after])
         outward = sideways * (here[0] - middle[0]) + above * (here[1] - middle[1])

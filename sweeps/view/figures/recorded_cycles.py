@@ -33,7 +33,7 @@ TRAINS = {
     "closed": ("train repeated periodically", 0.55, (0, (5, 1.5)), "s"),
     "repeated": ("each cycle repeated periodically", 0.9, (0, (1.2, 1)), "^"),
 }
-"""How the cycles follow each other: the text of the legend, lightness, dashes and marker."""
+"""Ways in which cycles follow each other: text of the legend, lightness, dashes and marker."""
 
 
 def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
@@ -65,7 +65,7 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
-    """Speed over the angle of the first cycles, counted in cycles."""
+    """Draw the speed over the angle of the first cycles, counted in cycles."""
     # Most cycles whose speed is drawn over the crank angle
     detail = 4
     number, angle = view.numbers("recorded_cycle")[:detail], view.numbers("crank_angle")
@@ -81,7 +81,7 @@ def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
     for word in ("repeated", "closed", "followed"):
         text, lightness, dashes, _ = TRAINS[word]
         values = view.numbers(f"omega_{word}")[: number.size] / RPM
-        if word == "repeated":  # a line for each: from one to the next the speed jumps
+        if word == "repeated":  # Each cycle is a line of its own, as the speed jumps between cycles
             gaps = np.full((values.shape[0], 1), np.nan)
             x, y = np.hstack([at, gaps]).ravel(), np.hstack([values, gaps]).ravel()
         else:
@@ -138,7 +138,7 @@ def deviations(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _values(view: View, name: str, dims: int) -> Floats:
-    """Values with their dimension `recording`, which is cut away where there is only one."""
+    """Values with their dimension `recording`, which is cut where there is only one."""
     values = view.numbers(name)
     return values if values.ndim == dims else values[None]
 
@@ -148,7 +148,7 @@ def _label(view: View, place: int) -> str:
 
 
 def _over_cycles(view: View, place: int) -> Figure:
-    """A panel for each cylinder: cycles, threshold, and which are called missed."""
+    """Figure with a panel for each cylinder: cycles, threshold, and missed cycles."""
     single = _values(view, "imep_deviation_of_cycle", 3)[place]
     missed = _values(view, "missed", 3)[place] > 0.0
     spread, limit, lasting, unsure, weak, dead = (
@@ -200,7 +200,7 @@ def _over_cycles(view: View, place: int) -> Figure:
 
 
 def _lasting(view: View) -> Figure:
-    """Mean cycles of the cylinders with their standard deviations, and the limit of weak ones."""
+    """Figure of the cylinders' mean cycles with standard deviations, and the limit of weak ones."""
     figure, (panel,) = new_sheet(1, 1, 3.0)
     mean, unsure, limit = (
         _values(view, name, 2)

@@ -35,7 +35,7 @@ def parameter_ticks(axes: Axes, axis: StudyAxis, which: str, room: float) -> Non
 
 
 def _value_ticks(axis: Axis, values: Floats, log: bool, which: str, room: float) -> None:
-    """Ticks at the values of a short axis of `room` inches, at round numbers otherwise."""
+    """Set ticks at the values of a short axis of `room` inches, otherwise at round numbers."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
     places = np.sort(np.log(values) if log else values)
@@ -138,7 +138,7 @@ def comparable(panels: Sequence[Sequence[Floats]]) -> bool:
     every = np.concatenate(known)
     if every.min() > 0 and every.max() > 20 * every.min():
         known, every = [np.log(values) for values in known], np.log(every)
-    # a level line needs no ordinate of its own
+    # A level line needs no ordinate of its own
     spans = [span for span in map(np.ptp, known) if span > LEAST_SPAN * np.ptp(every)]
     return not spans or bool(np.median(spans) > 0.33 * np.ptp(every))
 
@@ -148,7 +148,8 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     low, high = axes.get_xlim()
-    zero = float(angle.attrs.get("zero_at", 0.0))  # where it is counted from, after firing
+    # The angle is counted from this place, after firing
+    zero = float(angle.attrs.get("zero_at", 0.0))
     four_stroke = high - low > 360 or low + zero >= 0
     per_degree = room * room_scale() / max(high - low, 1.0)
     gap = " " if 180 * per_degree > 0.62 else "\n"
@@ -163,7 +164,7 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
             return f"{number}\nTDC"
         return f"{number}\nfiring{gap}TDC"
 
-    # a quarter turn needs some 0.45 inch for its number, next to the name of a dead centre
+    # A quarter turn needs some 0.45 inch for its number, next to the name of a dead centre
     step = next((s for s in (90, 180, 360) if s * per_degree > (0.42 if s == 90 else 0.5)), 360)
     first = np.ceil(low / step) * step
     axes.xaxis.set_major_locator(FixedLocator(list(np.arange(first, high + 1, step))))

@@ -86,7 +86,7 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
     entries: Entries = {}
     shapes = view.array(SHAPE).transpose(MODE, DISC).values.astype(float)
     finite = [number for number, shape in enumerate(shapes) if np.isfinite(shape).all()]
-    # Higher modes are seldom reached by a strong order.
+    # Strong orders seldom reach higher modes.
     shown = finite[:3]
     joined = joined_neighbours(view, shapes.shape[1])
     for rank, number in enumerate(shown):
@@ -102,7 +102,7 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
             markersize=8.0, markerfacecolor="none",
         )  # fmt: skip
         if nodes.size:
-            entries["node"] = entries.pop("node", marks)  # last of the legend
+            entries["node"] = entries.pop("node", marks)  # It stands last in the legend
     panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
     parameter_ticks(panel, view.axis(DISC), "x", 5.0)
     y_label(panel, f"Amplitude over the largest of the mode{view.unit(SHAPE)}", 2.8)
@@ -270,7 +270,7 @@ def _mark_crossings(
     panel: Axes, crossed: Sequence[tuple[int, int, float]], levels: Floats, speeds: Floats,
     shares: Floats,
 ) -> None:  # fmt: skip
-    """Marks as large as the vector sums, and the speeds of the strong ones that have room."""
+    """Draw marks as large as the vector sums, with the speeds of strong orders that have room."""
     low, high = panel.get_xlim()
     for mode in sorted({mode for mode, _, _ in crossed}):
         own = [number for number, one in enumerate(crossed) if one[0] == mode]

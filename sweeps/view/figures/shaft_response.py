@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PARTS = {"shaft_torque": SHAFT, "disc_angle": DISC}
-"""Quantities that have orders, and the dimension of the parts that have them."""
+"""Quantities that have orders, and the dimension of the parts that they belong to."""
 
 BORNE = (
     "shaft_torque_half_range", "shaft_stress_half_range", "shaft_twist_half_range",
     "disc_angle_half_range", "shaft_loss",
 )  # fmt: skip
-"""Loads and losses of shafts and discs; their limits are named by the words before _half_range."""
+"""Loads and losses of shafts and discs; names of limits begin with the words before _half_range."""
 
 HALF_RANGE = "_half_range"
 
@@ -90,7 +90,7 @@ def over_speed(view: View, name: str) -> bool:
     return view.data.sizes[SPEED] > 1
 
 
-# ---- what shafts and discs bear ------------------------------------------------------------------
+# ---- loads of shafts and discs -------------------------------------------------------------------
 
 
 def limits_of(view: View, name: str) -> list[str]:
@@ -117,7 +117,7 @@ def shaft_loads(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _by_part(view: View, name: str, part: str | None) -> Figure:
-    """A panel for each shaft or disc: without misfire, with the worst one, and the limits."""
+    """Figure with a panel for each shaft or disc: no misfire, the worst misfire, and the limits."""
     limits = limits_of(view, name)
     view = view.only([name, *limits], [SPEED, part, MISFIRE])
     parts, speed = view.axis(part), view.axis(SPEED)
@@ -143,7 +143,7 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
         bounds = {limit: _limit(view, limit, parts.place(index)) for limit in limits}
         title = title if len(shown) == 1 else wrap(title, 34)
         panels.append(ParameterPanel(lines, title, partial(_draw_limits, view, bounds, worst)))
-    symbol = symbol_of(view.array(name))  # the title has the name
+    symbol = symbol_of(view.array(name))  # The title has the name
     left = f"{len(shown)} of {parts.size} {part}s shown, those of the largest values"
     return parameter_figure(
         view, speed, panels, [name], symbol + view.unit(name) if symbol else view.label(name),
@@ -156,7 +156,7 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
 def _draw_limits(
     view: View, bounds: Mapping[str, Floats | None], worst: Floats, panel: Axes, entries: Entries
 ) -> None:
-    """Lines at the limits of a part, and the areas above them."""
+    """Draw lines at the limits of a part, and shade the areas above them."""
     speed = view.axis(SPEED).values
     for rank, (limit, values) in enumerate(bounds.items()):
         if values is None:
@@ -172,14 +172,14 @@ def _draw_limits(
 
 
 def _limit(view: View, limit: str, place: Mapping[str, int]) -> Floats | None:
-    """A limit of a part at every speed, where it has one."""
+    """Limit of a part at every speed; None without one."""
     values = view.numbers(limit, place)
     known = view.at(limit, place).dims in ((), (SPEED,)) and np.isfinite(values).any()
     return np.broadcast_to(values, view.axis(SPEED).values.shape) if known else None
 
 
 def _by_values(view: View, name: str, along: str) -> Figure:
-    """Lines for the values of an axis, for the part that bears most: no misfire, and the worst."""
+    """Figure with lines for values of an axis, for the most loaded part, as `_by_part`."""
     view = at_largest(view, name)
     misfire, places = cases(view, name, {})
     if misfire:
@@ -207,7 +207,7 @@ def shaft_orders(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _orders_over_speed(view: View, what: str) -> Figure:
-    """A panel without misfire and one with the worst: orders, half range, critical speeds."""
+    """Figure without misfire and with the worst: orders, half range, critical speeds."""
     name, size = f"{what}_order", size_of(view, what)
     speed, orders = view.axis(SPEED), view.numbers(ORDER)
     misfire, places = cases(view, size, {})
@@ -244,7 +244,7 @@ def _orders_over_speed(view: View, what: str) -> Figure:
 def _critical_speeds(
     panel: Axes, view: View, strong: Sequence[int], sizes: Floats, wide: float
 ) -> None:
-    """Mark on the upper border where strong orders meet modes, as far as there is room."""
+    """Mark, on the upper border, speeds at which strong orders meet modes, where there is room."""
     dims = set(view.array(CRITICAL).dims) if view.has(CRITICAL) else set()
     if not {MODE, ORDER} <= dims or SPEED in dims:
         return
@@ -295,7 +295,7 @@ def sum_of_orders(degrees: Floats, order: Floats, amplitude: Floats, phase: Floa
 
 
 def _cycle(view: View, what: str) -> Figure:
-    """A panel without misfire and one with the worst: the sum, its half range, large orders."""
+    """Figure without misfire and with the worst: the sum, its half range, large orders."""
     name = f"{what}_order"
     misfire, places = cases(view, size_of(view, what), {})
     order = view.numbers(ORDER)
@@ -326,11 +326,12 @@ def _cycle(view: View, what: str) -> Figure:
 def _over_angle(
     view: View, what: str, place: Mapping[str, int], parts: Mapping[str, list[int]]
 ) -> View:
-    """Sums of some orders as curves over the crank angle, as it is counted in all figures."""
+    """Sums of some orders as curves over the crank angle, counted as in all figures."""
     order, amplitude, phase = (
         view.numbers(name, place) for name in (ORDER, f"{what}_order", f"{what}_phase")
     )
-    turns = round(1.0 / np.diff(order, prepend=0.0).min())  # orders are whole periods in so many
+    # All orders have whole periods in this number of turns
+    turns = round(1.0 / np.diff(order, prepend=0.0).min())
     cycle = 360.0 * turns
     # At this step a period of order 12 has 120 points.
     degrees = np.arange(-0.5 * cycle, 0.5 * cycle, 0.25)

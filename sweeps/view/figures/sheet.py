@@ -50,28 +50,29 @@ STYLE: dict[str, Any] = {
     "legend.handlelength": 3.0,
     "hatch.linewidth": 0.5,
     "savefig.dpi": 300,
-    "svg.hashsalt": "engine-dyn",  # the same archive gives the same file
+    "svg.hashsalt": "engine-dyn",  # With a fixed salt the same archive gives the same file
 }
-"""One style for all figures, for the 7 inch width of two journal columns; sizes in points."""
+"""Style of all figures, for the 7 inch width of two journal columns; sizes in points."""
 
 WIDTH = 7.0
 
 GREY = "#555555"
 OWN_ORDINATES = "each panel has its own scale"
 Entries = dict[str, "Artist"]
-"""Entries of a legend: each text, and the line or mark that it explains."""
+"""Entries of a legend: each text, and its line or mark."""
 
 NamedFigures = Iterator[tuple[str, "Figure"]]
-"""Figures with the names of their files, without the extension."""
+"""Names of the files without extension, each with its figure."""
 
 
 @dataclass(frozen=True)
 class Setting:
     """Subject, size and panel of all figures that are drawn at one time."""
 
-    subject: str = ""  # engine and speed, at the beginning of the second line of each figure
-    inches: tuple[float, float] | None = None  # width and height; else they follow from the panels
-    ax: Axes | None = None  # a panel of somebody else's figure, in place of a new sheet
+    subject: str = ""  # Engine and speed, at the beginning of the second line of each figure
+    # Width and height; by default they follow from the panels
+    inches: tuple[float, float] | None = None
+    ax: Axes | None = None  # Panel of another program's figure, in place of a new sheet
 
 
 _SETTING: ContextVar[Setting] = ContextVar("setting")
@@ -86,7 +87,7 @@ def drawn_with(setting: Setting, style: Mapping[str, Any]) -> Iterator[None]:
     token = _SETTING.set(setting)
     try:
         with matplotlib.rc_context():
-            matplotlib.rcdefaults()  # a person's own settings would break the layout
+            matplotlib.rcdefaults()  # A user's own settings would break the layout
             settings: Any = matplotlib.rcParams
             settings.update({**STYLE, **style})
             yield
@@ -167,14 +168,14 @@ def finish(
     ink = rc("text.color")
     head = [(line, heads, ink) for line in wrap(title, int(width * 128 / heads)).split("\n")]
     lines = wrap(said, int(width * 128 / notes_size)).split("\n")
-    pale = GREY if ink in ("black", "k", "#000000") else ink  # grey is not seen on dark paper
+    pale = GREY if ink in ("black", "k", "#000000") else ink  # Grey is invisible on dark paper
     head += [(line, notes_size, pale) for line in lines if line]
     foot = [(line, small, pale) for line in wrap(caption, int(width * 18)).split("\n") if line]
     top = 0.06 + sum(_line_height(text, size) for text, size, _ in head)
     bottom = 0.04 + sum(_line_height(text, size) for text, size, _ in foot)
 
     if setting.inches and not spare:
-        # Beside the panels of a narrow figure, a legend would leave them no room.
+        # A legend next to the panels of a narrow figure would leave them no room.
         below = below or width < 5.0
     legend, wide, tall = _placed_legend(figure, entries or {}, legend_title, below, spare)
     at_right, under = (0.0, tall) if below else (wide, 0.0)
@@ -202,12 +203,12 @@ def finish(
 
 
 def _line_height(text: str, points: float) -> float:
-    """Inches of a line around the panels; it hangs from its top, which a hat lifts."""
+    """Height of a line around the panels in inches, from its top, which an accent raises."""
     return (1.65 if r"\hat" in text else 1.4) * points / 72
 
 
 def _wrap_ordinates(figure: Figure, height: float) -> None:
-    """Break the labels of the ordinates for the height that the panels have in the end."""
+    """Break the labels of the ordinates at the final height of the panels."""
     for panel in figure.axes:
         place = panel.get_subplotspec()
         rows = place.get_gridspec().nrows if place else 1
@@ -218,7 +219,7 @@ def _wrap_ordinates(figure: Figure, height: float) -> None:
 def _finish_panel(
     panel: Axes, title: str, entries: Mapping[str, Artist], legend_title: str
 ) -> Figure:
-    """Title and legend of a panel in somebody else's figure, whose layout is theirs."""
+    """Add title and legend to a panel in another program's figure, and leave its layout."""
     figure = _figure_around(panel)
     width = panel.get_window_extent().width / figure.dpi
     panel.set_title(wrap(title, max(20, int(width * 15))), loc="left")
@@ -244,7 +245,7 @@ def rc(name: str) -> Any:
 
 
 def _points(name: str) -> float:
-    """A size of letters, which may be a word, in points."""
+    """Size of letters, which may be a word, in points."""
     from matplotlib.font_manager import FontProperties
 
     return float(FontProperties(size=rc(name)).get_size_in_points())
@@ -267,7 +268,7 @@ def _placed_legend(
         return None, 0.0, 0.0
     legend = _legend(figure, entries, title, below)
     if spare:
-        # In one column it may fit where a panel is missing.
+        # In one column the legend may fit into the place of a missing panel.
         narrow = _legend(figure, entries, title, False, 22)
         cell = _cell(spare[0], *figure.get_size_inches())
         if all(size < room for size, room in zip(_inches(figure, narrow), cell, strict=True)):
@@ -284,7 +285,7 @@ def _placed_legend(
 def _legend(
     figure: Figure, entries: Mapping[str, Artist], title: str, below: bool, most: int = 27
 ) -> Legend:
-    """A legend that the layout engine leaves alone; below the panels, of up to three columns."""
+    """A legend outside the layout engine; below the panels it has up to three columns."""
     texts = [wrap(text, most) for text in entries]
     columns = min(len(texts), 3) if below else 1
     while True:
@@ -325,7 +326,7 @@ class Multiples:
 
     figure: Figure
     panels: list[Axes]
-    spare: list[Axes]  # left over in the last row: hidden, or the place of the legend
+    spare: list[Axes]  # Panels left over in the last row, hidden or the place of the legend
     columns: int
     entries: Entries = field(default_factory=dict)
 

@@ -47,9 +47,10 @@ class Family:
     """Designs that differ in one parameter."""
 
     parameter: str
-    members: tuple[int, ...]  # by rising value
+    members: tuple[int, ...]  # Numbers of the designs by ascending value
     followers: tuple[str, ...] = ()
-    differs: tuple[str, ...] = ()  # other parameters that differ from the first design
+    # Other parameters in which the family differs from the first design
+    differs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,12 @@ class Study:
     base: tuple[tuple[str, View], ...] = ()
     """Families with the nominal design: the parameter, and the view in which it is an axis."""
     elsewhere: tuple[tuple[str, View, tuple[str, ...]], ...] = ()
-    """Families without it: the same, and the parameters in which they differ from it."""
+    """Families without the nominal design: parameter, view, and the parameters in which they
+    differ."""
     apart: bool = False
     """Whether some designs are in no family."""
     given: xr.Dataset | None = None
-    """The archive itself, where the view counts the crank angle otherwise."""
+    """The archive itself, where the view counts the crank angle from another zero."""
 
     def with_own_angle(self) -> Study:
         """The same study with the crank angle of the archive."""
@@ -93,7 +95,7 @@ class Study:
 
 def parameters_of(data: xr.Dataset) -> list[str]:
     """Parameters that vary over the designs."""
-    # Columns of a list of designs that say how a design was computed and not what it is
+    # Columns of a list of designs on the way of computing a design
     bookkeeping = ("case", "start_speed", "start_angle", "passes", *SEARCHED)
     return [
         str(key)
@@ -105,7 +107,7 @@ def parameters_of(data: xr.Dataset) -> list[str]:
 
 
 def _codes(variable: xr.Variable) -> Integers:
-    """Equal values get equal whole numbers (twelve digits count)."""
+    """Whole numbers for values, equal for equal values (twelve digits count)."""
     if is_words(variable):
         values = variable.values.astype(str)
     else:
@@ -157,7 +159,7 @@ def families_of(data: xr.Dataset) -> list[Family]:
 def _families_elsewhere(
     values: xr.Variable, codes: Mapping[str, Integers], name: str, groups: Integers
 ) -> list[Family]:
-    """Families of a parameter that the nominal design is not in."""
+    """Families of a parameter without the nominal design."""
     sizes = np.bincount(groups)
     families = []
     for group in np.flatnonzero(sizes >= 3):
@@ -170,7 +172,7 @@ def _families_elsewhere(
 
 
 def _distinct(values: xr.Variable, codes: Integers, rows: NDArray[np.intp]) -> tuple[int, ...]:
-    """The first design of each value, by rising value (words: in their own order)."""
+    """The first design of each value, by ascending value (words: in their own order)."""
     rows = rows[np.sort(np.unique(codes[rows], return_index=True)[1])]
     if not is_words(values):
         numbers = values.values.astype(float)
@@ -245,7 +247,7 @@ def study_of(
     view = view.slice_at(single)
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
-    if REDUCTION in view.data.attrs:  # the designs that were kept are no families
+    if REDUCTION in view.data.attrs:  # Kept designs of a reduction are no families
         return Study(with_kept_note(view), given=given)
     if "design" not in view.data.sizes:
         return Study(view, given=None if data is given else given)
@@ -266,7 +268,7 @@ def study_of(
 
 
 def _in_rising_order(data: xr.Dataset) -> xr.Dataset:
-    """The same archive with axes of numbers in rising order; designs and words as they stand."""
+    """The archive with axes of numbers in ascending order; designs and words stay as they are."""
     order: dict[Hashable, Any] = {}
     for dim in data.sizes:
         own = data.variables.get(dim)
@@ -279,7 +281,7 @@ def _in_rising_order(data: xr.Dataset) -> xr.Dataset:
 
 
 def _own_values(data: xr.Dataset) -> dict[str, float]:
-    """Values of axes that the engine has by itself: of its file, and no misfire."""
+    """The engine's own values on axes: those of its file, and no misfire."""
     values = {MISFIRE: 0.0}
     try:
         files = json.loads(data.attrs["input_files"])["files"]
@@ -300,7 +302,7 @@ def _own_values(data: xr.Dataset) -> dict[str, float]:
 
 
 def _tolerance(data: xr.Dataset) -> float:
-    """Tolerance of the solver, 0 for an archive that does not tell it."""
+    """Tolerance of the solver, 0 for an archive that does not state it."""
     try:
         return float(json.loads(data.attrs["solver"])["tolerance"])
     except (KeyError, TypeError, ValueError):

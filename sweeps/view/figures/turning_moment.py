@@ -38,12 +38,12 @@ JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft"
 class Turning:
     """Areas between torque and resistance, and the energy that they sum to."""
 
-    angle: Floats  # degrees of the closed curve, the crossings among them
-    torque: Floats  # N m
-    resistance: Floats  # N m
-    energy: Floats  # work of the excess since the angle where it is least [J]
-    crossings: np.ndarray  # places of the crossings in these arrays
-    areas: Floats  # work from each crossing to the next [J]; after the last one to the first
+    angle: Floats  # Angles of the closed curve [degree], including the crossings
+    torque: Floats  # Torque [N m]
+    resistance: Floats  # Resistance [N m]
+    energy: Floats  # Work of the excess torque since the angle where it is least [J]
+    crossings: np.ndarray  # Indices of the crossings in these arrays
+    areas: Floats  # Work from each crossing to the next [J]; after the last one to the first
 
     @property
     def swing(self) -> float:
@@ -112,18 +112,18 @@ def turning_moment(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> tuple[Floats, str]:
-    """The load torque where it balances the torque over the cycle, else the mean torque."""
+    """The load torque if it balances the torque over the cycle, otherwise the mean torque."""
     mean = float(np.mean(torque[:-1]))
     load = load_at(view, x) if "load_torque" in names else None
     if load is not None and abs(np.mean(load[:-1]) - mean) <= 1e-3 * np.ptp(torque):
-        # what is left of rounding must not add up over the cycle
+        # Rounding errors must not add up over the cycle
         load = load + (mean - np.mean(load[:-1]))
         return load, view.title("load_torque")
     return np.full(x.size, mean), "Mean torque"
 
 
 def _areas(panel: Axes, diagram: Turning, entries: Entries, text: str, label: str) -> None:
-    """Torque and resistance with the areas between them and their sizes."""
+    """Draw torque and resistance with the areas between them and their sizes."""
     x, torque, resistance = diagram.angle, diagram.torque, diagram.resistance
     (line,) = panel.plot(x, torque, color="black", linewidth=1.6)
     (other,) = panel.plot(x, resistance, color="#2f7d55", linewidth=1.6, linestyle=(0, (6, 1.5)))
@@ -136,7 +136,7 @@ def _areas(panel: Axes, diagram: Turning, entries: Entries, text: str, label: st
 
 
 def _write_area(panel: Axes, diagram: Turning, number: int) -> None:
-    """Write the size of one area at its middle, or beyond its tip where it is too flat for that."""
+    """Write the size of one area at its middle, or beyond its tip where it is too flat."""
     from matplotlib.patheffects import withStroke
 
     start = diagram.crossings[number]
@@ -164,7 +164,7 @@ def _write_area(panel: Axes, diagram: Turning, number: int) -> None:
 
 
 def _levels(panel: Axes, diagram: Turning, entries: Entries) -> None:
-    """Running energy, its levels at the crossings, and the swing between the outermost."""
+    """Draw the running energy, its levels at the crossings, and the swing between the outermost."""
     x, energy = diagram.angle, diagram.energy / _unit(diagram.swing)[0]
     (line,) = panel.plot(x, energy, color="#1b4f9c", linewidth=1.4)
     (points,) = panel.plot(
@@ -177,7 +177,7 @@ def _levels(panel: Axes, diagram: Turning, entries: Entries) -> None:
     swing = diagram.swing / _unit(diagram.swing)[0]
     for level in (0.0, swing):
         panel.axhline(level, color=GREY, linewidth=0.7, linestyle=(0, (4, 3)))
-    # between the extremes, where the curve leaves most room beside the arrow
+    # Between the extremes the curve leaves most room for the arrow
     place = 0.5 * (low + high)
     arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "linewidth": 1.0}
     panel.annotate("", (place, swing), (place, 0.0), arrowprops=arrow)
@@ -196,12 +196,12 @@ def _extremes(diagram: Turning) -> tuple[float, float]:
 
 
 def _unit(swing: float) -> tuple[float, str]:
-    """Unit in which an energy swing is a number that one reads, in J, and its name."""
+    """Unit in which an energy swing is a readable number, in J, and its name."""
     return (1e3, "kJ") if swing >= 1e4 else (1.0, "J")
 
 
 def _energy_text(energy: float, swing: float, named: bool = True) -> str:
-    """A part of an energy swing, with as many digits as can be read next to an area."""
+    """Part of an energy swing, with as many digits as are readable next to an area."""
     factor, unit = _unit(swing)
     value = energy / factor
     text = number_text(round(value) if abs(value) >= 100.0 else float(f"{value:.3g}"))

@@ -36,7 +36,7 @@ MOST_PANELS = 9  # Most panels of one figure
 MOST_ROWS = 45  # Most rows of a chart with a row for each case
 
 MISFIRE = "misfire"
-"""Axis of the cylinder that does not burn; its value 0 is the engine as it should run."""
+"""Axis of the cylinder that does not burn; its value 0 means normal running."""
 
 RUNNING = ("crank_angle", "order", "crossing")
 """Dimensions that curves run along; all others are axes of the study."""
@@ -57,11 +57,11 @@ class StudyAxis:
 
     name: str
     values: Floats
-    words: tuple[str, ...]  # empty for numbers
+    words: tuple[str, ...]  # Names of the values; empty for numbers
     label: str
     variable: xr.Variable
     log: bool
-    remarks: tuple[str, ...] = ()  # what changes along with it
+    remarks: tuple[str, ...] = ()  # Parameters that change along with the axis
     nominal: int | None = None
 
     @property
@@ -184,10 +184,11 @@ class View:
     nominal: Mapping[str, int] = field(default_factory=dict)
     remarks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     suffix: str = ""
-    others: tuple[str, ...] = ()  # parameters that are the same in all of it
-    tolerance: float = 0.0  # relative tolerance of the solver
-    own: Mapping[str, float] = field(default_factory=dict)  # values of the scene's engine itself
-    equals: Mapping[str, str] = field(default_factory=dict)  # what is said of equal variables
+    others: tuple[str, ...] = ()  # Parameters with one value in the whole view
+    tolerance: float = 0.0  # Relative tolerance of the solver
+    own: Mapping[str, float] = field(default_factory=dict)  # Values of the scene's engine itself
+    # Remarks on variables that are equal to others
+    equals: Mapping[str, str] = field(default_factory=dict)
     options: Options = field(default_factory=Options)
 
     @property
@@ -245,7 +246,7 @@ class View:
             if data.variables[key].dims == (dim,) and is_words(data.variables[key])
         ]
         if dim != "design" and dim not in labels:
-            # along a parameter taken out of a list of designs, the name of a case says less
+            # Along a parameter out of a list of designs, the name of a case says less
             labels = [key for key in labels if key == f"{dim}_name"]
         nominal = self.nominal.get(dim)
         if dim == MISFIRE and not is_words(own):
@@ -365,7 +366,7 @@ class View:
         if array.size > MOST_READ or not _level(array, dim, least):
             return False
         if not np.isfinite(np.asarray(array.values, dtype=float)).any():
-            return False  # there is no number to be the same
+            return False  # No number can be equal
         status = self.data.variables.get("status")
         if status is None or not name.startswith(FROM_SPEED) or dim not in status.dims:
             return True

@@ -12,7 +12,7 @@ import xarray as xr
 from engine_dyn.types import Floats
 from sweeps.base.errors import printable
 
-HARD_SPACE = "\N{NO-BREAK SPACE}"  # keeps a unit with its symbol
+HARD_SPACE = "\N{NO-BREAK SPACE}"  # Space without a line break, between a unit and its symbol
 EN_DASH = "\N{EN DASH}"
 LEAST_SPAN = 1e-6
 """Relative difference below which values are drawn as equal: ticks could not show it."""
@@ -119,7 +119,7 @@ def shorten(text: str, most: int = 40) -> str:
 
 def file_label(path: str) -> str:
     """Name of a recording on figures: its file, without the folder and the ending."""
-    return shorten(PureWindowsPath(path).stem)  # this path knows the separators of all systems
+    return shorten(PureWindowsPath(path).stem)  # A Windows path knows the separators of all systems
 
 
 def wrap(text: str, most: int) -> str:
@@ -183,7 +183,7 @@ def middle_of_sentence(text: str) -> str:
 def value_text(variable: xr.Variable, key: str, value: float, digits: int = 4) -> str:
     """One value of a parameter: symbol = number unit."""
     said = with_unit(variable, value, digits)
-    # no line ends between a symbol, its number and the unit
+    # No line break comes between a symbol, its number and the unit
     return f"{symbol_of(variable) or name_of(variable, key)}{HARD_SPACE}={HARD_SPACE}{said}"
 
 

@@ -14,14 +14,14 @@ from sweeps.base.files.libraries import library
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
 
 CELLS = ("x", "y", "left", "right", "bottom", "top", "value", "told")
-"""Columns of a map."""
+"""Columns of a map's cells."""
 
 MISSING = "#c8c8c8"
 """Colour of cells without a value."""
 
 
 NAMED = {"lines": ("x", "y", "legend", "hover", "across", "up"), "map": ("x", "y", "hover")}
-"""Parts of figures that have names, by which the program of a page finds them."""
+"""Parts of figures with names, by which the program of a page finds them."""
 
 Specification = dict[str, Any]
 
@@ -91,7 +91,8 @@ def lines(count: int = 1, *, stems: bool = False, height: int = 330, **options: 
         label_text_font_size="12px", margin=2, padding=2, spacing=8, location="top_left",
     )  # fmt: skip
     made.add_layout(legend, "below")
-    for name, along in (("across", "width"), ("up", "height")):  # through the origin, of a locus
+    # Lines through the origin of a locus
+    for name, along in (("across", "width"), ("up", "height")):
         made.add_layout(
             bokeh.Span(name=name, dimension=along, location=0.0, line_color="#aaa", visible=False)
         )

@@ -43,9 +43,10 @@ class Embedded:
     axes: dict[str, dict[str, Any]] = field(default_factory=dict)
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
     quantities: dict[str, dict[str, Any]] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)  # what is not in the page, a sentence each
-    flat: set[str] = field(default_factory=set)  # quantities that vary by rounding alone
-    planes: set[str] = field(default_factory=set)  # those that vary in two directions
+    # Sentences on values that are not in the page
+    left_out: list[str] = field(default_factory=list)
+    flat: set[str] = field(default_factory=set)  # Quantities that vary by rounding alone
+    planes: set[str] = field(default_factory=set)  # Quantities that vary in two directions
 
     def json(self) -> dict[str, Any]:
         """All of it, and the words of outcomes."""
@@ -177,7 +178,7 @@ def _cost(
     archive: xr.Dataset, names: Sequence[str], columns: Mapping[str, tuple[str, xr.Variable]],
     counts: Mapping[str, int],
 ) -> float:  # fmt: skip
-    """Numbers to be stored, counted as float32."""
+    """Size of the numbers to be stored, counted in float32."""
     cost = 0.0
     for name in names:
         share = 0.25 if name == "status" else 1.0
@@ -192,7 +193,7 @@ def _thinned(
     archive: xr.Dataset, names: Sequence[str], columns: Mapping[str, tuple[str, xr.Variable]],
     budget: float, page: Embedded, counts: Mapping[str, int] | None = None,
 ) -> tuple[list[str], dict[str, int]]:  # fmt: skip
-    """How many values of each dimension have room, and of which quantities."""
+    """Number of values of each dimension that have room, and the quantities that do."""
     kept = list(names)
     while True:
         used = dict.fromkeys(str(d) for n in kept for d in archive[n].dims)
@@ -206,13 +207,13 @@ def _thinned(
             free = [d for d in now if now[d] > lows[d]]
             if not free:
                 break
-            # An axis of designs is thinned before the crank angle while it has more than 1/12 of
-            # its points.
+            # Designs are thinned before the crank angle while they have more than 1/12 of its
+            # points.
             widest = max(free, key=lambda d: now[d] / (12.0 if d == "crank_angle" else 1))
             now[widest] = max(lows[widest], _fewer(start[widest], now[widest], archive, widest))
         if _cost(archive, kept, columns, now) <= budget or not kept:
             return kept, now
-        # The first of an archive are those that were asked for first; outcomes stay.
+        # The quantities that were asked for first come first in an archive; outcomes stay.
         last = next((n for n in reversed(kept) if n not in ("status", "delta")), kept[-1])
         kept.remove(last)
         page.left_out.append(
@@ -231,7 +232,7 @@ def _fewer(size: int, count: int, archive: xr.Dataset, dim: str) -> int:
 def _low(
     archive: xr.Dataset, dim: str, count: int, columns: Mapping[str, tuple[str, xr.Variable]]
 ) -> int:
-    """Values of a dimension that are kept at least."""
+    """Least number of values of a dimension that are kept."""
     words = dim in columns and is_words(columns[dim][1])
     if dim in (*COUNTED, "direction", "order") or (words and archive.sizes[dim] <= 50):
         return count
@@ -256,11 +257,11 @@ def _places_of_curves(
     archive: xr.Dataset, curves: list[str], places: Mapping[str, Places], room: float,
     page: Embedded,
 ) -> dict[str, Places]:  # fmt: skip
-    """Values that curves have, out of those that single numbers have."""
+    """Values along the dimensions of curves, out of those of single numbers."""
     if not curves:
         return {}
     counts = {dim: len(picked) for dim, picked in places.items()}
-    columns = {  # those of dimensions that single numbers do not have, such as the crank angle
+    columns = {  # Columns of dimensions that single numbers do not have, such as the crank angle
         key: value
         for key, value in columns_along(archive, curves).items()
         if value[0] not in places
@@ -292,13 +293,13 @@ def _axis(
         "named_by": names[0] if names else None,
         "of_curves": dim in ("crank_angle", "order"),
         "of_designs": dim not in DIMENSIONS,
-        # Between designs of a list, words, parts, modes and orders there is nothing.
+        # Nothing lies between designs of a list, words, parts, modes and orders.
         "joined": not (part or names or dim == "order" or is_list(archive, dim)),
     }
 
 
 def _about(variable: xr.Variable, name: str, choice: str | None) -> dict[str, Any]:
-    """What a page says of a column or of a quantity, without its numbers."""
+    """Description of a column or quantity in a page, without its numbers."""
     dims = [str(d) for d in variable.dims]
     about = {"dim": dims[0] if dims else "", "dims": dims, "title": text_of(variable, name)}
     if is_words(variable) or name == "status":
@@ -316,7 +317,7 @@ def _column(variable: xr.Variable, key: str, places: Places, choice: str | None)
 
 
 def _span(values: npt.NDArray[Any]) -> tuple[float, float]:
-    """Smallest and largest number; (0, 0) where there is none."""
+    """Smallest and largest number; (0, 0) without any."""
     finite = values[np.isfinite(values)]
     return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
 
@@ -335,7 +336,7 @@ def _flat(page: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
     for name, (low, high) in spans.items():
         unit = page.quantities[name]["unit"]
         size = max(abs(low), abs(high))
-        # Numbers without a unit have nothing to do with each other.
+        # Numbers without a unit are not compared with each other.
         key = unit or name
         largest[key] = max(largest.get(key, 0.0), size)
     return {
@@ -364,13 +365,14 @@ def _quantity(
 
 
 def _base64(values: npt.NDArray[Any], kind: str) -> str:
-    with np.errstate(over="ignore", invalid="ignore"):  # archives of others may hold such numbers
+    # Archives of other programs may hold such numbers
+    with np.errstate(over="ignore", invalid="ignore"):
         stored = np.ascontiguousarray(values).astype(kind)
     return base64.b64encode(stored.tobytes()).decode("ascii")
 
 
 def _index(places: Places) -> slice | Places:
-    """As a slice where that is possible: a file is read faster so."""
+    """Places as a slice where possible, which a file reads faster."""
     if len(places) < 2:
         return slice(int(places[0]), int(places[0]) + 1) if len(places) else slice(0, 0)
     steps = np.diff(places)
@@ -380,7 +382,7 @@ def _index(places: Places) -> slice | Places:
 
 
 def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[Any]:
-    """Read the values at some places; in memory are those, and a range of the others."""
+    """Read the values at some places; memory holds these, and a range of the others."""
     dims = [str(d) for d in variable.dims]
     index = [_index(places[d]) for d in dims]
     if variable.nbytes <= 64e6:
@@ -388,7 +390,7 @@ def _read(variable: xr.Variable, places: Mapping[str, Places]) -> npt.NDArray[An
         for axis, own in enumerate(index):
             values = values[(slice(None),) * axis + (own,)]
         return values
-    # Few designs of a list are read one by one, many a range at a time.
+    # A few designs of a list are read one by one, many in ranges.
     if math.prod(len(own) for own in index if not isinstance(own, slice)) <= 3000:
         return variable.isel(dict(zip(dims, index, strict=True))).values
     shape = tuple(variable.sizes[d] for d in dims)
@@ -413,7 +415,7 @@ def _thinned_text(archive: xr.Dataset, dim: str, places: Places) -> str:
 def _coarser_text(
     archive: xr.Dataset, of_curves: Mapping[str, Places], places: Mapping[str, Places]
 ) -> list[str]:
-    """Sentences about axes of which curves have fewer values than single numbers."""
+    """Sentences about axes along which curves have fewer values than single numbers."""
     return [
         f"Curves are in this page at {len(picked):,} of {archive.sizes[dim]:,} "
         f"{'designs' if is_list(archive, dim) else f'values of {one_line(dim, 60)}'}; the nearest "

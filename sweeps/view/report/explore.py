@@ -46,7 +46,7 @@ MOST_OPTIONS = 1000
 MOST_POINTS = 5000  # Most points of a line
 
 
-MOST_CELLS = 200  # Along a side of a map
+MOST_CELLS = 200  # Most cells along a side of a map
 
 
 def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> Any:
@@ -75,7 +75,7 @@ def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> An
     >>> explore("first.nc")  # doctest: +SKIP
     """
     panel = library("panel", "panel", "explore", extra="explore")
-    # The notebook then needs no network; a slider counts only where it is let go.
+    # Inline resources need no network; a slider counts only when it is let go.
     panel.extension(inline=True, throttled=True)
     if isinstance(archive, str | Path):
         from sweeps.decide.explore.opening import open as open_any
@@ -85,7 +85,7 @@ def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> An
 
 
 class _Explorer:
-    """Widgets of an archive, and what they draw."""
+    """Widgets of an archive, and the figures that they draw."""
 
     def __init__(self, archive: xr.Dataset, units: str | None, panel: Any) -> None:
         self.archive, self.panel = archive, panel
@@ -204,7 +204,7 @@ class _Explorer:
         return self.panel.Column(pane, name="numbers")
 
     def _view(self, view: Specification) -> Any:
-        """Selectors above a figure; each option of them says a part of what is drawn."""
+        """Selectors above a figure; each option is a part of the figure's specification."""
         choices = [dict(choice["options"]) for choice in view["choices"]]
         selects = [
             self.panel.widgets.Select(
@@ -241,7 +241,7 @@ class _Explorer:
     def _figure(
         self, make: Any, heads: Sequence[str], axes: Mapping[str, list[Any]], **options: Any
     ) -> Any:
-        """Make a figure; words along an axis are known to it."""
+        """Make a figure; words along its axes become categories."""
         words = {
             f"{side}_range": list(dict.fromkeys(values))
             for side, values in axes.items() if values and isinstance(values[0], str)
@@ -288,7 +288,7 @@ class _Explorer:
                 )
                 for one, at in loop or [(name, None)]
             ]
-            if loop:  # closed
+            if loop:  # The curve is closed
                 values = [np.append(v, v[:1]) for v in values]
             line.data_source.data = {"x": values[0] if loop else x, "y": values[-1]}
             line.visible, scatter.visible = joined, stems or not joined
@@ -317,7 +317,7 @@ class _Explorer:
         finite = values[np.isfinite(values)]
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         heads = [self.head(key) for key in (across, up, name)]
-        # Where numbers go over more than a decade, most of a map would have one colour.
+        # Where numbers range over more than a decade, most of a map would have one colour.
         made, numeric = self._figure(
             charts.cells, heads, {"x": x, "y": y}, log=low > 0.0 and high / low > 20.0
         )
@@ -345,7 +345,7 @@ def _text(value: Any) -> str:
 
 
 def _edges(values: list[Any]) -> tuple[list[float], list[float]]:
-    """Where cells begin and end: half-way between their points."""
+    """Edges of cells: half-way between their points."""
     points = sorted(set(values))
     if len(points) < 2:
         middles = [points[0] - 0.5, points[0] + 0.5]

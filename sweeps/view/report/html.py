@@ -57,7 +57,7 @@ def table(
     return "".join((*parts, "</tbody></table></div>"))
 
 
-FIRST_ROWS = 20  # First designs of many, which are shown in place of all of them
+FIRST_ROWS = 20  # Number of first designs that are shown if there are too many for all
 
 
 def value_text(variable: xr.Variable | xr.DataArray, value: Any, choice: str | None) -> str:

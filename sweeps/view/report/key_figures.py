@@ -44,7 +44,7 @@ def key_figures(page: Embedded) -> list[Specification]:
 
 
 def _varying(page: Embedded, name: str) -> list[str]:
-    """Dimensions of designs along which a quantity goes, numbers and long ones first."""
+    """Dimensions of designs along which a quantity varies, numbers and long ones first."""
     axes = page.axes
     dims = [
         d for d in page.quantities[name]["dims"]
@@ -76,7 +76,7 @@ def _has_lines(page: Embedded, dim: str) -> bool:
 
 
 def _across(page: Embedded, dim: str) -> str:
-    """The column along an axis: names of a few, and for a list of designs a column of numbers."""
+    """The column along an axis: names if few, and a column of numbers for a list of designs."""
     axis = page.axes[dim]
     if axis["named_by"] and axis["count"] <= NAMED:
         return str(axis["named_by"])
@@ -123,13 +123,14 @@ def _maps(page: Embedded) -> list[Specification]:
 
 
 def _curves(page: Embedded, over: str) -> list[Specification]:
-    """Speed at several designs, and quantities with the same unit in one figure."""
+    """Figures of the speed at several designs, and of quantities with one unit together."""
     if over not in page.axes or page.axes[over]["count"] < 2:
         return []
     names = [
         n for n, q in page.quantities.items()
         if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
-        and n not in page.flat and not n.endswith("_std")  # beside the mean it is a line at zero
+        # Next to the mean it would be a line at zero
+        and n not in page.flat and not n.endswith("_std")
     ]  # fmt: skip
     kind = _kind(over)
     figures: list[Specification] = []
@@ -162,7 +163,7 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
 
 
 def _compared(page: Embedded, name: str) -> list[str]:
-    """Dimensions whose values may be lines of one figure: first those of a few names."""
+    """Dimensions whose values may be lines of one figure, those with a few names first."""
     axes = page.axes
     return sorted(
         _varying(page, name),
@@ -246,7 +247,7 @@ def _choice(label: str, options: list[tuple[str, Specification]], text: str = ""
 
 
 def _quantity(page: Embedded, names: list[str]) -> tuple[str, Specification]:
-    """The selector of a quantity, and what it begins with: what the figures above begin with."""
+    """The selector of a quantity; it begins with the quantity of the figures above."""
     varied = [n for n in names if _varying(page, n)]
     wanted = [n for n in (*_single(page), "omega", "delta", *varied, *names) if n in names]
     options = [(name, {"quantities": [name]}) for name in names]
@@ -267,7 +268,7 @@ def _dims(page: Embedded, names: list[str]) -> list[str]:
 
 
 def _keys(page: Embedded, name: str) -> list[str]:
-    """Axes and columns that a figure of a quantity may go over, the most useful first."""
+    """Axes and columns as abscissas of a quantity, the most useful first."""
     keys = []
     for dim in _varying(page, name):
         axis = page.axes[dim]

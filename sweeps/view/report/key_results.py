@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Choices = Mapping[str, str]
 
-MOST_ROWS = 60  # Most designs of an archive whose designs are all in a table
+MOST_ROWS = 60  # Most designs of an archive that are all in one table
 
 
 def results(archive: xr.Dataset, choices: Choices) -> str:
@@ -36,7 +36,7 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     archive = archive.drop_vars([n for n, v in archive.data_vars.items() if not v.size])
     try:
         shown = rows(archive, limit=MOST_ROWS)
-    except SceneError:  # no quantity has one number for each design
+    except SceneError:  # No quantity has one number for each design
         shown = None
     if shown is not None and shown.designs <= MOST_ROWS:
         parts.append(_rows_table(shown, choices))
@@ -78,7 +78,7 @@ def _reduced(archive: xr.Dataset, choices: Choices) -> list[str]:
 
 
 def _rows_table(shown: Rows, choices: Choices) -> str:
-    """A row for each design, its name first; of few designs a row for each quantity."""
+    """A row for each design, its name first; with few designs a row for each quantity."""
     names = [n for n in shown.table if n not in shown.units and n in shown.given]
     given = [n for n in shown.given if n not in names and not (names and n == "design")]
     order = [*names, *given, *(n for n in shown.table if n not in shown.given)]
@@ -114,7 +114,7 @@ def _rows_table(shown: Rows, choices: Choices) -> str:
 
 
 def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]]:
-    """Smallest and largest of each quantity that has single numbers, and where they are."""
+    """Smallest and largest value of each quantity with single numbers, and their places."""
     for name, data in archive.data_vars.items():
         if name == "status" or data.dtype.kind not in "fiu" or not data.ndim or not data.size:
             continue
@@ -136,7 +136,7 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
 
 
 def _of_a_band(archive: xr.Dataset, name: str) -> bool:
-    """Whether it is the uncertainty of another quantity, with which the table shows it."""
+    """Whether a variable is the uncertainty of a quantity, with which the table shows it."""
     return any(
         name.endswith(ending) and name.removesuffix(ending) + SHARE in archive
         for ending in (LOW, HIGH, EXPLAINED)

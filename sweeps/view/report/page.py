@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LIMIT = 20e6  # Most bytes of a report, if nothing else is asked for
+LIMIT = 20e6  # Most bytes of a report by default
 
-SPARE = 50e3  # Bytes that are kept for names and shapes of the numbers in the page
+SPARE = 50e3  # Bytes reserved for names and shapes of the numbers in the page
 
 
 def report(
@@ -111,7 +111,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
             f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
             "tables and program of this report need this much"
         )
-    archive = archive[of_designs(archive)]  # those that were kept, where it is reduced
+    archive = archive[of_designs(archive)]  # The kept designs of a reduction
     template = Template(_resource("page.html"))
     while True:
         content = embedded(archive, choices, room)
@@ -126,7 +126,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         over = len(written.encode(errors="replace")) - limit
         if over <= 0 or room < 1.0:
             return written
-        room *= 0.97 * room / (room + over)  # names of designs may be long
+        room *= 0.97 * room / (room + over)  # Names of designs may be long
 
 
 def _section(key: str, title: str, body: str) -> str:
@@ -160,13 +160,13 @@ def _left(content: Embedded) -> str:
 
 
 def _json(data: Mapping[str, Any]) -> str:
-    """JSON that cannot end the element it stands in."""
+    """JSON that cannot end the element that contains it."""
     written = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return written.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _code() -> str:
-    """BokehJS, and our own program."""
+    """Program of BokehJS, and our own."""
     resources = library("bokeh.resources", "bokeh", "report", extra="report")
     inline = resources.Resources(mode="inline", components=["bokeh"])
     scripts = [*inline.js_raw, _resource("program.js")]

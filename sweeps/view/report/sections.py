@@ -62,7 +62,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
     status = archive["status"]
     dims = [str(d) for d in status.dims]
     columns = {n: v for n, v in columns_of(archive, dims, ["status"]).items() if v.ndim}
-    if "status" not in columns:  # one design
+    if "status" not in columns:  # The archive has one design
         columns["status"] = xr.Variable(("design",), status.values[np.newaxis])
         dims = ["design"]
     sizes = {d: columns["status"].sizes[d] for d in dims}
@@ -70,7 +70,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
     failed = Failures([*given, "outcome"])
     with_numbers = np.array([has_numbers(code) for code in range(256)])
     spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if _is_number(columns[n])}
-    # Along longer axes, failed designs are not counted at each value.
+    # Failed designs are not counted along longer axes.
     counts = {d: np.zeros(n, dtype=np.int64) for d, n in sizes.items() if n <= 24}
     for begin, extent, read in ranges(columns, dims, [*sizes.values()]):
         codes = np.broadcast_to(read["status"], extent).astype(np.uint8)
@@ -110,7 +110,7 @@ def _counted(
     variable: xr.Variable, counts: Mapping[str, npt.NDArray[np.int64]], sizes: Mapping[str, int],
     choice: str | None,
 ) -> str:  # fmt: skip
-    """How many designs failed at each value of an axis at which some did."""
+    """Number of failed designs at each value of an axis with failures."""
     dim = str(variable.dims[0])
     if dim not in counts or sizes[dim] < 2:
         return ""
@@ -158,7 +158,7 @@ OUTCOMES: Mapping[str, str] = {
 
 
 def _members(table_of: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, str]]:
-    """Names and texts of members, those of tables within them by their whole names."""
+    """Names and texts of members; members of tables within them have their full names."""
     for key, value in table_of.items():
         name = f"{head}{key}"
         if isinstance(value, dict) and not head:
@@ -236,7 +236,7 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
 
 
 def _arrangements(archive: xr.Dataset) -> list[dict[str, Any]]:
-    """Arrangements of the cylinders: of one engine, or of several."""
+    """Arrangements of the cylinders of one engine, or of several."""
     try:
         described = json.loads(str(archive.attrs.get("arrangement", "{}")))
     except (ValueError, RecursionError):
@@ -267,7 +267,7 @@ def _unit(variable: xr.Variable | xr.DataArray, choice: str | None) -> str:
 
 
 def _values_text(coordinate: xr.DataArray, choice: str | None) -> str:
-    """Values along an axis: all, or the ends."""
+    """Text of the values along an axis: all, or the ends."""
     values = coordinate.values
     if not len(values):
         return "none"
@@ -443,4 +443,4 @@ SECTIONS = {
         ("cite", "How to cite", cited),
     ),
 }
-"""Sections before and after the figures: their places in the page, titles and makers."""
+"""Sections before and after the figures: identifiers in the page, titles and makers."""

@@ -34,7 +34,7 @@ def _numeric(archive: xr.Dataset, place: str) -> bool:
 
 
 def _system(archive: xr.Dataset) -> Iterator[str]:
-    """The shaft: numbers that all designs share, and those that vary."""
+    """Section on the shaft: numbers that all designs share, and those that vary."""
     given = members_of(archive, "parameters")
     numbers = {
         "disc": ("inertia kg m2", "damping N m s/rad", "ground_stiffness N m/rad"),
@@ -72,7 +72,7 @@ def _told(archive: xr.Dataset, given: Mapping[str, Any], key: str) -> str:
 
 
 def _modes(archive: xr.Dataset) -> Iterator[str]:
-    """Natural frequencies, and the critical speeds of strong orders within the speeds."""
+    """Section on natural frequencies, and critical speeds of strong orders within the speeds."""
     wanted = ("natural_frequency", "modal_inertia", "modal_damping_ratio",
               "damped_natural_frequency", "damping_ratio")  # fmt: skip
     names = [n for n in wanted if n in archive and archive[n].dims == ("mode",)]
@@ -100,7 +100,7 @@ def _critical(archive: xr.Dataset) -> Iterator[list[str]]:
     for i, mode in enumerate(archive["mode"].values):
         for j, order in enumerate(archive["order"].values):
             speed = float(speeds.values[i, j])
-            # Orders that are much weaker than the strongest one of the mode do not matter.
+            # Orders much weaker than the strongest one of a mode do not matter.
             if low <= speed <= high and sums[i, j] >= 0.3 * np.nanmax(sums[i]):
                 yield [str(mode), f"{order:g}", f"{speed:.4g} {speeds.attrs.get('units', '')}",
                        f"{sums[i, j]:.3g}"]  # fmt: skip
@@ -118,14 +118,14 @@ def _cases(archive: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _worst(archive: xr.Dataset) -> Iterator[str]:
-    """The worst place of each quantity, for each case, with a verdict where there is a limit."""
+    """Table of the worst place of each quantity, for each case, with a verdict by its limit."""
     rows = []
     of_crank = _of_crank(archive)
     for case, part in _cases(archive):
         most: dict[str, Worst] = {}
         for one in worst_of_shaft(part):
             if one.quantity == "shaft_torque_min" and one.place in of_crank:
-                continue  # a crankshaft's torque always reverses
+                continue  # A crankshaft's torque always reverses
             best = most.get(one.quantity)
             if best is None or one.worse_than(best):
                 most[one.quantity] = one
@@ -154,7 +154,7 @@ def _of_crank(archive: xr.Dataset) -> set[str]:
 
 
 def _verdict(one: Worst) -> str:
-    """Within or above the limit; whether a torque reverses."""
+    """Verdict: within or above the limit; whether a torque reverses."""
     if one.quantity.endswith("_over_limit"):
         return "above the limit" if one.value > 1.0 else "within the limit"
     if one.quantity == "shaft_torque_min":

@@ -61,12 +61,12 @@ def interrupted_text(path: Path) -> str:
 
 
 PASSES = "result after the requested number of cycles, not a steady state"
-"""Words for designs that were solved for a number of cycles, as [solver] `passes` asks."""
+"""Words for designs that were solved for a number of cycles, by [solver] `passes`."""
 
 MOST_READ = 2_000_000
-"""Most values of a quantity that are read to tell the smallest and the largest."""
+"""Most values of a quantity that are read for its smallest and largest."""
 
-LONGEST_LINE = 1000  # Most characters of a line that is printed of an attribute
+LONGEST_LINE = 1000  # Most characters of a printed line of an attribute
 
 
 def archive_text(
@@ -129,7 +129,7 @@ def archive_text(
 
 
 def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]:
-    """Each quantity with its value, or from where to where it goes."""
+    """Lines with each quantity and its value, or its range."""
     rows = []
     for name in of_designs(dataset):
         data = dataset[name]
@@ -149,12 +149,12 @@ def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
 
 
 def _is_long(data: xr.DataArray) -> bool:
-    """Whether a quantity has so many values that they are not read to tell their range."""
+    """Whether a quantity has too many values to read them for its range."""
     return data.dtype.kind == "f" and data.size > MOST_READ
 
 
 def _extent_text(data: xr.DataArray, wanted: str | None) -> str:
-    """The value, or the smallest and the largest, with the unit; nothing of words and codes."""
+    """The value, or the smallest and the largest, with the unit; nothing for words and codes."""
     if data.dtype.kind != "f" or not data.size:
         return ""
     units = data.attrs.get("units", "no single unit")
@@ -211,7 +211,7 @@ def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None =
 
 
 def _told(value: Any) -> str:
-    """A number, or a word of an axis of words."""
+    """Text of a number, or of a word on an axis of words."""
     return number_text(float(value)) if isinstance(value, np.number) else one_line(value, 60)
 
 
@@ -225,7 +225,7 @@ def outcome_counts(dataset: xr.Dataset) -> dict[str, int]:
     dims = [str(d) for d in codes.dims]
     counts = np.zeros(len(MEANINGS), dtype=np.int64)
     for _, _, read in ranges({"status": codes}, dims, codes.shape, 1_000_000):
-        # A range at a time: counting makes an index of eight bytes out of each code.
+        # Ranges are counted one by one: counting makes an index of eight bytes out of each code.
         counts += np.bincount(read["status"].reshape(-1), minlength=len(MEANINGS))
     by_outcome = {name: int(n) for name, n in zip(MEANINGS, counts, strict=True) if n}
     return of_all_designs(by_outcome, count_of_designs(dataset))
@@ -243,7 +243,7 @@ def of_all_designs(counts: Mapping[str, int], designs: int) -> dict[str, int]:
 
 
 def _size_line(dataset: xr.Dataset, name: str) -> str:
-    """How large an archive is, in numbers and on disk, and how it is stored."""
+    """Line on the size of an archive, in numbers and on disk, and on its storage."""
     results = [v for name, v in dataset.data_vars.items() if name != STATE]
     numbers = {str(v.dtype) for v in results if v.dtype.kind == "f"}
     levels = [v.encoding.get("complevel", 0) for v in results]
@@ -259,7 +259,7 @@ def _size_line(dataset: xr.Dataset, name: str) -> str:
 
 
 def _engine_line(dataset: xr.Dataset) -> str:
-    """The engine, or the several engines, of an archive."""
+    """Line on the engine, or the several engines, of an archive."""
     name, title = (str(dataset.attrs.get(key, "")) for key in ("engine", "engine_title"))
     if not name or title.startswith("engines "):
         return one_line(title, LONGEST_LINE)
@@ -267,7 +267,7 @@ def _engine_line(dataset: xr.Dataset) -> str:
 
 
 def _run_line(dataset: xr.Dataset) -> str:
-    """Version, date, time, part and command of the run that made an archive."""
+    """Line on the run that made an archive: version, date, time, part and command."""
     made = str(dataset.attrs.get("history", "")).splitlines()
     version = _version(dataset)
     words = [f"computed with engine-dyn {version}"] if version else []
@@ -283,7 +283,7 @@ def _run_line(dataset: xr.Dataset) -> str:
 
 
 def _version(dataset: xr.Dataset) -> str:
-    """Version that computed the numbers of an archive; empty where it does not say."""
+    """Version that computed the numbers of an archive; empty where it is not stated."""
     try:
         return one_line(json.loads(dataset.attrs["identity"])["versions"]["engine-dyn"], 60)
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
@@ -291,7 +291,7 @@ def _version(dataset: xr.Dataset) -> str:
 
 
 def _part_text(dataset: xr.Dataset) -> str:
-    """The shard of a sweep that an archive is; empty where it is none."""
+    """Text on the shard of a sweep that an archive is; empty for a whole sweep."""
     try:
         part = json.loads(dataset.attrs["part"])
         number, count = (int(text) for text in part["shard"].split("/"))
@@ -313,7 +313,7 @@ def _parameter_lines(dataset: xr.Dataset, value: object) -> list[str]:
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
         return _attribute_lines(
             "parameters", value
-        )  # an archive of several engines, or of another program
+        )  # Other archives are of several engines, or of another program
     rest = {name: number for name, number in members.items() if name not in left}
     lines = _attribute_lines("parameters", json.dumps(rest)) if rest else ["  parameters:"]
     neutral = ", ".join(f"{name} {number_text(float(number))}" for name, number in left.items())
@@ -321,14 +321,14 @@ def _parameter_lines(dataset: xr.Dataset, value: object) -> list[str]:
 
 
 def _attribute_lines(key: str, value: object) -> list[str]:
-    """One attribute; JSON has a line for each of its members, an empty text has none."""
+    """Lines of an attribute; JSON has a line for each of its members, an empty text none."""
     if isinstance(value, str) and not value:
         return []
     if isinstance(value, str) and value.startswith("{"):
         about = ""
         try:
             members = json.loads(value)
-            if key == "input_files":  # their texts are long
+            if key == "input_files":  # The texts of input files are long
                 members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
                 about = (
                     " (hash of each text as it was used: of a laboratory's file, of the CSV that "

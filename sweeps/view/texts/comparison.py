@@ -54,7 +54,7 @@ def comparison_text(comparison: Comparison) -> str:
 
 
 def _rows(of: Difference) -> list[str]:
-    """Lines on one quantity."""
+    """Lines on the difference of one quantity."""
     if not of.differing:
         return [f"the same in {counted(of.count, 'value')}"]
     rows = [f"{of.differing} of {counted(of.count, 'value')} differ"]

@@ -26,13 +26,13 @@ def orders_text(
     best = ranked.isel({ARRANGEMENT: np.argsort(ranked["rank"].values, kind="stable")[:limit]})
     orders = [str(text) for text in best["firing_order"].values]
     known = [str(text) for text in best["known_order"].values]
-    built, own = "*", "<"  # marks of orders that engines are built with, and of the engine's own
+    built, own = "*", "<"  # Marks of orders that engines are built with, and of the engine's own
     named = [
         f"{order}{' ' + built if text else ''}{' ' + own if order == about['own_order'] else ''}"
         for order, text in zip(orders, known, strict=True)
     ]
     table = {"rank": best["rank"].values.astype(float), "firing_order": np.array(named, object)}
-    # The last two show whether the orders are alike in the whole engine's torque.
+    # The last two quantities show whether orders are alike in the whole engine's torque.
     shown_names = dict.fromkeys([*about["by"], *CRITERIA, "delta", "torque_range"])
     others = {dim for name in shown_names if name in ranked for dim in ranked[name].dims}
     others.discard(ARRANGEMENT)
@@ -60,7 +60,7 @@ def orders_text(
 
 
 def _head(ranked: xr.Dataset, about: dict[str, object]) -> str:
-    """How many orders there are, and how many of them are other engines."""
+    """Lines on the number of orders, and how many of them are different engines."""
     total, computed = int(str(about["orders"])), int(str(about["computed"]))
     engine = one_line(str(ranked.attrs.get("engine_title", "")), 80)
     text = f"{engine}: {total:,} firing orders, {CRANKS[str(about['crank'])]}"

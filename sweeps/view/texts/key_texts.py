@@ -43,7 +43,7 @@ WORDS_OF_KEYS: Mapping[str, str] = {
     "piston_pin_width": "small-end bearing",
     "main_journal_diameter": "main bearing",
 }
-"""Other names that people have for keys; the name and meaning of a key are searched too."""
+"""Other names of keys; the search covers name and meaning of a key too."""
 
 
 def unit_text(unit: str) -> str:
@@ -66,7 +66,7 @@ def values_text(node: Node, quote: str = "") -> str:
 def default_text(node: Node) -> str:
     """Return the value that holds where neither scene nor engine gives one; empty if none does."""
     given = node.unless_given
-    # A value outside the range says that there is none.
+    # A value outside the range means that there is none.
     if given is None or not (
         node.low < given < node.high or (given == node.low and node.low_included)
     ):

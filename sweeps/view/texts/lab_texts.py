@@ -50,7 +50,7 @@ def measured_text(comparison: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-MOST_ROWS = 40  # Most cycles that are listed; only the first ones of more
+MOST_ROWS = 40  # Most cycles that are listed
 
 
 def train_text(train: xr.Dataset) -> str:
@@ -131,7 +131,7 @@ def deviations_text(deviations: xr.Dataset) -> str:
 
 
 def _row_of_cylinder(one: xr.Dataset) -> list[str]:
-    """A cylinder of a recording."""
+    """Row of a table on one cylinder of a recording."""
     called = "dead" if float(one["dead"]) else "weak" if float(one["weak"]) else ""
     places = np.flatnonzero(one["missed"].values > 0.0) + 1
     listed = ", ".join(map(str, places[:MOST_LISTED])) or "none"
@@ -164,7 +164,7 @@ def fit_text(fit: xr.Dataset) -> str:
         )
     lines += _correlations(fit)
     likely = float(fit.attrs["likelihood_of_noise"])
-    # None of the random draws was larger: the likelihood is this or less.
+    # No random draw was larger: the likelihood is this or less.
     at_most = "at most " if likely <= float(fit.attrs.get("least_likelihood", 0.0)) else ""
     lines.append(
         f"condition number {fit.attrs['condition_number']:.3g}; residuals: reduced chi square "
@@ -182,7 +182,7 @@ def fit_text(fit: xr.Dataset) -> str:
 
 
 def _correlations(fit: xr.Dataset) -> list[str]:
-    """Pairs of values that nearly move together."""
+    """Lines on pairs of values that nearly move together."""
     names, size = fit["parameter"].values, np.asarray(fit["correlation"].values)
     return [
         f"  {names[i]} and {names[j]} are correlated by {size[i, j]:.3f}"

@@ -53,10 +53,10 @@ SAME: tuple[tuple[str, ...], ...] = (
     ("crank pin", "crankpin", "big end"),
     ("main journal", "main bearing"),
 )
-"""Names of one thing: each leads to whatever has any of them. Longer names come first."""
+"""Groups of words for one thing: each finds texts with any of them. Longer words come first."""
 
 _NAMES = tuple((re.compile(rf"\b(?:{'|'.join(n)})s?\b"), n[0].replace(" ", "")) for n in SAME)
-"""Pattern of the names of each thing, and the one word that stands for all of them."""
+"""Patterns of the words for each thing, and the word that stands for all of them."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Found:
     """Names that words lead to, one that is exactly what was typed first."""
 
     names: list[str]
-    note: str = ""  # what was not found, and which word was searched in its place
+    note: str = ""  # Remark on a word without results, and the word that was searched in its place
 
 
 def named_by(words: str, texts: Mapping[str, str]) -> list[str]:
@@ -113,7 +113,7 @@ def _plain(text: str) -> str:
 
 
 def _typed(words: str) -> list[str]:
-    """Words as they are searched: one for a name of several words."""
+    """Words of a search: a name of several words becomes one word."""
     text = _plain(words)
     for names, word in _NAMES:
         text = names.sub(word, text)
@@ -121,7 +121,7 @@ def _typed(words: str) -> list[str]:
 
 
 def _searched(texts: Mapping[str, str]) -> dict[str, str]:
-    """Each name with its text, and behind them all other names of what they name."""
+    """Each name with the text to search: its own, and all other words for the same things."""
     searched = {name: _plain(f"{name} {text}") for name, text in texts.items()}
     for name, text in searched.items():
         for (names, word), same in zip(_NAMES, SAME, strict=True):
@@ -131,7 +131,7 @@ def _searched(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def _nearest(part: str, known: Iterable[str]) -> str:
-    """The word itself where it begins a known one, else the nearest; empty where none is near."""
+    """The word itself where it begins a known one, otherwise the nearest; empty without any."""
     if any(one.startswith(part) for one in known):
         return part
     return next(iter(difflib.get_close_matches(part, known, n=1, cutoff=0.75)), "")
@@ -166,7 +166,7 @@ SUBJECTS: Mapping[str, Iterable[Node]] = {
 """Quantities by subject."""
 
 OF_CURVES = "axes of curves, which come with them and cannot be asked for"
-"""Subject of axes of curves; like means of curves, they are listed where words lead to them."""
+"""Subject of axes of curves; like means of curves, they are listed only if words lead to them."""
 
 AXES: Mapping[str, Node] = {
     name: NODES[name][0] for name, dimension in DIMENSIONS.items() if dimension.public
@@ -252,7 +252,7 @@ OTHER_WORDS: Mapping[str, str] = {
     "rod_angle": "obliquity, connecting rod angle",
     "status": "convergence, failure",
 }
-"""Other names that people have for quantities; name and meaning are searched too."""
+"""Other names of quantities; the search covers name and meaning too."""
 
 
 def matching_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
@@ -307,9 +307,9 @@ Lines = list[tuple[str, str]]
 
 def symbol_text(symbol: str) -> str:
     r"""Write a symbol of TeX in plain letters: ``\beta_\nu`` becomes beta_nu, ``M_{max}`` M_max."""
-    text = symbol.replace(r"\var", "\\")  # variants of a letter have its name
+    text = symbol.replace(r"\var", "\\")  # A variant of a letter has the name of the letter
     text = text.replace("^*", "*")
-    # The name of a sign is set apart from a letter, digit or brace before it, not from _ and ^.
+    # The name of a sign is separate from a letter, digit or brace before it, not from _ and ^.
     text = re.sub(r"(?<=[A-Za-z0-9}])\\", " ", text)
     text = re.sub(r"\^\{([^{}]*)\}", r"^(\1)", text)
     return re.sub(r"[\\{}]", "", text)
@@ -323,7 +323,8 @@ def quantity_lines(words: str = "") -> list[str]:
     for subject, nodes in groups.items():
         lines += ["", f"# {subject}"] if lines else [f"# {subject}"]
         for node in nodes:
-            # The unit of the load coefficient depends on the load exponent: the table has none.
+            # The unit of the load coefficient depends on the load exponent, so that the table has
+            # none.
             unit = node.unit or "unit follows the load exponent"
             symbol = f", {symbol_text(node.symbol)}" if node.symbol else ""
             source = f" ({node.source})" if node.source else ""
@@ -351,7 +352,7 @@ def _classes() -> Lines:
 
 
 def _titles(files: Mapping[str, Path]) -> Lines:
-    """Titles of files of ours; they are read as far as that, since an engine models its cycles."""
+    """Titles of built-in files, read as TOML only, because reading an engine models its cycles."""
     return [
         (name, tomllib.loads(path.read_text(encoding="utf-8"))["title"])
         for name, path in files.items()

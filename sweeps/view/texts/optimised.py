@@ -75,7 +75,7 @@ def optimised_text(archive: xr.Dataset) -> str:
 def _one(
     archive: xr.Dataset, design: int, kind: str, name: str, about: Mapping[str, Any]
 ) -> list[str]:
-    """The best design: its parameters, and what the conditions are about."""
+    """Lines on the best design: its parameters, and quantities that are optimised or limited."""
     one = archive.isel({DESIGN: design})
     value, place = _worst(one, name, kind == "least")
     certain = {"": "best found: ", "inertia": "best found: "}.get(about["exact"], "")
@@ -93,7 +93,7 @@ def _one(
 def _front(
     archive: xr.Dataset, front: np.ndarray, wanted: list[tuple[str, str]], about: Mapping[str, Any]
 ) -> list[str]:
-    """A table of the front, the best in the first quantity first."""
+    """Table of the front, the best in the first quantity first."""
     worst = {
         name: [_worst(archive.isel({DESIGN: int(i)}), name, kind == "least")[0] for i in front]
         for kind, name in wanted
@@ -120,7 +120,7 @@ def _front(
 
 
 def _nothing(about: Mapping[str, Any]) -> list[str]:
-    """Why no design was found."""
+    """Reasons why no design was found."""
     each = [f"{n} meet {c}" for c, n in zip(about["within"], about["alone"], strict=True)]
     if about["lacking"]:
         each.append(
@@ -135,7 +135,7 @@ def _nothing(about: Mapping[str, Any]) -> list[str]:
 
 
 def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str]:
-    """How it was searched, and how far that can be trusted."""
+    """Lines on the way of the search, and on the trust in its result."""
     lines = []
     certain = {
         "inverse": "exact: the inertia follows from the limit of delta, and no other parameter "
@@ -183,7 +183,7 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
 
 
 def _worst(one: xr.Dataset, name: str, largest: bool) -> tuple[float, str]:
-    """The worst value of a name over the points of one design, and where it is."""
+    """The worst value of a name over the points of one design, and its place."""
     array = one[name]
     values = np.asarray(array.values, dtype=float)
     if not values.ndim:
@@ -204,7 +204,7 @@ def _worst(one: xr.Dataset, name: str, largest: bool) -> tuple[float, str]:
 
 
 def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told: str) -> list[str]:
-    """Searched parameters of a design but for one; what is at the end of its range says so."""
+    """Searched parameters of a design but for one; values at the end of their range are marked."""
     texts = []
     for key, table in about["over"].items():
         if key == told:

@@ -18,7 +18,7 @@ NUMBER_WIDTH = 11
 PERCENT_WIDTH = 9
 MOST_ROWS = 400
 
-_COLUMN = 2 * NUMBER_WIDTH + PERCENT_WIDTH + 1  # one quantity, its blank in front included
+_COLUMN = 2 * NUMBER_WIDTH + PERCENT_WIDTH + 1  # Width of one quantity with the blank in front
 
 
 def text(dataset: xr.Dataset) -> str:
@@ -41,7 +41,7 @@ def text(dataset: xr.Dataset) -> str:
 
 
 def _groups(dataset: xr.Dataset, quantities: list[str]) -> Iterator[list[str]]:
-    """Quantities that share a table: the same rows, as many as fit on a line."""
+    """Groups of quantities that share a table: with the same rows, as many as fit on a line."""
     fit = (120 - LABEL_WIDTH) // _COLUMN
     by_rows: dict[tuple[Hashable, ...], list[str]] = {}
     for quantity in quantities:
@@ -113,7 +113,7 @@ def _over_all_dimensions(
 
 
 def _label(dataset: xr.Dataset, dimensions: tuple[Hashable, ...], place: tuple[int, ...]) -> str:
-    """Name a row: the words along a dimension where there are any, else its value."""
+    """Name of a row: the words along a dimension if any, otherwise its value."""
     parts = []
     for dimension, index in zip(dimensions, place, strict=True):
         words = [
@@ -132,14 +132,14 @@ def _label(dataset: xr.Dataset, dimensions: tuple[Hashable, ...], place: tuple[i
 
 
 def _difference(published: float, computed: float) -> float:
-    """Difference in percent of the published value; 0 where there is none to tell."""
+    """Difference in percent of the published value; 0 where it cannot be computed."""
     if math.isnan(published) or not math.isfinite(computed) or published == 0.0:
         return 0.0
     return 100.0 * (computed - published) / abs(published)
 
 
 def _percent(difference: float) -> str:
-    """Difference with its sign, without one where it rounds to nothing."""
+    """Difference with its sign, without one if it rounds to zero."""
     text = f"{difference:+.2f}"
     return f"{text[1:] if float(text) == 0.0 else text} %"
 

@@ -40,7 +40,7 @@ def in_units(dataset: xr.Dataset, units: str | None) -> xr.Dataset:
 
 
 def _in_chosen_units(dataset: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
-    """Return an archive with some variables in other units."""
+    """Archive with some variables in other units."""
     new = {
         name: _converted(dataset[name], wanted)
         for name, wanted in chosen.items() if wanted != str(dataset[name].attrs.get("units", ""))
@@ -52,7 +52,7 @@ def _in_chosen_units(dataset: xr.Dataset, chosen: Mapping[str, str]) -> xr.Datas
 
 
 def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
-    """Whether the largest value of a unit is of a size that fits the readable one."""
+    """Whether the largest value of a unit has a size that fits the readable unit."""
     wanted = READABLE[unit]
     if wanted == "rpm":
         return True
@@ -61,7 +61,7 @@ def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
         array = dataset[name].variable
         if array.dtype.kind not in "iuf" or not array.size:
             continue
-        # Some 20 000 values tell how large they are.
+        # Some 20 000 values show the size of all.
         step = max(1, int((array.size / 20_000) ** (1.0 / max(array.ndim, 1))))
         some = np.abs(np.asarray(array[(slice(None, None, step),) * array.ndim].values, float))
         most = max(most, float(some.max(where=np.isfinite(some), initial=0.0)))
@@ -71,13 +71,13 @@ def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
 
 
 def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:
-    """The same numbers in another unit; read and multiplied where they are asked for."""
+    """The same numbers in another unit; read and multiplied on demand."""
     attributes = dict(array.attrs)
     times = factor(str(attributes.get("units", "")) or "1", wanted)
     attributes["units"] = wanted
     if wanted == "rpm":
         symbol = str(attributes.get("symbol", ""))
-        # An angular speed written in revolutions has the letter of a speed.
+        # An angular speed in revolutions has the letter of a speed.
         attributes["symbol"] = symbol.replace(r"\omega", "n")
     data = indexing.LazilyIndexedArray(_Scaled(array.variable, times))
     return xr.Variable(array.dims, data, attributes)

@@ -21,21 +21,21 @@ SHOWN = {
     "1": "", "percent": "%", "degree": "°", "kg m2": "kg m²", "kg m-3": "kg/m³", "m s-1": "m/s",
     "rad s-1": "rad/s", "rad s-2": "rad/s²", "m3": "m³",
 }  # fmt: skip
-"""Units as tables write them."""
+"""Spellings of units in tables."""
 
 
 def _parsed(text: str) -> Any:
-    """A unit of an archive, `kg m2` or `rad s-1`, or one that a person writes, `kg*m**2`."""
+    """A unit of an archive, `kg m2` or `rad s-1`, or one as a person writes it, `kg*m**2`."""
     plain = " ".join(text.split())
     for sign, word in zip("²³·%°^", ("2", "3", "*", "percent", "degree", "**"), strict=True):
         plain = plain.replace(sign, word)
-    # Only words with small exponents: pint would compute 9**9**9, which takes for ever
+    # The pattern allows only small exponents: pint would compute 9**9**9, which takes for ever
     word_pattern = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
     if re.fullmatch(rf"(?:1/)?{word_pattern}(?:[ */]{word_pattern}){{0,3}}", plain):
         words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
         try:
             return unit_registry().Unit(words)
-        except Exception:  # pint raises several kinds, and lets Python's own through
+        except Exception:  # pint raises several kinds of errors, and passes Python's own on
             pass
     raise SceneError(f"unit {shown(text)}: must be a unit such as kW, rpm, MPa or N*m")
 
@@ -51,7 +51,7 @@ def factor(unit: str, wanted: str) -> float:
     """
     if unit == wanted:
         return 1.0
-    if wanted == READABLE.get(unit):  # loading the registry takes a third of a second
+    if wanted == READABLE.get(unit):  # Loading the registry of units takes a third of a second
         quick = {"rpm": 1.0 / RPM, "mm": 1e3}
         return quick.get(wanted, 1e-3)
     one, other = _parsed(unit if unit != "1" else "dimensionless"), _parsed(wanted)
@@ -93,12 +93,12 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
             raise SceneError(
                 f"--units {shown(text)}: must be NAME=UNIT, several with commas, or archive"
             )
-        # A name also stands for what ends with it: power for brake_power.
+        # A name also stands for longer names that end with it: power for brake_power.
         meant = [n for n in known if n == name or n.endswith(f"_{name}")]
         if name not in known and not meant:
             raise SceneError(f"--units {name}: no column{not_known(name, known)}")
         for one in meant:
-            factor(known[one], wanted)  # refused here, before anything is printed
+            factor(known[one], wanted)  # A wrong unit is refused here, before anything is printed
             asked[one] = wanted
     return asked
 

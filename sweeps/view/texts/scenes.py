@@ -113,7 +113,7 @@ def _varying(scene: Scene) -> list[str]:
 
 
 def _driven(scene: Scene) -> list[str]:
-    """Lines of tables that scenes alone have: a measured diagram, a curve that the load follows."""
+    """Lines of tables that only scenes have: a measured diagram, a characteristic."""
     lines = [
         f"  {one.line(one.part_of(scene))}"
         for one in GIVEN_FEATURES.values()
@@ -123,12 +123,12 @@ def _driven(scene: Scene) -> list[str]:
 
 
 def _listed(values: Any) -> str:
-    """Values of an axis: all, or the ends and how many."""
+    """Text of the values of an axis: all, or the ends and the number."""
     array = np.asarray(values)
     texts = [f"{v:.6g}" for v in array] if array.dtype.kind in "iuf" else [str(v) for v in array]
     texts = [one_line(text, 60) for text in texts]
     distinct = list(dict.fromkeys(texts))
-    # Most values that are listed; of more, the ends and the number are told
+    # Most values that are listed; otherwise the ends and the number are shown
     few = 8
     if len(distinct) <= few:
         return ", ".join(distinct)
@@ -221,7 +221,7 @@ def _line(place: int, name: str, about: list[str]) -> str:
 
 
 def _numbers(shaft: Shaft, kind: str, place: int, values: Mapping[str, float]) -> list[str]:
-    """Numbers of a disc or shaft, or of a damper where it is its ring."""
+    """Numbers of a disc or shaft, or of a damper where the disc is its ring."""
     texts = []
     for pattern in PATTERNS:
         what = pattern.removesuffix("_N")

@@ -96,7 +96,7 @@ def rows_text(
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
     # Characters of a line where the output is no terminal
     line_width = 100
-    if rows.number <= 3:  # so few designs are columns of one table
+    if rows.number <= 3:  # So few designs are columns of one table
         lines.append(_upright(columns, rows, width or line_width))
     else:
         same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
@@ -133,7 +133,7 @@ def rows_text(
 
 
 def _computed(rows: Rows) -> npt.NDArray[np.bool_]:
-    """Whether rows have results: by their status, and by numbers that are there for all engines."""
+    """Whether rows have results: by their status, and by quantities that all engines have."""
     failed = [word for code, word in enumerate(MEANINGS) if not has_numbers(code)]
     statuses = rows.table.get("status", np.full(rows.number, ""))
     good = np.array([status not in failed for status in statuses])
@@ -143,7 +143,7 @@ def _computed(rows: Rows) -> npt.NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Column:
-    """Cells as texts; `number` says whether they are numbers."""
+    """Cells of a column as texts; `number` says whether they are numbers."""
 
     name: str
     unit: str
@@ -212,7 +212,7 @@ def _printed(table: Any, width: int) -> str:
 
 
 def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
-    """A line for each column; a few designs have room next to each other."""
+    """Table with a line for each quantity; a few designs have room next to each other."""
     table = _table(show_header=rows.number > 1)
     table.add_column("")
     for number in range(rows.number):
@@ -225,10 +225,10 @@ def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
 
 
 def _wide(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
-    """A column for each; where they do not fit, several tables below each other.
+    """Table with a column for each quantity, or several tables below each other.
 
-    Where what says which design it is takes more than half of a line, it stands in a table of its
-    own, and the others repeat one column that tells the rows apart.
+    If the columns that name a design take more than half of a line, they stand in a table of their
+    own, and the others repeat one column as the row's name.
     """
     given = [c for n, c in columns.items() if n in rows.given]
     others = [c for n, c in columns.items() if n not in rows.given]
