@@ -306,7 +306,7 @@ def _differences(panel: Axes, view: View, place: int) -> Entries:
 
 
 def _orders(view: View) -> Figure:
-    """Figure of the amplitudes of orders, measured and computed side by side, over the mean speed."""
+    """Amplitudes of orders, measured and computed side by side, over the mean speed."""
     shown = shown_recordings(view)
     sheet = multiples(len(shown), 0.6, 2.0, sharex=True, sharey=True)
     orders = view.numbers("order")
