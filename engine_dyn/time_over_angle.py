@@ -55,7 +55,7 @@ def time_harmonics(speed: Any, period: float) -> tuple[Floats, Complexes, Floats
     samples = speed.shape[-1]
     slowness = np.fft.rfft(1.0 / speed) / samples
     if samples % 2 == 0:
-        slowness[..., -1] = 0.0  # the samples do not tell the phase of the highest order
+        slowness[..., -1] = 0.0  # samples do not tell the highest order's phase
     rate = 2.0 * np.pi / period * np.arange(1, slowness.shape[-1])
     return slowness[..., 0].real, slowness[..., 1:] / (1j * rate), rate
 
@@ -174,13 +174,13 @@ def deviation_harmonics(deviation: Any, speed: Any, angle: Any, orders: Floats) 
     """
     slowness = 1.0 / np.asarray(speed)
     weighted = deviation * slowness / _mean(slowness)[..., None]
-    uniform = angle - np.asarray(deviation)  # Omega t
+    uniform = angle - np.asarray(deviation)  # Omega t, the angle of uniform rotation
     harmonics = [2.0 * _mean(weighted * np.exp(-1j * order * uniform)) for order in orders]
     return np.stack(harmonics, axis=-1)
 
 
 def _mean(curve: Any) -> Any:
-    """Mean along the last axis; in this order of memory, other rows do not change its bits."""
+    """Mean along the last axis; with this order in memory, bits do not depend on other rows."""
     return np.ascontiguousarray(curve).mean(axis=-1)
 
 

@@ -8,7 +8,7 @@ BAR = 1e5  # Pascal in a bar
 
 MPA = 1e6
 
-GPA = 1e9  # Pascal in a megapascal
+GPA = 1e9  # Pascal in a gigapascal
 
 CUBIC_CENTIMETRE = 1e-6  # Cubic metres in a cubic centimetre
 

@@ -153,7 +153,7 @@ def _turning_force(
     name: str, symbol: str, long_name: str, masses_of: dict[str, str], sign: float, source: str,
     when: str = "",
 ) -> Node:  # fmt: skip
-    """Force of what turns with the crank: masses of rods and throws, or opposite to them."""
+    """Node of the force of rods and throws that turn with the crank, or (`sign`) opposite to it."""
 
     def make(*, crank_angle: Any, **needs: Any) -> Any:
         turning = {of: sign * np.asarray(needs.pop(mass)) for of, mass in masses_of.items()}

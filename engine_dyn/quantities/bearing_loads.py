@@ -28,7 +28,7 @@ BEARINGS = {
     "main_journal": ("main journal", "H", "width of a main bearing"),
     "piston_pin": ("piston pin", "P", "width of the rod's bearing on the piston pin"),
 }
-"""Bearings, the index of their loads, and what their width is."""
+"""Bearings, with the index of their loads' symbols and the part whose width counts."""
 
 PARAMETERS = tuple(
     node
@@ -82,14 +82,14 @@ def _journal_factors(needs: dict[str, Any]) -> bearings.Factors:
 
 
 def _engines(needs: dict[str, Any]) -> tuple[Any, Any]:
-    """Cylinders to take; of equal ones the first is that of any engine."""
+    """Cylinders to take; for equal cylinders, one stands for any number of them."""
     if "cylinder_set" in needs:
         return needs["cylinder_set"], needs["cylinders_by_count"]
     return 1, {1: even_cylinders(1, needs["period"])}
 
 
 def _pressure_nodes(bearing: str) -> list[Node]:
-    """Loads of a bearing over its projected area, over the angle, largest and mean."""
+    """Nodes of a bearing's load over its projected area: over the angle, largest and mean."""
     text, index, _ = BEARINGS[bearing]
     of_first = "" if bearing == "main_journal" else ", cylinder 1"
     sizes = (f"{bearing}_diameter", f"{bearing}_width")
@@ -136,7 +136,7 @@ def _load_nodes(
     whole, extreme = f"{load}_components", f"{load}_extremes"
     variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
     if load != "main_journal":
-        plain = " plain_rods" if load == "crank_pin" else ""  # see `each_cylinder` for others
+        plain = " plain_rods" if load == "crank_pin" else ""  # `each_cylinder` has the others
         variants = ((f"equal{plain}", ()), (f"unequal{plain}", _COUNTED))
     made = [
         node
@@ -174,7 +174,7 @@ _AROUND = ("crank_angle", "crank_ratio", "offset_ratio")
 
 
 def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
-    """One component of a load: as it is, or turned with its crank or crank 1 of the engine."""
+    """One component of a load: as it is, or turned with its own crank or with crank 1."""
     load, _, part = name.rpartition("_")
     of = f"{load}_components"
     needs = (of, *_AROUND, *_COUNTED) if turning == "engine" else (of, *_AROUND)
@@ -208,7 +208,7 @@ def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
 
 
 def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
-    """Needs as arrays with one more axis at the end; what has no axes stays."""
+    """Needs as arrays with one more axis at the end; those without axes stay as they are."""
     whole = ("counterweights", "cylinders_by_count", "family", "period")
     return {
         name: value if name in whole else np.asarray(value)[..., None]

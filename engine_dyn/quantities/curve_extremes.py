@@ -71,7 +71,7 @@ def of_curve(node: Node, variant: Callable[[str], Node]) -> Node:
 def _follow(
     name: str, variant: Callable[[str], Node], chain: dict[str, Node], others: set[str]
 ) -> bool:
-    """Whether a node is over the crank angle; such ones are put into `chain`, in their order."""
+    """Whether a node depends on the crank angle; `chain` gets such nodes in their order."""
     if name in chain or name == ANGLE:
         return True
     if name in others:
@@ -128,7 +128,7 @@ def curve_mean(curve: Any) -> Any:
     2.0
     """
     values = np.asarray(curve, dtype=float)
-    # In this order of memory the sum of a row has the same bits, however many rows there are.
+    # With this order in memory, the sum of a row has the same bits for any number of rows.
     return values if values.ndim == 0 else np.ascontiguousarray(values).mean(axis=-1)
 
 
@@ -159,7 +159,6 @@ def means_of_curves(quantities: Iterable[Node]) -> tuple[Node, ...]:
     means = []
     for curve in curves.values():
         plain = replace(curve, when="")
-        # Endings of the names
         means += [
             _of_curve(plain, "_rms", "root mean square", "({})_{{rms}}", root_mean_square),
             _of_curve(plain, "_mean", "mean", r"\langle {} \rangle", curve_mean),

@@ -65,7 +65,7 @@ def _travel(*, crank_angle: Any, double_radius: Any, **needs: Any) -> Any:
 def _force(
     name: str, symbol: str, long_name: str, order: int, turning: bool
 ) -> Node:  # fmt: skip
-    """Force of reciprocating masses with articulated rods, alone or with what turns."""
+    """Node of the reciprocating masses' force with articulated rods, alone or with rotating."""
 
     def make(**needs: Any) -> Any:
         motion = (
@@ -113,7 +113,7 @@ MOTION = (
         SOURCE, kind="curve", needs=("crank_angle", *_OF_EACH, "double_radius"), make=_travel,
     ),
 )  # fmt: skip
-"""The nodes that each cylinder has of its own."""
+"""Nodes of motion that every cylinder has."""
 
 _LOADED = (
     *(need for need in _NEEDS if need != "crank_angle"), "bore", "family", "row", "pressure_scale",
@@ -122,7 +122,7 @@ _LOADED = (
 
 
 def _of_master(needs: dict[str, Any], more: tuple[Any, ...] = ()) -> tuple[Any, ...]:
-    """Arguments of loads of the master rod of cylinder 1; `more` is an axis behind."""
+    """Arguments of loads of the master rod of cylinder 1; `more` adds axes at the end."""
     arrays = {
         name: value
         if name in ("family", "period", "cylinders_by_count", "crank_angle")
@@ -184,32 +184,31 @@ NODES = (
 NOT_FOLLOWED = frozenset({
     "tangential_force", "gas_tangential_force", "inertia_tangential_force", "net_tangential_force",
 })  # fmt: skip
-"""Nodes that are other ones with articulated rods, though they take nothing of the mechanism."""
+"""Nodes with another formula for articulated rods, though they take nothing of the mechanism."""
 
 FOLLOWED = frozenset({
     *(node.name for node in NODES),
-    # lengths and masses; what is cylinder 1's, a master
+    # Lengths and masses; values of cylinder 1, which is a master.
     "rod", "double_radius", "stroke_share", "mass_share", "mass_of_first", "direction_of_first",
     "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration",
     "position_coefficient",
     "velocity_coefficient", "acceleration_coefficient", "position_mean", "rod_angle",
     "rod_angular_velocity", "rod_angular_acceleration", "crank_angle_at_travel",
     "engine_inertia", "mean_reciprocating_inertia", "varying_inertia",
-    # pressure, torque, speed
+    # Pressure, torque and speed.
     "pressure_share", "mean_peak_pressure", "peak_pressure", "pressure", "mean_gas", "gas_torque",
     "inertia_torque", "inertia_torque_actual", "torque_after_throw", "shaft_torque_extremes",
     "torque_solution", "indicated_torque_solution", "speed_solution", "inertia_search",
     "piston_friction_torque",
     *(f"{whose}_{part}_sum" for whose in ("engine", "cylinder")
       for part in ("gas", "speed", "inertia")),
-    # the mass that turns with the crank, and the first crank pin
+    # Masses that turn with the crank, and the first crank pin.
     "throw_force", "counterweight_force", "crank_pin_x", "crank_pin_y",
 })  # fmt: skip
-"""Nodes that take the mechanism (crank ratio, offset or cylinders) and hold for articulated rods.
+"""Nodes that take the mechanism (crank ratio, offset or cylinders) and hold for articulated
+rods.
 
-All others that take it are refused there: a node that is new computes plain rods until it stands
-here.
-"""
+All others that take the mechanism are refused: a new node has plain rods until it is added here."""
 
 
 class Place(NamedTuple):
@@ -251,14 +250,14 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
         )
     }
 )  # fmt: skip
-"""The parameters as tables and messages list them: N is the number of a cylinder."""
+"""Parameters of cylinders as tables and messages list them: N is the number of a cylinder."""
 
 
 def _named() -> dict[str, tuple[Place, Node]]:
     nodes = {}
     for pattern in PATTERNS.values():
         what = pattern.name.removesuffix("_N")
-        # Crank angle and stroke are those of cylinder 1.
+        # Cylinder 1 defines crank angle and stroke: some parameters exist from cylinder 2 on.
         for number in range(2 if "from 2 on" in pattern.long_name else 1, MOST_CYLINDERS + 1):
             text = pattern.long_name.replace(" N, from 2 on,", " N").replace(" N", f" {number}")
             node = replace(
@@ -274,7 +273,7 @@ _NAMED = _named()
 PARAMETERS = tuple(node for _, node in _NAMED.values())
 
 OF_CYLINDER: Mapping[str, Place] = MappingProxyType({k: place for k, (place, _) in _NAMED.items()})
-"""Parameter and cylinder of each name."""
+"""Parameter and cylinder for each name of a cylinder's parameter."""
 
 
 def with_values(cylinders: Cylinders, values: Mapping[str, float]) -> Cylinders:

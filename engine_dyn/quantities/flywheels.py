@@ -14,7 +14,7 @@ from engine_dyn.units import DEGREE, MPA
 
 
 def _limits() -> tuple[tuple[str, float], ...]:
-    """Names of admissible deltas: the finer end of a range, and where it has one the coarser."""
+    """Admissible deltas by name: the finer end of each range, and the coarser if any."""
     limits = []
     for name, (fine, coarse) in flywheel.ADMISSIBLE.items():
         limits.append((name, fine))
@@ -144,7 +144,7 @@ def _swing_of_fluctuation(
 
 
 def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
-    """Inertia and delta that follow from an energy swing that is not computed."""
+    """Nodes of inertia and delta that follow from an energy swing."""
 
     def inertia_of(*, wanted_delta: Any, speed: Any, **needs: Any) -> Any:
         return flywheel.energy_swing_inertia(needs[swing], wanted_delta, speed)
@@ -162,7 +162,7 @@ def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
     )  # fmt: skip
 
 
-_ENERGY = "Khurmi and Gupta chapter 16"  # Source of the definitions of energies
+_ENERGY = "Khurmi and Gupta chapter 16"  # Source of the energies' definitions
 
 _SIZED = "sized_flywheel_inertia", "", "kg m2", "inertia of the flywheel that is sized"
 
@@ -218,7 +218,7 @@ NODES = (
         public=False, when="given_inertia inertia_in_parts",
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
-    # The load's part of an inertia that is given whole is not known: scenes are refused.
+    # The load's part of an inertia that is given whole is unknown: scenes that ask are refused.
     *(
         Node(
             "load_side_inertia", "", "kg m2",
@@ -406,7 +406,7 @@ NODES = (
         *_SIZED, public=False, when="given_inertia inertia_in_parts",
         make=lambda flywheel_inertia: flywheel_inertia,
     ),
-    # The flywheel's part of an inertia that is given whole is not known: scenes are refused.
+    # The flywheel's part of an inertia given whole is unknown: scenes that ask are refused.
     *(
         Node(*_SIZED, public=False, when=f"given_inertia {when}", kind="parameter")
         for when in ("inertia_whole", "inertia_of_shaft")

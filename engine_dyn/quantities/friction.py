@@ -38,7 +38,7 @@ _LEVER = ("stroke", "stroke_share", "double_radius", "period")
 def _level(
     rubbing: Any, stroke: Any, stroke_share: Any, double_radius: Any, period: Any
 ) -> Any:  # fmt: skip
-    """Mean torque of a cylinder over piston area and crank radius, of a mean effective pressure."""
+    """Mean torque of a cylinder over piston area and crank radius, from a mean pressure."""
     return rubbing * 2.0 * stroke * stroke_share / (double_radius * period)
 
 
@@ -74,11 +74,11 @@ def _friction_over_stroke(
 PATTON = "Patton, Nitschke and Heywood, SAE 890836"
 
 FRICTION_LAWS = ("chen_flynn", "patton_nitschke_heywood")
-"""Words for the laws of the friction mean effective pressure; the key's value counts from 1."""
+"""Laws of the friction mean effective pressure; the key's values count from 1."""
 
 
 def _main_bearings(cylinder_set: Any, cylinders_by_count: Any) -> Any:
-    """One more than throws, or than cylinders where their throws are not known."""
+    """Number of main bearings: one more than throws, or than cylinders where throws are unknown."""
 
     def of_engine(engine: Cylinders) -> float:
         places = engine.along_shaft
@@ -139,7 +139,7 @@ def _part(
 def _sized(
     name: str, index: str, long_name: str, needs: tuple[str, ...], function: Callable[..., Any]
 ) -> Node:
-    """Component that depends on the size of the engine; `needs` in the function's order."""
+    """Node of a friction component that depends on engine size; `needs` in the function's order."""
 
     def make(**given: Any) -> Any:
         return function(*(given[need] for need in (*_SIZE, *needs)))
@@ -151,11 +151,11 @@ _UNTHROTTLED = (
     "fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings", "fmep_skirt",
     "fmep_rings", "fmep_valve_train", "fmep_auxiliaries",
 )  # fmt: skip
-"""Components that do not depend on the pressure in the cylinder."""
+"""Friction components that do not depend on the pressure in the cylinder."""
 
 
 def _in_order(names: tuple[str, ...]) -> Callable[..., Any]:
-    """Sum in the order of the names, whatever order the needs come in."""
+    """Sum of needs in the order of the names, whatever order they come in."""
 
     def make(**needs: Any) -> Any:
         total: Any = 0.0
@@ -171,8 +171,8 @@ def _share(names: tuple[str, ...]) -> Callable[..., Any]:
 
 
 def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
-    """Pressure at the dead centre before compression over that of the atmosphere."""
-    # One angle beside designs: the same branch of `pressure`, so the same bits, for all shapes.
+    """Pressure at the dead centre before compression over atmospheric pressure."""
+    # One angle for all designs: `pressure` then takes the same branch, with the same bits.
     angle = np.array([-np.pi])
     place = np.asarray(row, dtype=float)[..., None]
     pressure = torque.pressure(angle, family, place)[..., 0]
@@ -191,7 +191,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "rubbing", "", "Pa", "friction mean effective pressure of the engine's components",
         public=False, when="patton_nitschke_heywood",
-        make=lambda fmep_components: 1.0 * fmep_components,  # a result of its own, not the same one
+        make=lambda fmep_components: 1.0 * fmep_components,  # a new array, not the same one
     ),
     Node(
         "fmep", "p_{fr}", "bar", "friction mean effective pressure", "Kakaitsas eq. 3.9", si=BAR,

@@ -70,7 +70,7 @@ PARAMETERS: tuple[Node, ...] = (
 
 
 def _electrical(of: Node) -> Node:
-    """The same of the generator's voltage: pole pairs and gear ratio times as large."""
+    """Node for the generator's voltage: the angle times pole pairs and gear ratio."""
 
     def make(*, pole_pairs: Any, gear_ratio: Any, **needs: Any) -> Any:
         return pole_pairs * gear_ratio * needs[of.name]
@@ -83,18 +83,18 @@ def _electrical(of: Node) -> Node:
     )  # fmt: skip
 
 
-# --- angle of the shaft that runs alone -----------------------------------------------------------
+# --- angular deviation of a shaft that runs alone -------------------------------------------------
 
 
 def _close_curve(omega: Any, period: float) -> tuple[Any, Any, float]:
-    """The deviation at equal steps, its slope, and the step [rad]."""
+    """Angular deviation at equal steps, its slope, and the step [rad]."""
     turn = times.cycle_time(omega, period)[..., None]
     curve = times.angle_deviation(omega, period)
     return curve, 1.0 - period / turn / omega, period / np.shape(omega)[-1]
 
 
 _EXTREMES = np.dtype([("low", np.float64), ("high", np.float64)])
-"""Least and largest deviation [rad]."""
+"""Fields of extremes: smallest and largest deviation [rad]."""
 
 
 def _extremes(*, omega_close: Any, curve_period: float) -> Any:
@@ -115,7 +115,7 @@ def _curve(*, omega_close: Any, crank_angle: Any, close_angle: Any, curve_period
 
 
 def _deviation_order(*, angle_deviation: Any, omega: Any, crank_angle: Any, order: Any) -> Any:
-    # The axis of orders, of length 1 here, stands before that of the crank angle.
+    # The axis of orders, of length 1 here, comes before the axis of the crank angle.
     curve, speed = np.asarray(angle_deviation)[..., 0, :], np.asarray(omega)[..., 0, :]
     return np.abs(times.deviation_harmonics(curve, speed, np.ravel(crank_angle), np.ravel(order)))
 
@@ -161,12 +161,12 @@ _DEVIATIONS = (
     ),
 )  # fmt: skip
 
-# --- against the grid -----------------------------------------------------------------------------
+# --- operation on the grid ------------------------------------------------------------------------
 
 
 def _grid_curve(of: str) -> Callable[..., Any]:
     def make(*, order: Any, crank_angle: Any, **needs: Any) -> Any:
-        harmonics = np.asarray(needs[of])[..., 0]  # before the axis of the crank angle
+        harmonics = np.asarray(needs[of])[..., 0]  # the axis before the crank angle
         return times.sum_of_orders(harmonics, np.ravel(order), np.ravel(crank_angle))
 
     return make
@@ -179,7 +179,7 @@ def _half_range(of: str) -> Callable[..., Any]:
 
 
 def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: str) -> list[Node]:
-    """Curve, amplitudes and half range of the orders of something."""
+    """Nodes of curve, amplitudes and half range that follow from harmonics of any kind."""
     of = f"{what}_harmonics"
     amplitude = f"amplitude of the orders of the {text}"
     return [
@@ -200,7 +200,7 @@ _ANGLE = _swing(
     "angle of the rigid rotor against the grid, from its mean",
 )  # fmt: skip
 
-# --- times ----------------------------------------------------------------------------------------
+# --- durations ------------------------------------------------------------------------------------
 
 
 def _duration(begin: float, end: float) -> Callable[..., Any]:
@@ -213,7 +213,7 @@ def _interval(
     *, omega: Any, crank_angle: Any, period: float, curve_period: float, interval_begin: Any,
     interval_end: Any,
 ) -> Any:  # fmt: skip
-    # The end is the next one within a cycle, however long the curve is.
+    # The interval ends within a cycle after its begin, however long the curve is.
     end = interval_begin + period - np.mod(interval_begin - interval_end, period)
     first = np.ravel(crank_angle)[0]
     return times.duration(omega, first, interval_begin, end, curve_period)
@@ -222,7 +222,7 @@ def _interval(
 _TIME: dict[str, Any] = {"removes": ("crank_angle",)}
 
 OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
-"""Strokes that have no half turn of their own in a two-stroke engine."""
+"""Durations of strokes without a half turn of their own in two-stroke engines."""
 
 NODES: tuple[Node, ...] = (
     Node("angle_deviation_extremes", "", "", f"extremes of the {_TEXT}", public=False,

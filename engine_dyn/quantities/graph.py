@@ -189,8 +189,7 @@ _QUANTITIES: tuple[Node, ...] = (
     *(node for feature in FEATURES for node in feature.nodes),
     *each_cylinder.NODES,
 )
-"""All nodes that are computed, public ones and those on the way to them.
-"""
+"""All computed nodes, public ones and those that they need."""
 
 _CURVE_MEANS = curve_extremes.means_of_curves(_QUANTITIES)
 
@@ -267,7 +266,7 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIME
 """Dimensions beside the axes of a scene, in the order of archives."""
 
 ALONG_SHAFT = frozenset({"throw", "bay", "main_bearing"})
-"""Dimensions of what needs to know the throws of an engine."""
+"""Dimensions of nodes that need the engine's throws."""
 
 
 NODES: Mapping[str, tuple[Node, ...]]
@@ -276,7 +275,7 @@ NODES: Mapping[str, tuple[Node, ...]]
 _by_name: dict[str, tuple[Node, ...]] = {}
 for _node in (
     *_PARAMETERS,
-    # Leaves that hold the points of the dimensions.
+    # Leaves that hold the values along each dimension.
     *(
         Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
         for d in _DIMENSIONS
@@ -339,7 +338,7 @@ class Variants(dict[str, Node]):
 
 
 variants_of = functools.cache(Variants)
-"""The variants for some words: scenes with the same words share them."""
+"""Variants of all nodes for some words, shared by scenes with the same words."""
 
 
 SOURCES: Mapping[str, str] = {

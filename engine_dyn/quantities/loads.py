@@ -15,12 +15,12 @@ from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
 from engine_dyn.quantities.node import Node, power, quotient
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
-"""Laws of a load that numbers give, but a + k omega^alpha, whose k has a unit of its own."""
+"""Laws of a load that numbers give, but for a + k omega^alpha, whose k has another unit."""
 
 _SHAPED = {
     "table no_driver": "table", **{law.name: "law" for law in _BY_NUMBERS}
 }  # fmt: skip
-"""When k is a factor on the torque of a table or of such a law."""
+"""Cases in which k is a factor on the torque of a table or of one of those laws."""
 
 
 def load_coefficient_unit(exponent: float) -> str | None:
@@ -45,21 +45,21 @@ def _at_nominal(law: LawFacts) -> Node:
     )  # fmt: skip
 
 
-NO_TORQUE = -math.inf  # Given for a torque that neither load nor driver has at the nominal speed
+NO_TORQUE = -math.inf  # Marks a torque that neither load nor driver has at the nominal speed
 
 
 def _opposed(
     surplus: Any, torque_mean: Any, friction_torque: Any, constant: Any, shape: Any
 ) -> Any:
-    """Return `surplus` where load or driver, of torque `shape`, can give it; else `NO_TORQUE`."""
+    """Return `surplus` where the torque `shape` of load or driver balances it, else `NO_TORQUE`."""
     size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant)
     lack = (torque_mean - constant) * np.sign(shape)
-    # A torque is none below this part of the mean torques of engine, friction and load.
+    # A torque below this part of the mean torques of engine, friction and load counts as none.
     return np.where((lack < -1e-9 * size) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
 
 
 def _opposed_torque(when: str, sign: float = 1.0) -> Node:
-    """Return the node of the surplus as far as load or driver have it."""
+    """Return the node of the surplus that load or driver can balance."""
 
     def make(
         load_surplus: Any, torque_mean: Any, friction_torque: Any, load_constant: Any,
@@ -86,7 +86,7 @@ _DRIVER_TORQUE = (
 
 
 def _load_torque(law: LawFacts) -> Node:
-    """Return the node of the load torque of a law at the solved speed."""
+    """Return the node of a law's load torque at the solved speed."""
 
     def torque(load_over_angle: Any, load_coefficient: Any, omega: Any, **needs: Any) -> Any:
         assert law.torque is not None

@@ -44,19 +44,19 @@ _ANGLE = ("crank_angle", "crank_ratio", "offset_ratio")
 
 def _force(name: str, symbol: str, long_name: str, source: str, needs: tuple[str, ...], make: Any,
            **more: Any) -> Node:  # fmt: skip
-    """A force of cylinder 1 over the crank angle."""
+    """Node of a force of cylinder 1 over the crank angle."""
     return Node(name, symbol, "N", f"{long_name}, cylinder 1", source, needs=needs, make=make,
                 kind="curve", **more)  # fmt: skip
 
 
 class _Part(NamedTuple):
-    """A force on the piston, whose components are found alike: of gas, of masses, or their sum."""
+    """A force on the piston with its components: of gas, of masses, or the sum of both."""
 
-    # Beginning of the names of its components, and letter of their symbols.
+    # Prefix of the components' names, and letter of their symbols.
     prefix: str
     letter: str
-    force: str  # The node
-    whose: str  # Said behind the name of a component; nothing of the sum
+    force: str  # Node of the force on the piston
+    whose: str  # Words that follow a component's name; none for the sum
 
 
 _PARTS = (
@@ -67,18 +67,18 @@ _PARTS = (
 
 
 class _Component(NamedTuple):
-    """A component of the force on the piston: its ratio to it, and how it is called."""
+    """A component of the force on the piston: its ratio to the force, and its names."""
 
-    # Name and symbol of the component of the whole force.
+    # Name and symbol of the component, for the whole force.
     name: str
     symbol: str
-    # Meaning for the whole force; for a part, the words before and after the name of the part.
+    # Meaning for the whole force; for a part, the words before and after the part's name.
     long_name: str
     short: str
     behind: str
     sources: tuple[str, str, str]  # Equations for the sum, the gas and the masses
     needs: tuple[str, ...]  # Nodes that the ratio takes
-    ratio: Callable[..., Any]  # Component over the force on the piston
+    ratio: Callable[..., Any]  # Ratio of the component to the force on the piston
 
 
 _FORCES = (
@@ -117,7 +117,7 @@ _FORCES = (
         ),
     ),
 )  # fmt: skip
-"""N, S, T and R. The one formula of each holds for the gas, the masses and their sum."""
+"""Components N, S, T and R; each has one formula for the gas, the masses and their sum."""
 
 
 def _component(component: _Component, part: _Part, source: str) -> Node:
@@ -126,7 +126,7 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
         return force * component.ratio(**needs)
 
     symbol = f"{component.symbol}_{part.letter}" if part.letter else component.symbol
-    plain = part.prefix + component.name == "wall_thrust"  # see `each_cylinder` for others
+    plain = part.prefix + component.name == "wall_thrust"  # `each_cylinder` has the others
     of_part = f"{component.short}{part.whose}{component.behind}"
     return _force(
         part.prefix + component.name, symbol, of_part if part.prefix else component.long_name,
@@ -137,7 +137,7 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
 def _angle_at_travel(
     *, piston_travel: Any, crank_ratio: Any, offset_ratio: Any, double_radius: Any, stroke: Any
 ) -> Any:
-    # The quotient of equal numbers may exceed the stroke by rounding.
+    # By rounding, the quotient of equal numbers may exceed the stroke.
     most = 2.0 * np.asarray(slider_crank.dead_centres(crank_ratio, offset_ratio).stroke)
     travel = np.minimum(2.0 * piston_travel / double_radius, most)
     angle = slider_crank.angle_of_travel(travel, True, crank_ratio, offset_ratio)
@@ -279,7 +279,7 @@ NODES: tuple[Node, ...] = (
         "wall thrust with weight and piston friction, positive opposite to the side where the "
         "crank pin moves down",
         KHURMI, ("net_piston_force", "mass_of_first", "direction_of_first", *_ANGLE),
-        # The weight also lies on the wall of a cylinder that leans.
+        # In a cylinder that leans, the weight also acts on the wall.
         lambda net_piston_force, mass_of_first, direction_of_first, crank_angle, crank_ratio,
         offset_ratio: net_piston_force
         * mechanism.thrust_ratio(crank_angle, crank_ratio, offset_ratio)

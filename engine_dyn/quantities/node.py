@@ -29,21 +29,21 @@ EXTREMES = {
     "of_cycles": "the range of each cycle over the mean of the curve",
     "reversal": "the smaller over the larger one of the sizes to either side of 0",
 }
-"""Kinds of extremes of curves that quantities are (see `Node.extreme_of`)."""
+"""Kinds of extremes of curves, with their words (see `Node.extreme_of`)."""
 
 
 @dataclass(frozen=True)
 class Dimension:
     """A dimension that quantities have beside the axes of a scene."""
 
-    # As of a node; the name is also that of the leaf that holds its points, in SI units.
+    # Name, symbol, unit and meaning, as of nodes; the leaf of the values has the same name.
     name: str
     symbol: str
     unit: str
     long_name: str
     si: float = 1.0  # SI value of one file unit
-    whole: bool = False  # Whether its points are whole numbers
-    public: bool = True  # Whether quantities of archives have it; else it lies on the way to them
+    whole: bool = False  # Whether its values are whole numbers
+    public: bool = True  # Whether archived quantities have it; else only nodes on the way do
 
 
 @dataclass(frozen=True)
@@ -65,24 +65,24 @@ class Node:
     source: str = ""
     # Names of the nodes that `make` takes; left out, they are its arguments.
     needs: tuple[str, ...] = ()
-    # Dimensions beyond those of the needs: see `engine_dyn.quantities.graph.DIMENSIONS`.
+    # Dimensions of the node that its needs lack: see `engine_dyn.quantities.graph.DIMENSIONS`.
     adds: tuple[str, ...] = ()
-    # Dimensions of the needs that the node does not have: `make` sums over them. What it takes has
-    # them as axes, in the order of `engine_dyn.quantities.graph.DIMENSIONS`.
+    # Dimensions of the needs that the node lacks: `make` sums over them. The needs have them as
+    # axes, in the order of `engine_dyn.quantities.graph.DIMENSIONS`.
     removes: tuple[str, ...] = ()
-    # Computes the node from its needs, in SI units, broadcasting. Its arguments are the node's
-    # needs, by name and in any order. A stage's also takes `wanted` (those of `gives` that are
+    # Function that computes the node from its needs, in SI units, broadcasting. Its arguments are
+    # the needs, by name and in any order. A stage's also takes `wanted` (the `gives` that are
     # used), `threads` and `progress`, and returns a dict.
     make: Callable[..., Any] | None = None
     si: float = 1.0  # SI value of one file unit
     # "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
     # "curve" (over crank angle), "stage" (a kernel that gives several results at once).
     kind: str = "value"
-    gives: tuple[str, ...] = ()  # Results of a stage
-    # Words of `engine_dyn.quantities.graph`: this variant of the name holds for scenes that have
-    # all of them; empty: for any scene.
+    gives: tuple[str, ...] = ()  # Names of a stage's results
+    # Words of `engine_dyn.quantities.graph`: the variant holds for scenes that have all of them;
+    # empty: for any scene.
     when: str = ""
-    can_fail: bool = False  # The stage writes `status`
+    can_fail: bool = False  # Whether the stage writes `status`
     # Range of a parameter in file units; `low_included`, `high_included` say whether its ends
     # belong to it; `whole` that only whole numbers do, `even` that only even ones do.
     low: float = -math.inf
@@ -92,28 +92,28 @@ class Node:
     whole: bool = False
     even: bool = False
     # Value of a parameter in file units where neither scene nor engine gives it. It may lie outside
-    # the range and then says that there is none (`passes` = 0: until the cycle closes).
+    # the range and then means that there is none (`passes` = 0: until the cycle closes).
     unless_given: float | None = None
-    public: bool = True  # Whether scenes may ask for it
+    public: bool = True  # Whether scenes may ask for the node
     # Names that scenes may write for values of a parameter, in file units.
     named: tuple[tuple[str, float], ...] = ()
     # Meanings of the numbers 0, 1, 2 ..., for a quantity that is a verdict; one word each.
     meanings: tuple[str, ...] = ()
-    throws: bool = False  # The places of the engine's throws must be known
-    # Bytes of one value, with what `make` keeps beside it, for the size of blocks; of a stage, what
-    # it keeps of a design beside inputs and results.
+    throws: bool = False  # Whether the node needs the places of the engine's throws
+    # Bytes of one value with the arrays that `make` holds meanwhile, for the size of blocks; for a
+    # stage, bytes of a design beyond inputs and results.
     width: int = 8
-    # `make` also takes `threads`, the most threads that it may use, None for one a processor.
+    # Whether `make` also takes `threads`, the largest number of threads; None for one a processor.
     threaded: bool = False
-    on_card: bool = False  # `make` also takes `device`, one of `engine_dyn.speed.fields.DEVICES`
+    on_card: bool = False  # Whether `make` also takes `device`, one of `fields.DEVICES`
     # Kinds of numbers of the scene's shaft, such as `disc_inertia`, that the node also needs;
-    # `make` takes those that there are by their names, `disc_inertia_1` and so on.
+    # `make` takes the existing ones by name, `disc_inertia_1` and so on.
     of_shaft: tuple[str, ...] = ()
-    # Quantities that archives also hold where this node is computed, because results of theirs are
-    # warned of.
+    # Quantities that archives also hold where this node is computed, because warnings refer to
+    # their results.
     beside: tuple[str, ...] = ()
-    # The curve of which this is an extreme, and which one: see `EXTREMES`. It is found between the
-    # points of the curve, and does not depend on their distance.
+    # Curve whose extreme the node is, and which one: see `EXTREMES`. It is found between the
+    # curve's points, and does not depend on their distance.
     extreme_of: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
@@ -193,8 +193,8 @@ def balance_of(plus: Any, minus: Any) -> Any:
     """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
-    # The velocities that the mean gas torque is made with are exact to this part of the second
-    # number without a pin offset, docs/solver.md (58).
+    # Without a pin offset, the velocities behind the mean gas torque are exact to this part of
+    # `minus`, docs/solver.md (58).
     return np.where(np.abs(difference) <= 1e-10 * np.abs(minus), 0.0, difference)
 
 
@@ -211,7 +211,7 @@ def power(base: Any, exponent: Any) -> Any:
     and calls `pow` elsewhere: the last digit would depend on the shape of the arrays.
     """
     result = base**exponent
-    # Exponents for which NumPy has other loops; 0 and 1 give the same bits by every loop.
+    # For these exponents NumPy has other loops; 0 and 1 give the same bits with every loop.
     for special, function in ((2.0, np.square), (0.5, np.sqrt)):
         if np.any(exponent == special):
             result = np.where(exponent == special, function(base), result)

@@ -21,7 +21,7 @@ from engine_dyn.units import DEGREE
 NOTES = "Rakopoulos notes"
 
 EVERY = "every_"
-"""Beginning of the names of harmonics of all orders, which make the vibration of a shaft."""
+"""Prefix of names of harmonics of all orders, which the vibration of a shaft needs."""
 
 
 def _motion(every: str = "") -> tuple[str, ...]:
@@ -55,7 +55,7 @@ def _gravity(scope: str, first_only: bool) -> Node:
 
 
 def _polar(scope: str, what: str, symbol: str, long_name: str) -> list[Node]:
-    """Amplitude and phase of harmonics."""
+    """Nodes of amplitude and phase of harmonics."""
     of = f"{scope}{what}_harmonics"
     return [
         Node(
@@ -84,9 +84,9 @@ _PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], ha
         "1", "the inertia torque over m r^2 omega^2", (), lambda _: harmonics.INERTIA,
     ),
 }  # fmt: skip
-"""Unit, meaning, needs beside the motion, and the part itself."""
+"""Parts of the torque: unit, meaning, needs besides the motion, and function of the part."""
 
-_THREADED = ("gas",)  # Parts that take `threads`
+_THREADED = ("gas",)  # Parts of the torque that take `threads`
 
 _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
@@ -99,11 +99,11 @@ _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     ),
     "throw_": ("each throw", ("throw",), ("throw_phase_vectors",), harmonics.of_throws),
 }
-"""Whose harmonics, the dimension they have besides, phase vectors of equal cylinders, the sum."""
+"""Scopes of harmonics: owner, further dimension, phase vectors for equal cylinders, sum."""
 
 
 def _of_equal(part: str, every: str = "") -> Node:
-    """Harmonics of one of equal cylinders."""
+    """Node of the harmonics of one of equal cylinders."""
     unit, text, more, made = _PARTS[part]
 
     def make(**needs: Any) -> Any:
@@ -116,7 +116,7 @@ def _of_equal(part: str, every: str = "") -> Node:
 
 
 def _of_scope(scope: str, part: str, every: str = "") -> list[Node]:
-    """Harmonics of a part of the torque: of equal cylinders from one, of others from each."""
+    """Nodes of a torque part's harmonics: from one of equal cylinders, or from each cylinder."""
     throws = scope == "first_mode_"
     unit, text, more, made = _PARTS[part]
     whose, dimension, vectors, add = _SCOPES[scope]
@@ -139,7 +139,7 @@ def _of_scope(scope: str, part: str, every: str = "") -> list[Node]:
 
 
 def _complex_torques(scope: str) -> list[Node]:
-    """Harmonics of gas, inertia and total torque of one cylinder, all, or each throw."""
+    """Nodes of gas, inertia and total torque harmonics of one cylinder, all, or each throw."""
     whose = _SCOPES[scope][0]
     work, speed, inertia = (f"{scope or 'engine_'}{part}_sum" for part in _PARTS)
     names = [f"{scope}{what}torque_harmonics" for what in ("gas_", "inertia_", "")]
@@ -195,7 +195,7 @@ def _throw_friction(
 
 
 def _of_shaft() -> list[Node]:
-    """Harmonics of all orders, of everything that acts on a shaft."""
+    """Nodes of harmonics of all orders, for everything that acts on a shaft."""
     friction, load = (f"{EVERY}{what}" for what in ("throw_friction_sum", "load_harmonics"))
     of_friction = "harmonics of the friction of each throw, over piston area and crank radius"
     of_load = "harmonics of the load over angle, at the speed of the crank over the load's"
@@ -234,7 +234,7 @@ def _throw_vectors(every: str = "") -> Node:
 
 
 def _of_given_torque(*, torque: Any, crank_angle: Any, order: Any) -> Any:
-    # The axis of orders, of length 1 here, stands before that of the crank angle.
+    # The axis of orders, of length 1 here, comes before the axis of the crank angle.
     return harmonics.of_curve(
         np.asarray(torque)[..., 0, :], np.ravel(crank_angle), np.ravel(order)
     )  # fmt: skip

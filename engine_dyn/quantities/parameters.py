@@ -48,7 +48,7 @@ _VARIANTS: Mapping[str, tuple[dict[str, Any], ...]] = {
     ),
     "load": ({"when": "given_load"},),
     "recorded_cycle": ({"when": "over_cycles"},),
-    # Made, not `unless_given`: archives list what is given of the laws that hold.
+    # Made instead of `unless_given`: archives list parameters of the laws that hold.
     "load_linear": ({"make": lambda: 0.0},),
     "load_square": ({"make": lambda: 0.0},),
     "rod_inertia": ({"make": lambda two_mass_rod_inertia: two_mass_rod_inertia},),
@@ -59,7 +59,7 @@ _VARIANTS: Mapping[str, tuple[dict[str, Any], ...]] = {
         {"when": "crank_mass_given"},
     ),
 }  # fmt: skip
-"""Functions that make a parameter that is not given, and when; others are given or have a value."""
+"""Functions that compute parameters that are not given, with their conditions; others are given."""
 
 PARAMETERS: tuple[Node, ...] = tuple(
     given(name, **more) for name in parameters.PARAMETERS for more in _VARIANTS.get(name, ({},))
@@ -71,7 +71,7 @@ CYCLE_KEYS = (
 """Parameters of a modelled cycle that a scene may replace in the engine's diagrams."""
 
 INERTIA_PARTS = ("auxiliary_inertia", "flywheel_inertia", "load_inertia")
-"""Any of them given, the inertia is that of the engine's running gear and these parts."""
+"""Parts of an inertia: if any of them is given, it is that of the running gear and these parts."""
 
 STROKE_SHARES = (
     "friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt",

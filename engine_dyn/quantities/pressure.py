@@ -19,11 +19,11 @@ from engine_dyn.quantities.node import Node, balance_of, hidden, quotient
 from engine_dyn.units import BAR, RPM
 
 BYTES_OF_CYCLE = 40_000
-"""Size of a modelled diagram and of its samples for work tables: their blocks hold few hundred."""
+"""Bytes of a modelled diagram and its samples for work tables: blocks hold a few hundred."""
 
 
 def _known(load: Any, family: Any) -> Any:
-    """Loads to look up: the first where there is none, whose pressure scale is NaN."""
+    """Loads to look up: the first load where none is known, whose pressure scale is NaN."""
     return np.where(np.isnan(load), family.loads[0], load)
 
 
@@ -49,7 +49,7 @@ def _scale(speed: Any, scale_table: Any) -> Any:
 
 
 def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
-    """Factor on the diagram, NaN where the parameters are no cycle, which `known` tells."""
+    """Nodes of the factor on the diagram, NaN where `known` tells that there is no cycle."""
     return (
         Node(
             name, "", "1", "factor on the diagram, NaN where the parameters give no valid cycle",

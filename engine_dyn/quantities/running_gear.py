@@ -24,7 +24,7 @@ def _reciprocating_inertia(*, crank_angle: Any, reciprocating_mass: Any, **needs
 
 
 def _volume(ratio: str, when: str) -> Node:
-    """Volume of cylinder 1 by one of the two keys of the compression ratio."""
+    """Node of cylinder 1's volume, by one of the two keys of the compression ratio."""
 
     def make(*, position: Any, double_radius: Any, bore: Any, stroke: Any, **needs: Any) -> Any:
         travel = 0.5 * double_radius * position

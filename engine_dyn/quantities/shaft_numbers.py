@@ -99,7 +99,7 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
 
 
 def _named(pattern: Node) -> list[Node]:
-    """Parameters of all numbers; `width` of a pattern is the largest number."""
+    """Parameters of a pattern for all numbers; the pattern's `width` is the largest number."""
     return [
         replace(
             pattern,
@@ -120,7 +120,7 @@ OF_SHAFT = frozenset(node.name for node in _OF_NUMBERS)
 
 
 def _damping(torque: Any, over_torque: Any, counted: Any = None) -> Any:
-    """Damping of this over the torque; `NO_TORQUE` is handed on, for the outcome."""
+    """Damping from its ratio to a torque; `NO_TORQUE` is passed on, for the outcome."""
     counted = torque if counted is None else counted
     lacking = np.isneginf(torque)
     return np.where(lacking, torque, np.where(lacking, 0.0, counted) * over_torque)
@@ -159,11 +159,11 @@ NAN_WITHOUT = frozenset({
     "shaft_diameter", "shaft_stress_limit", "shaft_torque_limit", "shaft_tensile_strength",
     "pendulum_mass", "pendulum_stop_angle", "damper_surface",
 })  # fmt: skip
-"""Kinds of numbers without any of which the quantities here are NaN in all shafts."""
+"""Kinds of numbers of a shaft without any of which quantities of limits are NaN."""
 
 
 def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any) -> Any:
-    """Nominal stress; NaN in shafts without diameter."""
+    """Nominal stress of each shaft; NaN for shafts without diameter."""
     diameter, bore = (
         _of_shafts(shaft_system, what, values, default)
         for what, default in (("shaft_diameter", np.nan), ("shaft_bore", 0.0))
@@ -192,7 +192,7 @@ def _of_number(what: str, count: int, values: Mapping[str, Any]) -> list[Any]:
 
 
 def _placed(shaft: Shaft, first: int, given: list[Any]) -> Any:
-    """Values of dampers or pendulums at the places of their shafts, from `first` on; else NaN."""
+    """Values of dampers or pendulums along the shafts' axis, from `first` on; else NaN."""
     columns = [np.full(1, np.nan)] * len(shaft.shafts)
     columns[first : first + len(given)] = given
     return joined(columns)
@@ -230,7 +230,7 @@ def _propulsion_limit(which: int) -> Any:
 
 
 def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: float) -> Any:
-    """Values along the last axis, which those given have with the length 1."""
+    """Values along the axis of shafts; given values have that axis with the length 1."""
     return joined([np.atleast_1d(value) for value in shaft.along(what, values, default)])
 
 
@@ -306,4 +306,4 @@ LIMIT_NODES: tuple[Node, ...] = (
     ),
 )  # fmt: skip
 
-JUDGING = frozenset(node.name for node in LIMIT_NODES)  # Names of these quantities
+JUDGING = frozenset(node.name for node in LIMIT_NODES)  # Names of the quantities that judge

@@ -26,10 +26,10 @@ from engine_dyn.speed.fields import (
 )
 
 CLOSE_CURVES = {f"{name}_close": name for name in CURVE_NAMES}
-"""Curves of the solution at close points, by what they are called here."""
+"""Curves of the solution at close points: node's name and kernel's name."""
 
 AT_START = "omega_start"
-"""Speed at the start angle: taken from the curve of the speed, no kernel gives it."""
+"""Node of the speed at the start angle, which follows from the curve of the speed."""
 
 
 def _cycle_delta(
@@ -43,13 +43,13 @@ def _cycle_delta(
 
 def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
     """Needs of a stage under the names that the kernels' front has for them."""
-    # The mean of a load over angle is part of the offset.
+    # The kernels' constant load contains the mean of a load over angle.
     names = {**NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"}
     return {names.get(name, name): value for name, value in needs.items()}
 
 
 def _keywords(needs: dict[str, Any]) -> dict[str, Any]:
-    """Keywords of what solves a stage; the device stands as its card."""
+    """Keywords of the function that solves a stage; the name of the device becomes a card."""
     card = card_of(needs.pop("device", "cpu"))
     return {"exponent": 1.0, **kernel_inputs(needs), "card": card}
 
@@ -67,7 +67,7 @@ def _solve(**needs: Any) -> dict[str, Any]:
     close = {name: kernels for name, kernels in CLOSE_CURVES.items() if name in wanted}
     between, number = needs.pop("close_angle"), 0
     given = _keywords(needs)
-    if close:  # one solution gives both
+    if close:  # one solution gives mean and close curves
         number = np.size(given["crank_angle"]) if set(CURVE_NAMES) & set(here) else 0
         points = np.concatenate([np.ravel(given["crank_angle"])[:number], np.ravel(between)])
         given["crank_angle"] = points
@@ -105,7 +105,7 @@ def without_cylinders(period: float) -> dict[str, Any]:
 
 
 def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
-    """Speed at the point nearest to the start angle, which is one of the points.
+    """Speed at the point nearest to the start angle.
 
     Nothing is interpolated: a march that is not closed yet jumps there.
     """
@@ -122,7 +122,7 @@ def _search_given_torque(period: float, **needs: Any) -> dict[str, Any]:
 
 
 def _speed_search(key: str, extreme: str) -> Any:
-    """Return what finds the nominal speed with which an extreme of the speed has a given value."""
+    """Return a function that searches the nominal speed for a given extreme of the speed."""
 
     def make(period: float, **needs: Any) -> dict[str, Any]:
         target = np.asarray(needs.pop(key))
@@ -134,7 +134,7 @@ def _speed_search(key: str, extreme: str) -> Any:
                 results = _search(**given, wanted_delta=wanted_delta)
                 given["inertia"] = results["inertia_required"]
             ratio = target / _solve(**given, close_angle=None, wanted=[extreme])[extreme]
-            ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution then tells what failed
+            ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution reports the failure
             speed = speed * ratio
             if np.abs(ratio - 1.0).max() <= 1e-12:
                 break
@@ -151,7 +151,7 @@ def _search(**needs: Any) -> dict[str, Any]:
 
 
 def _both_statuses(outcome: Any, search_status: Any) -> Any:
-    """Status of the search where it failed, else that of the periodic speed."""
+    """Status of the search where it failed, else status of the periodic speed."""
     failed = np.isin(search_status, (1, 2, 3, 4, 5))
     return np.where(failed, search_status, outcome).astype(np.int8)
 
@@ -169,20 +169,20 @@ OF_CYLINDERS = (
     "bore", "double_radius", "reciprocating_mass", "friction_torque", "cylinder_set",
     "cylinders_by_count", "family",
 )  # fmt: skip
-"""Nodes that an engine needs whose torque follows from its pressure."""
+"""Nodes needed by an engine whose torque follows from its pressure."""
 
 OF_TORQUE = ("period", "torque_factor", "driven")
-"""Nodes that an engine needs whose torque is given."""
+"""Nodes needed by an engine whose torque is given."""
 
 
 def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
     """Return the stage that solves the periodic speed under one kind of load or driver."""
     of_engine = OF_TORQUE if by_torque else OF_CYLINDERS
-    if (law, angle) == ("power_law", "steady_load"):  # a + k omega^alpha and nothing else
+    if (law, angle) == ("power_law", "steady_load"):  # the law a + k omega^alpha alone
         constant = "load_offset"
         acting: tuple[str, ...] = ("load_exponent", "driven")
     else:
-        # The mean of a load over angle is part of the load that the speed does not change.
+        # The constant load contains the mean of a load over angle.
         constant = "load_constant"
         acting = ("driven", *dict.fromkeys((*_LAWS[law], *_ANGLES[angle])))
     return Node(
@@ -200,9 +200,9 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
 
 
 def _inertia_search(solution: Node) -> Node:
-    """Return the stage that finds the inertia for a wanted delta, beside one that solves."""
+    """Return the stage that finds the inertia for a wanted delta, beside a stage that solves."""
     needs = [need for need in solution.needs if need not in ("inertia", *_ANGLES_OF_CURVES)]
-    # With a load over speed alone, the search finds its start by itself, and faster.
+    # With a load over speed alone, the search finds its own start, and faster.
     by_torque = "by_torque" in solution.when
     swing = ("energy_swing",) if by_torque or "load_offset" not in needs else ()
     return replace(
@@ -214,7 +214,7 @@ def _inertia_search(solution: Node) -> Node:
 
 
 def _speed_searches(solution: Node) -> tuple[Node, ...]:
-    """Return the stages that find the nominal speed from an extreme, beside one that solves."""
+    """Return the stages that find the nominal speed for an extreme, beside a stage that solves."""
     kept = tuple(n for n in solution.needs if n not in ("speed", "inertia", *_ANGLES_OF_CURVES))
     return tuple(
         replace(

@@ -16,7 +16,7 @@ from engine_dyn.speed.fields import FRICTION_NAMES, TORQUE_NAMES, TORQUE_RESULTS
 _OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
 
 _INDICATED = {"indicated_torque_max": "torque_max", "indicated_torque_min": "torque_min"}
-"""Extremes of the torque without friction, and what their kernel calls them."""
+"""Names of the extremes of the torque without friction, and the kernel's names of them."""
 
 
 def _torque_solution(**needs: Any) -> Any:
@@ -31,7 +31,7 @@ def _torque_solution_given(period: float, **needs: Any) -> Any:
 
 
 def _solution(when: str, *needs: str, make: Any = _torque_solution) -> Node:
-    """Return the stage of the torque's extremes."""
+    """Return the stage that finds the extremes of the torque."""
     return Node(
         "torque_solution", "", "", "extremes of the torque at nominal speed, and of its work",
         kind="stage", public=False, gives=TORQUE_NAMES, when=when,

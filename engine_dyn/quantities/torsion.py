@@ -22,9 +22,9 @@ from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws, reciprocatin
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.units import DEGREE, RPM
 
-COMPLEX = 16  # Bytes of a harmonic
+COMPLEX = 16  # Bytes of one harmonic, a complex number
 
-OF_MODES = 6000  # Bytes of a shaft of some ten discs with what is referred, and with its matrices
+OF_MODES = 6000  # Bytes of a shaft of some ten discs, with referred values and matrices
 
 
 def _slope(name: str) -> Any:
@@ -40,7 +40,7 @@ def _slope(name: str) -> Any:
 
 
 def _table_slope(driven: Any, speed: Any, ratio: Any = 1.0) -> Any:
-    """Slope of a table at nominal speed over its torque there; `ratio`: its speed over the crank's.
+    """Slope of a table's torque at nominal speed over that torque; `ratio`: speed over crank's.
 
     By a difference over a ten-thousandth of the speed, within the table.
     """
@@ -66,9 +66,9 @@ _ALL = (
     *_ELASTIC, "disc_damping", "shaft_loss_factor", "shaft_damping", "damper_damping",
     "damper_loss_factor",
 )  # fmt: skip
-"""Kinds of numbers of a shaft: what its inertia, its modes and its response depend on."""
+"""Kinds of numbers of a shaft that its inertia, its modes and its response depend on."""
 
-# --- modes ----------------------------------------------------------------------------------------
+# --- natural modes --------------------------------------------------------------------------------
 
 _OF_SYSTEM = (
     "shaft_system", "throw_reciprocating_inertia", "flywheel_excess", "coupling_stiffness"
@@ -103,9 +103,9 @@ def _system(
     shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any, of_tables: Any,
     load_damping: Any = 0.0,
 ) -> tuple[ShaftSystem, Any]:  # fmt: skip
-    """The system, and where it is unknown: the excess leaves no flywheel, a table ends, no damping.
+    """The shaft system, and designs without one: no flywheel left, end of a table, no damping.
 
-    There it is one without the excess, with another stiffness, or undamped by the load.
+    Such designs get a system without the excess, with another stiffness, or undamped by the load.
     """
     unknown = np.asarray(of_tables) == 0.0
     bad: Any = unknown.any(axis=-1) if unknown.ndim else unknown
@@ -121,7 +121,7 @@ def _system(
 
 
 _DAMPED = "damped_natural_omega", "damped_swing_omega", "damping_ratio"
-"""Results of `engine_dyn.torsion.modes`, in its sequence."""
+"""Results of `engine_dyn.torsion.modes`, in the order in which it returns them."""
 
 
 def _damping(
@@ -146,7 +146,7 @@ def _damping(
 
 
 def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
-    """The first modes, which `own` axes follow; NaN where there are fewer, or no system."""
+    """Values of the first modes, before the last `own` axes; NaN for missing modes or systems."""
     kept = array[(..., slice(count), *(slice(None),) * own)]
     short = count - kept.shape[-1 - own]
     kept = np.pad(
@@ -176,7 +176,7 @@ def _critical_speeds(
 
 
 def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
-    """|sum_j a_j exp(i nu psi_j)|; both have the axes throw, mode, disc and order last."""
+    """Size |sum_j a_j exp(i nu psi_j)| of phase vectors; last axes: throw, mode, disc, order."""
     vectors, shape = np.asarray(throw_phase_vectors), np.asarray(mode_shape)
     total: Any = 0.0  # axes: throw, mode, disc, order
     for throw, disc in enumerate(shaft_system.throws):
@@ -193,7 +193,7 @@ _RESULTS = {
     "shaft_twist_half_range": "twist_extremes", "crankshaft_twist_half_range": "twist_extremes",
     "delta_elastic": "speed_extremes", "shaft_loss": "shaft_loss",
 }  # fmt: skip
-"""Results of the stage, and the ones of `engine_dyn.torsion.forced` that they come from."""
+"""Results of the stage, each with the result of `engine_dyn.torsion.forced` that it comes from."""
 
 
 def _respond(
@@ -213,7 +213,7 @@ def _respond(
         shaft, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
         load_damping,
     )  # fmt: skip
-    # As the nodes of `throw_torque_harmonics`, which would keep an array for each design.
+    # Computed here, because nodes of `throw_torque_harmonics` would keep an array for each design.
     radius = 0.5 * double_radius
     lever = piston_area(bore) * radius
     ratios = shaft.speed_ratios(values)
@@ -225,7 +225,7 @@ def _respond(
         ((shaft.load,), every_load_harmonics, -load_swing / ratios[shaft.load]),
         ((shaft.auxiliaries,), every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
     ]
-    # A part that does not act is the number 0.
+    # A torque part that does not act is the number 0.
     acting = [part for part in acting if np.ndim(part[1])]
     acting = [(on, a if on is shaft.throws else np.expand_dims(a, -2), f) for on, a, f in acting]
     discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
@@ -266,7 +266,7 @@ def _respond(
 
 
 def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
-    """Harmonics of torques on some discs as those of torques on more, 0 on the others."""
+    """Harmonics of torques on some discs, extended to more discs, which get 0."""
     given = np.asarray(harmonics)[..., : len(own), :]
     if list(own) == discs:
         return given
@@ -278,7 +278,7 @@ def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
 def _mean_torques(
     *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, **values: Any
 ) -> Any:
-    """Mean torque in each shaft; what is given has the axis of throws last."""
+    """Mean torque in each shaft; given torques have the axis of throws last."""
     own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
     each = np.asarray(throw_torque_mean)
     torque = np.zeros((*each.shape[:-1], len(shaft_system.discs)))
@@ -333,7 +333,7 @@ def _of_modes(name: str, symbol: str, unit: str, long_name: str, adds: tuple[str
 
 
 def _polar(what: str, symbol: str, unit: str, si: float, long_name: str, of: str) -> list[Node]:
-    """Amplitude, phase and largest order of harmonics."""
+    """Nodes of amplitude, phase and largest order of harmonics."""
     return [
         Node(f"{what}_order", symbol, unit, f"amplitude of the orders of the {long_name}", WILSON,
              needs=(of,), si=si, make=lambda **needs: np.abs(needs[of])),

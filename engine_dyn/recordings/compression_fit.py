@@ -28,17 +28,17 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
 STEP = 2.5 * DEGREE
-"""Samples are averaged over so much, and neighbours then taken as independent."""
+"""Angle over which samples are averaged; neighbouring averages are taken as independent."""
 
 MISFIT = 0.003
 """Standard deviation of ln p between gas and formula (judgement; see docs/measured_pressure.md)."""
 
 LAST_END = -10.0 * DEGREE
-"""Where the compression ends in the fit, at the earliest and at the latest: combustion begins."""
+"""Latest end of the compression in the fit [rad]: combustion begins after it."""
 
 
 GAS_START, WALL = 380.0, 430.0
-"""Temperatures of the charge and of the walls [K], for the shape of the heat loss alone."""
+"""Temperatures of charge and walls [K], which enter only the shape of the heat loss."""
 
 
 @dataclass(frozen=True)
@@ -47,37 +47,37 @@ class Priors:
 
     # Ratio of specific heats of the charge at some 600 K [1].
     exponent: tuple[float, float] = (1.355, 0.015)
-    # Exponent slope: its rise over ln V [1]: the gas cools as it expands.
+    # Rise of that exponent over ln V [1], because the gas cools as it expands.
     exponent_slope: tuple[float, float] = (0.016, 0.012)
     # Angle before dead centre at which heat loss makes the motored pressure largest [rad].
     loss_angle: tuple[float, float] = (0.6 * DEGREE, 0.4 * DEGREE)
     # Exponent of the expansion [1]; late combustion lowers it, heat loss raises it.
     expansion_exponent: tuple[float, float] = (1.28, 0.05)
-    # Standard deviation of the absolute pressure: a part of the pressure at the beginning of the
+    # Standard deviation of the absolute pressure: a part of the pressure at the begin of
     # compression [1], and a constant [Pa].
     pegging: tuple[float, float] = (0.03, 0.02 * BAR)
     # ln of the true over the given clearance volume [1].
     clearance: tuple[float, float] = (0.0, 0.02)
-    # Shift of the dead centre [rad]; hardly known.
+    # Shift of the dead centre [rad], hardly known in advance.
     shift: tuple[float, float] = (0.0, 10.0 * DEGREE)
 
 
 PRIORS = Priors()
-"""Judgement: air and mixtures at 1.37 to 1.395 (300 K) falling by 6e-5 to 1e-4 per kelvin; loss
-angles of 0.3 to 1 degree; inlet pressure to 3 percent; compression ratio to 2 percent."""
+"""Judgement: 1.37 to 1.395 for air and mixtures at 300 K, falling by 6e-5 to 1e-4 per kelvin;
+loss angles of 0.3 to 1 degree; inlet pressure to 3 percent; compression ratio to 2 percent."""
 
 UNKNOWN_RATIO = (11.0, 0.35)
-"""Compression ratio less 1, and the standard deviation of its ln, where it is not given."""
+"""Expected compression ratio less 1, and standard deviation of its ln, where no ratio is given."""
 
 
 class Lines(NamedTuple):
     """Averages of ln p on compression and expansion."""
 
-    # Mean angle [rad], mean ln of p [Pa], and standard deviation of that mean; shape (n,)
+    # Averages: mean angle [rad], mean ln of p [Pa], and standard deviation of that mean; shape (n,)
     angle: Floats
     log_pressure: Floats
     deviation: Floats
-    compression: Booleans  # Compression: which belong to the compression; shape (n,)
+    compression: Booleans  # Whether each average belongs to the compression; shape (n,)
 
     def until(self, end: float) -> Lines:
         """Points of the compression up to an angle, and of the expansion."""
@@ -93,20 +93,20 @@ class Lines(NamedTuple):
 class CompressionFit(NamedTuple):
     """Result of the fit; the uncertainties are standard ones."""
 
-    # By which the recorded pressure comes late [rad].
+    # Angle by which the recorded pressure comes late, and its standard uncertainty [rad].
     shift: float
     shift_uncertainty: float
-    # Pressure that is missing [Pa].
+    # Pressure that is missing in the recording, and its standard uncertainty [Pa].
     pegging: float
     pegging_uncertainty: float
-    clearance: float  # ln of the true over the given clearance volume
-    # The other unknowns.
+    clearance: float  # ln of the true over the given clearance volume [1]
+    # Further fitted unknowns, as `Priors` names them.
     loss_angle: float
     exponent: float
     expansion_exponent: float
-    misfit: float  # Sum of the squares, of residuals and priors
-    excess: float  # Factor by which residuals are larger than expected, at least 1
-    end: float  # Last angle of the compression that was used [rad]
+    misfit: float  # Sum of squares of residuals and of deviations from the priors
+    excess: float  # Factor by which residuals exceed their expected size, at least 1
+    end: float  # Last angle of the compression used for the fit [rad]
 
 
 def lines_of(cycles: RecordedCycles) -> Lines:
@@ -165,15 +165,15 @@ def fitted_shift(
         priors = replace(priors, clearance=(0.0, deviation))
     if end is not None:
         return _Fit(lines.until(end), geometry, priors).solved()
-    # Longer and longer compressions, until an average does not fit the ones before.
+    # Ever longer compressions are fitted, until an average does not fit those before it.
     found: list[CompressionFit] = []
     angles = lines.angle[lines.compression] - 0.5 * STEP
-    # Where the compression ends in the fit, at the earliest and at the latest: combustion begins.
+    # Possible ends of the fitted compression, from the earliest on: combustion begins there.
     for last in np.arange(-40.0 * DEGREE, LAST_END + 0.5 * STEP, STEP):
         one = _Fit(lines.until(last + 0.5 * STEP), geometry, priors).solved()
         noisy = 1.0 - (MISFIT / lines.deviation[np.searchsorted(angles, last)]) ** 2
-        # A larger rise of the sum of squares, when one more average is taken in, is combustion, or
-        # noise where noise makes up the deviation. The fit then goes back three averages.
+        # A larger rise of the sum of squares by one more average is due to combustion, or to noise
+        # where noise makes up the deviation. The fit then goes back three averages.
         most = 1.0 + 4.0 * noisy
         if found and one.misfit - found[-1].misfit > most:
             return found[max(len(found) - 3, 0)]
@@ -182,14 +182,14 @@ def fitted_shift(
 
 
 class _Fit:
-    """Least squares of one set of averages."""
+    """Least-squares fit of one set of averages."""
 
     def __init__(self, lines: Lines, geometry: CylinderGeometry, priors: Priors) -> None:
         self.lines, self.geometry = lines, geometry
         self.compression = lines.compression
         share, constant = priors.pegging
         pegging = share * math.exp(lines.log_pressure[0]) + constant
-        # Two levels, then what `CompressionFit` names, in units of which each is of order one.
+        # Two pressure levels, then the unknowns of `CompressionFit`, each scaled to order one.
         self.means = np.array([0.0, 0.0, priors.exponent[0], priors.exponent_slope[0],
                                priors.loss_angle[0], 0.0, priors.clearance[0],
                                priors.expansion_exponent[0], priors.shift[0]])  # fmt: skip
@@ -199,10 +199,7 @@ class _Fit:
         self.loss, self.loss_slope = self._loss()
 
     def _loss(self) -> tuple[Floats, Floats]:
-        """Fall of ln p by a heat loss with a loss angle of one radian, and its slope.
-
-        docs/method.md (131).
-        """
+        """Fall of ln p for a loss angle of one radian, and its slope: docs/method.md (131)."""
         geometry, angle = self.geometry, self.lines.angle[self.compression]
         grid = np.append(np.arange(angle[0], 0.0, 1.0 * DEGREE), 0.0)
         volume = geometry.volume(grid)
@@ -217,7 +214,7 @@ class _Fit:
         return np.interp(angle, grid, whole), np.interp(angle, grid, rate)
 
     def _residuals(self, unknowns: Floats) -> Floats:
-        """Differences in standard deviations, of data and priors; rows of unknowns."""
+        """Residuals of data and priors in standard deviations, for each row of unknowns."""
         u = unknowns[:, :, None]
         lines, geometry, comp = self.lines, self.geometry, self.compression
         clearance = geometry.clearance_volume * np.exp(u[:, 6])
@@ -247,8 +244,8 @@ class _Fit:
             count = len(unknowns)
             jacobian = (residuals[1 : count + 1] - residuals[count + 1 :]).T / (2.0 * steps)
             change = np.linalg.lstsq(jacobian, -residuals[0], rcond=None)[0]
-            # A step of the shift beyond some degrees would leave where the tangent holds.
-            # Largest step of each unknown in one iteration, in its standard deviations.
+            # Largest step of each unknown in one iteration, in its standard deviations: a step of
+            # the shift by more than some degrees would leave the range of the tangent.
             size = float(
                 np.max(
                     np.abs(change)

@@ -21,7 +21,7 @@ from engine_dyn.types import Floats, Integers
 NORMAL = NormalDist()
 
 LEAST_PASSAGE = 1e-5
-"""Below it, differences of templates that are smaller than their own errors would be weighed."""
+"""Least deviation of a passage: below, differences of templates below their errors would count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +34,17 @@ class MeanCycle:
         For arrays that do not fit together.
     """
 
-    # Crank angles [rad], uniform over one cycle from -period/2, its end left out; shape (samples,)
+    # Crank angles [rad], uniform over one cycle from -period/2, end excluded; shape (samples,)
     angle: Floats
-    speed: Floats  # [rad/s], more than 0; shape (samples,)
-    inertia: Floats  # Theta(phi) [kg m2]; shape (samples,)
+    speed: Floats  # Speed at these angles [rad/s], above 0; shape (samples,)
+    inertia: Floats  # Inertia Theta(phi) [kg m2]; shape (samples,)
     # Torque that one cylinder adds for each unit of its imep [m3/rad], with `angle` counted from
     # its own firing dead centre: see `combustion_torque`; shape (samples,)
     combustion: Floats
     firing: Sequence[float]  # Crank angle at which each cylinder fires [rad]
-    period: float  # Angle of the cycle [rad]
-    # c [1/rad] of docs/method.md (141): how much of a deviation of the energy the torque of the
-    # load takes back; 0 where that torque does not change within a cycle; shape (samples,)
+    period: float  # Crank angle of the cycle [rad]
+    # Damping c [1/rad] of docs/method.md (141): part of an energy deviation that the load's torque
+    # takes back; 0 where that torque does not change within a cycle; shape (samples,)
     damping: Floats | float = 0.0
 
     def __post_init__(self) -> None:
@@ -76,13 +76,13 @@ class WheelNoise:
         For errors that are negative, or a smaller passage.
     """
 
-    # Standard deviation of the errors of single intervals, which repeat every turn and are not
-    # known; 0 where they were taken out.
+    # Standard deviation of errors of single intervals, which repeat every turn and are unknown; 0
+    # where they were corrected.
     interval: float = 0.001
-    place: float = 0.0  # Standard deviation of the errors of single teeth, which repeat every turn
-    # Standard deviation of the place at which a passing tooth is seen, new at each passage: edge
-    # detection, counter, vibration of the sensor. At least 1e-5: it also stands for what a model of
-    # the crank does not know.
+    place: float = 0.0  # Standard deviation of errors of single teeth, which repeat every turn
+    # Standard deviation of the place at which a passing tooth is detected, new at each passage:
+    # edge detection, counter, vibration of the sensor. At least 1e-5, to include what a model of
+    # the crank does not describe.
     passage: float = 0.0002
 
     def __post_init__(self) -> None:
@@ -119,18 +119,18 @@ class WorkEstimator:
     # Deviation of imep [Pa] for each energy deviation of a window of one cycle; shape (cylinders,
     # intervals)
     weights: Floats
-    # First interval of each window, counted from the first tooth of the cycle; windows are centred
-    # at half of the work of their cylinder and reach into the neighbouring cycles; shape
+    # First interval of each cylinder's window, counted from the first tooth of the cycle. Windows
+    # are centred at half of the cylinder's work and reach into neighbouring cycles; shape
     # (cylinders,)
     first: Integers
-    # Standard deviation of what errors of teeth do to each [Pa], over wheels and cycles; shape
+    # Standard deviation of imep deviations by errors of teeth [Pa], over wheels and cycles; shape
     # (cylinders,)
     noise: Floats
-    # Standard deviation of what the dispersion of all other cycles does to each [Pa]; shape
+    # Standard deviation of imep deviations by dispersion of all other cycles [Pa]; shape
     # (cylinders,)
     others: Floats
     dispersion: float  # Standard deviation of the imep of normal cycles [Pa]
-    # Number of cycles in the mean that is the reference; infinite for a computed speed.
+    # Number of cycles in the reference mean; infinite for a computed speed.
     reference_cycles: float
 
     @property
@@ -162,7 +162,7 @@ class WorkEstimator:
         for place, (weights, first) in enumerate(zip(self.weights, self.first, strict=True)):
             starts = first + intervals * np.arange(cycles)
             inside = (starts >= 0) & (starts < len(windows))
-            # the level is no part of the answer; taking it out first spares rounding
+            # The answer does not depend on the level; removing the level first avoids rounding.
             some = windows[starts[inside]]
             found[inside, place] = (some - some.mean(axis=1, keepdims=True)) @ weights
         return found
@@ -188,12 +188,12 @@ class WorkEstimator:
 class Detection:
     """How a missing imep is told from normal cycles."""
 
-    # Deviation of imep [Pa], negative, below which a cycle is said to be missed; shape (cylinders,)
+    # Deviation of imep [Pa], negative, below which a cycle counts as misfired; shape (cylinders,)
     threshold: Floats
-    # Distance of the mean missed cycle of each cylinder from it, over its standard deviation; shape
-    # (cylinders,)
+    # Distance of each cylinder's mean missed cycle from the threshold, over its standard deviation;
+    # shape (cylinders,)
     margin: Floats
-    probability: Floats  # That a missed cycle of each cylinder falls below it; shape (cylinders,)
+    probability: Floats  # Probability that a missed cycle is detected; shape (cylinders,)
     false_alarms: float  # Probability of a false alarm in one cycle of the engine
 
 
@@ -345,14 +345,14 @@ def detection(estimator: WorkEstimator, missing: float, false_alarms: float = 1e
 
 
 def _edges(wheel: Wheel, gap_angle: float, first: int, intervals: int) -> Floats:
-    """Angles of the teeth of a window that begins with any interval, which may be negative."""
+    """Angles of the teeth of a window; its first interval may be negative."""
     tooth = first + np.arange(intervals + 1)
     turn, place = np.divmod(tooth, wheel.teeth)
     return np.asarray(gap_angle + TURN * turn + wheel.angle[place])
 
 
 def _middle_of_work(cycle: MeanCycle) -> float:
-    """Angle behind firing dead centre at which half of the work of combustion is done [rad]."""
+    """Angle after firing dead centre at which half of the combustion's work is done [rad]."""
     done = np.cumsum(cycle.combustion)
     return float(cycle.angle[np.flatnonzero(done >= 0.5 * done[-1])[0]])
 
@@ -362,14 +362,9 @@ def _templates(
 ) -> tuple[Floats, Floats, Floats]:
     """Effect of a unit of imep on the energy deviations of a window, docs/method.md (142).
 
-    Returns
-    -------
-    own : ndarray, shape (intervals,)
-        Of the cycle of the cylinder in the middle of the window [1/Pa].
-    rest : ndarray, shape (intervals, others)
-        Of all other cycles in the window; of all other cylinders where deviations persist.
-    nuisance : ndarray, shape (intervals, 2)
-        Level and slope of the energy, scaled.
+    Returns arrays with a row for each interval: that of the cycle in the window's middle [1/Pa];
+    those of all other cycles in it (of all other cylinders where deviations persist); and level and
+    slope of the energy, scaled.
     """
     count = cycle.angle.size
     step = cycle.period / count
@@ -421,13 +416,13 @@ def _templates(
 
 
 def _integral(values: Floats, step: float) -> Floats:
-    """Integral from the first sample on, by trapezia."""
+    """Integral from the first sample on, by the trapezoidal rule."""
     parts = 0.5 * step * (values[1:] + values[:-1])
     return np.concatenate([[0.0], np.cumsum(parts)])
 
 
 def _means(values: Floats, weight: Floats, at: Floats, edges: Floats) -> Floats:
-    """Weighted means between edges."""
+    """Weighted means of values between neighbouring edges."""
     step = float(at[1] - at[0])
     upper, lower = (
         np.diff(np.interp(edges, at, _integral(curve, step))) for curve in (values * weight, weight)
@@ -438,15 +433,9 @@ def _means(values: Floats, weight: Floats, at: Floats, edges: Floats) -> Floats:
 def _best_row(known: Floats, drawn: Floats, covariance: Floats) -> Floats:
     """Weights of the estimate of the first unknown, docs/method.md (144).
 
-    Parameters
-    ----------
-    known : ndarray, shape (n, unknowns)
-        Responses to the unknowns K.
-    drawn : ndarray, shape (n, others)
-        Responses to random numbers of variance 1.
-    covariance : ndarray, shape (n, n)
-        Of the errors. The covariance of both, which is nearly singular where the errors are small,
-        is not formed: the random numbers are unknowns beside K, measured once as 0.
+    Rows are measurements: `known` has their responses to the unknowns, `drawn` those to random
+    numbers of variance 1, `covariance` that of their errors. As the covariance of both is nearly
+    singular, random numbers are treated as further unknowns, each measured once as 0.
     """
     scale = np.linalg.norm(known, axis=0)
     lower = np.linalg.cholesky(covariance)

@@ -32,7 +32,7 @@ from engine_dyn.recordings.smoothing import shifted
 from engine_dyn.units import BAR, DEGREE
 
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
-"""From which to which angle before dead centre the pressure of a motored cycle is largest."""
+"""Range of angles before dead centre at which the pressure of a motored cycle is largest."""
 
 
 PEAK_WINDOW = 8.0 * DEGREE
@@ -40,23 +40,23 @@ MOTORED_AT = 40.0 * DEGREE
 
 
 SYMMETRY = (10.0 * DEGREE, 70.0 * DEGREE)
-"""Over which both sides of a motored cycle are compared, and where its charge is still cold."""
+"""Angles at which both sides of a motored cycle are compared, and its charge is still cold."""
 
 SYMMETRY_WINDOW = 2.5 * DEGREE
-"""Half the angle over which pressures are averaged there."""
+"""Half the angle over which pressures are averaged for that comparison."""
 
 
 @dataclass(frozen=True)
 class DeadCentre:
     """The dead centre of fired cycles, as far as they tell it."""
 
-    # By which the recorded pressure comes late [rad]; negative: early. Moving the pressure by
-    # -shift puts it right.
+    # Angle by which the recorded pressure comes late [rad], negative if early. Moving the pressure
+    # by -shift corrects it.
     shift: float
     uncertainty: float  # Standard uncertainty of the shift [rad]
-    suspected: bool  # Whether the shift is large and sure enough to be told
+    suspected: bool  # Whether the shift is large and certain enough to be reported
     imep_of_tenth: float  # Change of imep if the pressure is moved 0.1 degree later [Pa]
-    end: float  # Last angle of the compression that was judged [rad]
+    end: float  # Last angle of the compression that was used [rad]
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class MotoredDeadCentre:
     """The dead centre of motored cycles, as far as they tell it."""
 
     peak: float  # Angle of the largest pressure [rad]
-    # By which the recorded pressure comes late [rad]: from its symmetry, or from the peak and the
-    # usual loss angle where `symmetry` is NaN.
+    # Angle by which the recorded pressure comes late [rad]: from its symmetry, or from the peak and
+    # the usual loss angle where `symmetry` is NaN.
     shift: float
     uncertainty: float
-    # From the symmetry of the pressure about dead centre [rad]; NaN where pressures are not
-    # positive.
+    # Shift and its uncertainty by the symmetry of the pressure about dead centre [rad]; NaN where
+    # pressures are not positive.
     symmetry: float
     symmetry_uncertainty: float
     suspected: bool  # Whether the shift is more than 0.3 degree and two standard uncertainties
@@ -92,15 +92,15 @@ def looks_motored(cycles: RecordedCycles) -> bool:
         return False
     p = cycles.mean
     before, behind = np.interp([peak - MOTORED_AT, peak + MOTORED_AT], cycles.angle, p)
-    # Largest pressure behind over that before the peak, both 40 degrees away, of a motored cycle.
+    # In a motored cycle, the pressure behind the peak exceeds that before by less than this factor.
     return bool(before > 0.0 and behind < 1.05 * before)
 
 
 def _peak(cycles: RecordedCycles) -> float:
-    """Angle of the largest mean pressure, by a cubic through the samples around it."""
+    """Angle of the largest mean pressure, by a cubic through the samples around the maximum."""
     p = cycles.mean
     top = cycles.angle[int(np.argmax(p))]
-    for _ in range(3):  # the window follows the peak
+    for _ in range(3):  # in each round the window moves with the peak
         at = np.abs(cycles.angle - top) <= PEAK_WINDOW
         if at.sum() < 5:
             return math.nan
@@ -153,11 +153,11 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
     """
     side = np.arange(0.0, 95.0 * DEGREE + 0.5 * DEGREE, 1.0 * DEGREE)
     used = (side >= SYMMETRY[0]) & (side <= SYMMETRY[1])
-    # Means over a window about every angle: the relation is linear, and noise averages out.
+    # Means over a window at every angle: the relation is linear, and noise averages out.
     window = np.linspace(-SYMMETRY_WINDOW, SYMMETRY_WINDOW, 21)
     mean, peak = cycles.mean, _peak(cycles)
     shift = peak
-    # Each step makes the rest of the shift smaller by a factor of some hundred.
+    # Each step reduces the remaining shift by a factor of some hundred.
     for _ in range(4):
         behind, before = (
             np.interp(shift + sign * side[:, None] + window, cycles.angle, mean).mean(axis=1)
@@ -175,12 +175,12 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
         solution, *_ = np.linalg.lstsq(columns, odd[used], rcond=None)
         shift += float(solution[0])
     rest = odd[used] - columns @ solution
-    # Neighbours are not independent: every 5 degrees one is.
+    # Neighbouring samples are correlated: one in 5 degrees counts as independent.
     count = (SYMMETRY[1] - SYMMETRY[0]) / (5.0 * DEGREE)
     variance = float(rest @ rest) / (count - 2.0)
     scatter = math.sqrt(float(np.linalg.inv(columns.T @ columns)[0, 0]) * variance)
     loss = shift - peak
-    # Part of the loss angle that is uncertain, because the heat loss may have another shape than
+    # The loss angle is uncertain by this part, because heat loss may have another shape than
     # docs/method.md (131).
     return shift, math.hypot(scatter, 0.2 * loss), loss
 
@@ -206,7 +206,7 @@ def dead_centre_of_fired(
     """
     lines = lines_of(cycles)
     best = fitted_shift(lines, geometry, priors)
-    # A shift that is known less is not suspected: the lines are too rough, or not an engine's.
+    # A shift with a larger uncertainty is not suspected: the lines are too rough, or no engine's.
     known = best.shift_uncertainty <= 2.0 * DEGREE
     # Smaller shifts are not suspected: for one recorded engine they had the wrong sign.
     suspected = known and abs(best.shift) > 4.0 * DEGREE

@@ -18,10 +18,10 @@ from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
 FEWEST_SAMPLES = 4.0
-"""Samples between teeth below which pulses may pass unseen."""
+"""Samples between teeth below which pulses may be missed."""
 
 LARGEST = 1e50
-"""Largest value of a signal, in whatever unit; its swing must be more than one over this."""
+"""Largest value of a signal, in whatever unit; its swing must exceed the inverse of this."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def crossings(
         their distance.
     """
     sign = 1.0 if edge == "rising" else -1.0
-    # states are +1 above the band and -1 below it; samples within the band keep the last state
+    # States are +1 above the band and -1 below it; samples within the band keep the previous state.
     above = (
         signal >= threshold + sign * hysteresis if sign > 0 else signal <= threshold - hysteresis
     )
@@ -110,7 +110,7 @@ def crossings(
 
 
 def _passages(signal: Floats, before: Integers, threshold: float) -> Floats:
-    """Where the cubic through four samples passes the threshold: docs/method.md (106)."""
+    """Place where the cubic through four samples passes the threshold: docs/method.md (106)."""
     first = np.clip(before, 1, signal.size - 3) if signal.size > 3 else before
     ends = (first != before) if signal.size > 3 else np.ones(before.size, dtype=bool)
     here, after = signal[before], signal[before + 1]
@@ -118,14 +118,14 @@ def _passages(signal: Floats, before: Integers, threshold: float) -> Floats:
     if ends.all():
         return np.asarray(before + straight, dtype=float)
     y0, y1, y2, y3 = (signal[first + place] - threshold for place in (-1, 0, 1, 2))
-    # Newton's form of the polynomial in powers of the place between the middle samples
+    # Newton's form of the polynomial, in powers of the place between the middle samples.
     cubic = (y3 - 3.0 * y2 + 3.0 * y1 - y0) / 6.0
     square = 0.5 * (y2 - 2.0 * y1 + y0)
     linear = y2 - y1 - square - cubic
     low, high = np.zeros(before.size), np.ones(before.size)
     place = np.clip(straight, 0.0, 1.0)
-    # Newton's steps on a cubic, or halving where one leaves the bracket; three or four suffice
-    # where the cubic is nearly straight.
+    # Newton's method on a cubic, with halving where a step leaves the bracket; three or four steps
+    # suffice where the cubic is nearly straight.
     for _ in range(8):
         value = y1 + place * (linear + place * (square + place * cubic))
         slope = linear + place * (2.0 * square + place * 3.0 * cubic)
@@ -189,7 +189,7 @@ def teeth_of_signal(
     swing = high - low
     if not swing > 1.0 / LARGEST:
         raise ValueError(f"encoder signal: is constant at {low:g}")
-    # Thresholds that are tried, as fractions of the swing.
+    # Thresholds to try, as fractions of the swing.
     heights = (
         (0.5, 0.35, 0.2, 0.1, 0.05, 0.65, 0.8, 0.9)
         if threshold is None
@@ -200,7 +200,7 @@ def teeth_of_signal(
     refusal: ValueError | None = None
     slowest = 0.0
     for height in heights:
-        # A ripple within the hysteresis does not count; it is narrower where a level is near.
+        # A ripple within the hysteresis does not count; the hysteresis is narrower near a level.
         band = min(0.06, 0.4 * min(height, 1.0 - height)) * swing
         band = band if hysteresis is None else hysteresis
         for one in edges:
@@ -278,11 +278,11 @@ def _coarse(samples: float) -> str:
 
 
 def _clipped(signal: Floats) -> list[str]:
-    """Say where many samples have the very same extreme value; crossings do not suffer from it."""
+    """Report that many samples have exactly the same extreme value; crossings are not affected."""
     said = []
     for word, extreme in (("above", signal.max()), ("below", signal.min())):
         share = np.count_nonzero(signal == extreme) / signal.size
-        # Share of the samples at the very same extreme value from which a signal is called clipped.
+        # A signal is clipped if more than this share of its samples has one extreme value.
         if share > 0.02:
             said.append(
                 f"the signal is cut off {word} at {extreme:.4g} ({100 * share:.0f} % of the "
@@ -325,7 +325,7 @@ def mark_times(level: Floats, interval: float) -> Floats:
         Time between them [s].
     """
     low, swing = float(level.min()), float(np.ptp(level))
-    # The hysteresis is a fifth of the swing to both sides.
+    # The hysteresis is a fifth of the swing on both sides.
     return crossings(level, low + 0.5 * swing, 0.2 * swing).time * interval
 
 
@@ -357,7 +357,7 @@ def teeth_from_mark(
     alike = wheel.teeth if wheel.even else wheel.symmetry
     at, period = _places(teeth, marks, turns)
     step = round(_mean(at, TURN) * alike / TURN) % alike
-    if step:  # the nearest to the mark of the teeth that could be the first one
+    if step:  # nearest candidate for the first tooth
         teeth = find_turns(time, wheel, teeth.first + step * (wheel.teeth // alike))
         at, period = _places(teeth, marks, turns)
     place = _mean(at, period)
@@ -376,7 +376,7 @@ def teeth_from_mark(
 
 
 def _places(teeth: PassedTeeth, marks: Floats, turns: int) -> tuple[Floats, float]:
-    """Angles at which the mark passes, from the first tooth of turn 0, and its period [rad]."""
+    """Angles at which the mark passes, from the first tooth of turn 0, and their period [rad]."""
     at = teeth.angle_at(marks)
     at = at[np.isfinite(at)]
     apart = float(np.median(np.diff(at))) / TURN if at.size > 1 else 0.0
@@ -390,6 +390,6 @@ def _places(teeth: PassedTeeth, marks: Floats, turns: int) -> tuple[Floats, floa
 
 
 def _mean(at: Floats, period: float) -> float:
-    """Mean of angles that repeat with a period, from minus half of it to half of it."""
+    """Mean of angles that repeat with a period, between minus and plus half of the period."""
     turning = np.exp(1j * TURN * at / period).mean()
     return float(np.angle(turning)) * period / TURN

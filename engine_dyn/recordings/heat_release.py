@@ -23,15 +23,15 @@ from engine_dyn.recordings.cylinder_geometry import CylinderGeometry, RecordedCy
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-GAMMA = 1.35  # Ratio of specific heats where none is given: between unburnt and burnt gas
+GAMMA = 1.35  # Ratio of specific heats if none is given: between unburnt and burnt gas
 
 
 class MeanPressures(NamedTuple):
     """Indicated mean effective pressures of each cycle [Pa], shape (cycles,)."""
 
-    net: Floats  # Over the whole cycle
-    gross: Floats  # Over compression and expansion; of a two-stroke cycle the same as `net`
-    pumping: Floats  # Over the gas exchange, mostly negative; 0 of a two-stroke cycle
+    net: Floats  # Mean pressure over the whole cycle
+    gross: Floats  # Mean pressure over compression and expansion; equals `net` for two strokes
+    pumping: Floats  # Mean pressure over the gas exchange, mostly negative; 0 for two strokes
 
 
 def mean_pressures(cycles: RecordedCycles, geometry: CylinderGeometry) -> MeanPressures:
@@ -117,8 +117,8 @@ class HeatRelease:
     """Apparent net heat release of cycles: the heat of combustion less that lost to the walls."""
 
     angle: Floats  # Angles of the closed cylinder [rad]; shape (n,)
-    rate: Floats  # dQ/dphi [J/rad]; shape (cycles, n)
-    heat: Floats  # Heat: its integral from the first angle on [J]; shape (cycles, n)
+    rate: Floats  # Rate of heat release dQ/dphi [J/rad]; shape (cycles, n)
+    heat: Floats  # Integral of the rate from the first angle on [J]; shape (cycles, n)
 
 
 def heat_release(
@@ -166,7 +166,7 @@ _GAUSS = np.polynomial.legendre.leggauss(4)
 
 
 def _lagrange(nodes: Floats, at: Floats) -> Floats:
-    """Weights of the values at nodes, shape (..., n), of the polynomial at places, shape (...)."""
+    """Weights, shape (..., n), of values at nodes in the polynomial at places, shape (...)."""
     count = nodes.shape[-1]
     weights = np.ones(nodes.shape)
     for i in range(count):
@@ -244,7 +244,7 @@ def delayed(cycles: RecordedCycles, angle: float) -> Floats:
     nodes = cycles.angle[offsets - over * count] + cycles.period * over
     weights = _lagrange(nodes, inside)
     which = np.arange(cycles.cycles)[:, None, None] + over + turns[:, None].astype(int)
-    # A neighbour that was not recorded is the cycle itself.
+    # A neighbouring cycle that was not recorded is replaced by the cycle itself.
     own = np.arange(cycles.cycles)[:, None, None]
     which = np.where((which < 0) | (which >= cycles.cycles), own, which)
     values = cycles.pressure[which, offsets - over * count]

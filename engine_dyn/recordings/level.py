@@ -29,28 +29,28 @@ from engine_dyn.units import BAR, DEGREE
 LEVEL_PRIORS = replace(
     PRIORS, exponent=(1.335, 0.03), exponent_slope=(0.01, 0.012), pegging=(0.0, 10.0 * BAR)
 )
-"""The level is hardly known, and the exponent less than that of `PRIORS`: whether it falls while
-the gas gets hot or stays the same changes the level by some hundredths of a bar."""
+"""Prior knowledge for a level: it is hardly known, and the exponent less than in `PRIORS`:
+whether it falls as the gas gets hot changes the level by some hundredths of a bar."""
 
 TOLD, ANGLE_TOLD = 0.035 * BAR, 0.15 * DEGREE
-"""Largest standard uncertainties of a level that is told to 0.05 bar, and of an angle that is told
-to 0.3 degree."""
+"""Largest standard uncertainties of a level that is reported to 0.05 bar, and of an angle that
+is reported to 0.3 degree."""
 
 
 @dataclass(frozen=True)
 class Level:
     """Level and dead centre as a recording tells them; uncertainties are standard ones."""
 
-    # By which the recorded pressure is too high [Pa]; negative: too low.
+    # Error of the recorded pressure's level [Pa] with its uncertainty: positive if too high.
     offset: float
     uncertainty: float
-    # By which it comes late [rad]; negative: early.
+    # Angle by which the recorded pressure comes late [rad] with its uncertainty; negative: early.
     shift: float
     shift_uncertainty: float
     motored: bool  # Whether the shift follows from the symmetry of cycles in which nothing burns
     start: float  # Recorded pressure at the beginning of the compression, bottom dead centre [Pa]
-    # Root mean square of the change of p dV/dphi over the cycle when level and dead centre are put
-    # right [W s/rad]: which of both is larger.
+    # Root mean square of the change of p dV/dphi over the cycle when level and dead centre are
+    # corrected [W s/rad]: it shows which of both matters more.
     change: float
     shift_change: float
 
@@ -125,11 +125,11 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
     known = geometry
     if known.compression_ratio is None:
         known = geometry.with_compression_ratio(1.0 + UNKNOWN_RATIO[0])
-    # No cylinder has less, absolute
+    # Every cylinder has more than this absolute pressure.
     lowest = 0.05 * BAR - float(cycles.mean.min())
     missing = max(float(peg_by_compression(cycles, known).offset.mean()), lowest)
     priors, motored = LEVEL_PRIORS, _is_motored(replace(cycles, pressure=cycles.pressure + missing))
-    # Fits, each about the level of the one before, until it changes by less [Pa]
+    # Fits about the level of the previous fit, until the level changes by less [Pa].
     for _ in range(20):
         moved = replace(cycles, pressure=cycles.pressure + missing)
         if motored:
@@ -140,7 +140,7 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
             break
     else:
         raise ValueError("the compression is not that of a gas")
-    # Residuals over their expected size, above which a level is not believed: coarse steps of a
+    # A level is not believed if residuals exceed their expected size by more: coarse steps of a
     # digitised curve, leaks, or no engine.
     if fit.excess > 2.5:
         raise ValueError(
@@ -156,11 +156,11 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
 
 
 def _is_motored(absolute: RecordedCycles) -> bool:
-    """Whether nothing burns: heat that is lost, not added, makes both sides differ."""
+    """Whether nothing burns: lost heat makes both sides differ, not added heat."""
     if not looks_motored(absolute):
         return False
     _, uncertainty, loss = symmetric_shift(absolute)
-    # Loss angle of a motored cycle, at least: less, and less than its uncertainty, is heat added
+    # A motored cycle has a larger loss angle: less, and less than its uncertainty, is added heat.
     return loss > min(-0.1 * DEGREE, -2.0 * uncertainty)
 
 
@@ -178,17 +178,17 @@ def _changes(
 
 
 EXPONENT, EXPONENT_DEVIATION = 1.33, 0.02
-"""Polytropic exponent of a compression and its standard deviation where it is not fitted: 1.32 to
-1.35 of spark-ignition engines, 1.34 to 1.38 of diesel engines (judgement after Randolph 1990)."""
+"""Polytropic exponent of a compression and its standard deviation where no fit is made: 1.32 to
+1.35 for spark-ignition engines, 1.34 to 1.38 for diesel engines (judgement after Randolph 1990)."""
 
 
 class Pegged(NamedTuple):
     """Cycles with absolute pressure."""
 
-    cycles: RecordedCycles  # The same with `offset` added
-    offset: Floats  # Offset: what was added to each cycle [Pa]; shape (cycles,)
+    cycles: RecordedCycles  # Recorded cycles with `offset` added
+    offset: Floats  # Pressure that was added to each cycle [Pa]; shape (cycles,)
     uncertainty: Floats  # Standard uncertainty of each offset [Pa]; shape (cycles,)
-    # Polytropic exponent [1], fitted or as given; NaN where none is used; shape (cycles,)
+    # Polytropic exponent [1], fitted or given; NaN where none is used; shape (cycles,)
     exponent: Floats
 
 
@@ -305,12 +305,12 @@ def _linear(volume: Floats, p: Floats, exponent: float) -> tuple[Floats, Floats]
 
 
 def _fitted(volume: Floats, p: Floats) -> tuple[float, float, float]:
-    """Offset, its standard error and the exponent of one cycle by Gauss and Newton's method."""
+    """Offset, standard error and exponent of one cycle by the Gauss-Newton method."""
     n = EXPONENT
     for _ in range(30):
         power = volume**-n
         columns = np.stack([power, -np.ones_like(power), -power * np.log(volume)], axis=1)
-        # The third unknown is C dn: with the C of the same solution it is the step of n.
+        # The third unknown is C dn: divided by C of the same solution, it is the step of n.
         solution, *_ = np.linalg.lstsq(columns, p, rcond=None)
         step = solution[2] / solution[0]
         n += float(np.clip(step, -0.1, 0.1))

@@ -19,20 +19,20 @@ from engine_dyn.recordings.tooth_errors import ToothErrors
 from engine_dyn.types import Booleans, Floats, Integers
 
 SHIFTS = 0.5 * np.pi / 180.0
-"""Step of the angles that are tried for the gap [rad]; a parabola refines the best one."""
+"""Step of the trial angles of the gap [rad]; a parabola refines the best one."""
 
 NEAR = 12.0 * np.pi / 180.0
-"""How far from the greatest likeness of the raw speeds the gap is looked for without errors of
-teeth [rad]."""
+"""Distance from the greatest likeness of the raw speeds within which the gap is searched without
+errors of teeth [rad]."""
 
 
 @dataclass(frozen=True)
 class Fluctuation:
     """Coefficient of speed fluctuation of a measured speed."""
 
-    delta: float  # (max - min)/mean of the mean over cycles
-    # Uncertainty: its standard error: of the two extreme values over cycles, and of the errors of
-    # their teeth where these are taken out.
+    delta: float  # Range of the mean speed over cycles, over its mean: (max - min)/mean
+    # Standard error of that delta: by the scatter of both extreme values over cycles, and by errors
+    # of their teeth where these were corrected.
     uncertainty: float
     of_cycles: float  # Mean of delta over single cycles; noise makes it larger than `delta`
     scatter: float  # Standard deviation of delta over single cycles
@@ -44,13 +44,13 @@ class GapAngle:
 
     # Crank angle at which the first tooth after the longest gap passes [rad], -pi to pi.
     angle: float
-    # With which turn of the cycle each recording begins: its first tooth is at `angle` + 2 pi
+    # Turn of the cycle with which each recording begins: its first tooth is at `angle` + 2 pi
     # `turn`; shape (recordings,)
     turn: Integers
-    # Correlation of measured and computed speed, for each tooth that it could begin with; one
+    # Correlation of measured and computed speed for each tooth with which the cycle may begin; one
     # column where the turn is known; shape (recordings, turns * groups)
     correlation: Floats
-    # How many intervals after the first tooth each recording begins, on a wheel that repeats; shape
+    # Intervals after the first tooth at which each recording begins, on a wheel that repeats; shape
     # (recordings,)
     late: Integers
     start: Floats  # Crank angle at which each recording begins [rad]; shape (recordings,)
@@ -226,7 +226,7 @@ def _without_errors(
     raw: Floats, angle: Floats, speed: Floats, wheel: Wheel, period: float, starts: Floats,
     used: Booleans,
 ) -> float:  # fmt: skip
-    """Change of the gap's angle that the part of the speeds asks for that no teeth can make.
+    """Change of the gap's angle by the part of the speed that errors of teeth cannot cause.
 
     Errors of the teeth are the same in all turns and recordings: the mean of the logarithms over
     them is left out on both sides, docs/method.md (110). Where nothing is left, there is no change.
@@ -264,7 +264,7 @@ def _without_errors(
 
 
 def _clock(angle: Floats, speed: Floats, period: float) -> tuple[Floats, Floats]:
-    """Time over the angle of two cycles, by trapezoids of a tenth of a degree or finer."""
+    """Time over the angle of two cycles, by trapezoids of at most a tenth of a degree."""
     parts = max(-(-3600 * round(period / TURN) // angle.size), 1)
     count = angle.size * parts
     fine = angle[0] + period / count * np.arange(2 * count + 1)
@@ -295,7 +295,7 @@ def orders_of_samples(
     amplitude, phase : ndarray, shape (..., m)
         Of cosines, in rad/s and rad: sum of amplitude cos(order phi + phase).
     """
-    damping = np.sinc(orders * width[:, None] / TURN)  # sin(x)/x of half the interval's phase
+    damping = np.sinc(orders * width[:, None] / TURN)  # sin(x)/x of half an interval's phase
     waves = np.hstack(
         [
             np.ones((middle.size, 1)),
@@ -346,16 +346,16 @@ def speed_over_angle(means: Floats, edges: Floats, angle: Floats) -> Floats:
 
 
 FEWEST = 8
-"""Intervals of a single cycle whose ends tell a drift."""
+"""Intervals of a single cycle from which a drift can be told."""
 
 
 class Drift(NamedTuple):
     """Change of a speed over a recording."""
 
-    # Speeds at its ends without what repeats [rad/s].
+    # Speeds at the beginning and end of a run, without its periodic part [rad/s].
     first: float
     last: float
-    cycles: float  # Between them
+    cycles: float  # Cycles between both speeds
 
     @property
     def in_a_cycle(self) -> float:
@@ -366,8 +366,8 @@ class Drift(NamedTuple):
 class SteadySpeeds(NamedTuple):
     """Speeds of cycles, and the drift that was taken out of them; None where there is none."""
 
-    cycles: Floats  # [rad/s]; each cycle keeps its own mean; shape (cycles, intervals)
-    drift: Drift | None  # The largest one, of runs that faults part
+    cycles: Floats  # Speed [rad/s]; each cycle keeps its own mean; shape (cycles, intervals)
+    drift: Drift | None  # Largest drift of the runs between faults
     left_out: float  # Share of the intervals that belong to no whole cycle
 
 
@@ -424,7 +424,7 @@ def steady_turns(teeth: PassedTeeth, turns: int) -> SteadySpeeds:
 
 
 def _level_of_run(teeth: PassedTeeth, run: Integers, n: int) -> tuple[Floats, Drift | None]:
-    """Level of turns that follow each other, with the intervals before and after all turns."""
+    """Speed level of consecutive turns, with the intervals before and after them."""
     here = teeth.speed[run]
     speed, width = [here.ravel()], [np.tile(teeth.wheel.width, run.size)]
     ahead = 0
@@ -443,7 +443,7 @@ def _level_of_run(teeth: PassedTeeth, run: Integers, n: int) -> tuple[Floats, Dr
 
 
 def _going_on(width: Floats, speed: Floats, last: float, times: Floats) -> Floats:
-    """Speeds of less than a turn behind the last one, as far as the pattern goes on in it."""
+    """Speeds of an incomplete turn after the last one, as far as its pattern continues."""
     gaps = np.diff(np.concatenate([[last], times[: width.size - 1]]))
     here = width[: gaps.size] / gaps
     ratio = here / speed[: gaps.size]
@@ -452,14 +452,9 @@ def _going_on(width: Floats, speed: Floats, last: float, times: Floats) -> Float
 
 
 def _level(speed: Floats, width: Floats, n: int) -> tuple[Floats, Drift | None]:
-    """Mean square over a cycle around each interval, and the drift; None where it is not told.
+    """Mean square of the speed over a cycle around each interval, and the drift; None if unknown.
 
-    Parameters
-    ----------
-    speed, width : ndarray, shape (intervals,)
-        Of intervals in a row, at least a cycle of them.
-    n : int
-        Intervals of a cycle.
+    The intervals are consecutive and fill at least a cycle of `n` of them.
     """
     square, edges = speed**2, np.concatenate([[0.0], np.cumsum(width)])
     period, middle = float(edges[n]), 0.5 * (edges[1:] + edges[:-1])
@@ -471,7 +466,7 @@ def _level(speed: Floats, width: Floats, n: int) -> tuple[Floats, Drift | None]:
         start = (mean[reach] - mean[0]) / (centre[reach] - centre[0])
         end = (mean[-1] - mean[-1 - reach]) / (centre[-1] - centre[-1 - reach])
     else:
-        # from the beginning of the cycle to its end, the level rises by the factor of this step
+        # From the beginning to the end of the cycle, the level rises by this step's factor.
         start = end = 2.0 * np.tanh(0.5 * _step(np.log(square), width)) * mean[0] / period
     level = np.interp(middle, centre, mean)
     level += np.minimum(middle - centre[0], 0.0) * start
@@ -483,26 +478,26 @@ def _level(speed: Floats, width: Floats, n: int) -> tuple[Floats, Drift | None]:
 
 
 def _step(values: Floats, width: Floats) -> float:
-    """Step from the end of a single cycle to its beginning; 0 where it is as between others."""
+    """Step from a single cycle's end to its beginning; 0 if it is like steps elsewhere."""
     if values.size < FEWEST:
         return 0.0
     slope = np.diff(values) / (0.5 * (width[1:] + width[:-1]))
-    after = values[1:] + slope * 0.5 * width[1:]  # at the edges behind two intervals
-    before = values[:-1] - slope * 0.5 * width[:-1]  # and before two
+    after = values[1:] + slope * 0.5 * width[1:]  # extrapolated to the edge after an interval
+    before = values[:-1] - slope * 0.5 * width[:-1]  # and to the edge before it
     step, within = float(after[-1] - before[0]), after[:-2] - before[2:]
-    # Step at the ends of a single cycle, over that between its neighbours elsewhere, that is drift.
+    # A larger step than this many times those between neighbours elsewhere is drift.
     return step if abs(step) > 4.0 * float(np.sqrt(np.mean(within**2))) else 0.0
 
 
 def _without(cycles: Floats, level: Floats, width: Floats) -> Floats:
-    """Cycles at the level of their own means."""
+    """Cycles scaled to the level of their own means."""
     own = level @ width / width.sum()
     return np.asarray(cycles * np.sqrt(own[:, None] / level))
 
 
 def _is_little(cycles: Floats, level: Floats, width: Floats, drift: Drift) -> bool:
-    """Whether a drift hardly changes what repeats."""
+    """Whether removing a drift would hardly change the periodic speed."""
     mean = _without(cycles, level, width).mean(axis=0)
-    # Change of the speed in a cycle, over the fluctuation that is left without it, from which on it
-    # is taken out
+    # A drift is removed if it changes the speed by more than this part of the remaining fluctuation
+    # in a cycle.
     return abs(drift.in_a_cycle) < 0.05 * float(np.ptp(mean) / mean.mean())

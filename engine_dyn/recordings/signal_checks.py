@@ -27,17 +27,17 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
 LARGEST = 1e10
-"""Pressure [Pa] beyond which a value is none."""
+"""Pressure [Pa] beyond which a value is invalid."""
 
 LEAST_SAMPLES = 16
 
 
 MOST_THINNING = 0.005, 0.01
-"""Relative change of imep (of its gross value) and of the largest pressure if every second sample
-is left out, from which on there are too few samples."""
+"""Relative changes of imep (of its gross value) and of the largest pressure, when every second
+sample is left out, above which there are too few samples."""
 
 MOST_DRIFT = 0.05 * BAR
-"""Change of the inlet pressure from the first to the last cycle, from which on it drifts."""
+"""Change of the inlet pressure from the first to the last cycle that counts as drift."""
 
 
 def examine(
@@ -96,7 +96,7 @@ def examine(
 
 
 def _useless(cycles: RecordedCycles) -> Finding | None:
-    """Signals with nothing to judge: no numbers, no samples, no change."""
+    """Finding for signals with nothing to judge: no numbers, no samples, or no change."""
     bad = ~(np.abs(cycles.pressure) < LARGEST)
     if bad.any():
         cycle, sample = (int(i) for i in np.argwhere(bad)[0])
@@ -117,12 +117,12 @@ def _useless(cycles: RecordedCycles) -> Finding | None:
 
 
 def _gaps(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """Samples that are missing from the grid."""
+    """Finding for samples that are missing from the grid."""
     angle = cycles.angle
     steps = np.diff(angle, append=angle[0] + cycles.period)
     usual = float(np.median(steps))
     widest = int(np.argmax(steps))
-    # Steps of the grid over the usual step from which on samples are missing.
+    # Samples are missing where a step of the grid is wider than this many usual steps.
     if steps[widest] > 3.0 * usual:
         yield Finding(
             "gap",
@@ -134,7 +134,7 @@ def _gaps(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findin
 
 
 def _clipped(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """A plateau at the largest or smallest pressure, on both sides of which the curve goes on."""
+    """Finding for a plateau at an extreme pressure, beyond which the curve would go on."""
     p = cycles.pressure
     distinct = np.unique(p)
     resolution = float(np.diff(distinct).min()) if len(distinct) > 1 else 0.0
@@ -143,11 +143,11 @@ def _clipped(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Fin
         worst, count = (0, 0, 0), 0
         for row, curve in enumerate(p):
             start, length = _longest_run(curve == extreme)
-            # Samples of exactly the same extreme pressure, at least, of a clipped sensor.
+            # A clipped sensor gives at least this many samples of one extreme pressure.
             if length < 3:
                 continue
-            # How far the curve beside a plateau would go on beyond it, in steps of the converter or
-            # standard deviations of the noise.
+            # Beyond a plateau the curve would go on by more than this many steps of the converter
+            # or standard deviations of the noise.
             if _beyond(sign * curve, start, length) > 5.0 * rough:
                 count += 1
                 worst = max(worst, (length, row, start))
@@ -167,7 +167,7 @@ def _longest_run(same: Booleans) -> tuple[int, int]:
     """First sample and length of the longest run of a closed cycle."""
     if same.all() or not same.any():
         return 0, len(same) if same.all() else 0
-    begin = int(np.argmin(same))  # from where it is not the same, no run goes over the end
+    begin = int(np.argmin(same))  # from a change on, no run wraps around
     turned = np.roll(same, -begin)
     edges = np.diff(np.concatenate([[0], turned.astype(np.int8), [0]]))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
@@ -176,7 +176,7 @@ def _longest_run(same: Booleans) -> tuple[int, int]:
 
 
 def _beyond(curve: Floats, start: int, length: int) -> float:
-    """How far a parabola with the slopes at both ends of a plateau rises above it."""
+    """Height above a plateau of a parabola that has the slopes at both ends."""
     count = len(curve)
     if length >= count - 6:
         return 0.0
@@ -192,10 +192,10 @@ def _beyond(curve: Floats, start: int, length: int) -> float:
 
 
 def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """Noise that is large for the range of the pressure."""
+    """Finding for noise that is large for the range of the pressure."""
     size = float(noise(cycles).mean())
     span = float(np.ptp(cycles.mean))
-    # Standard deviation of the noise over the range of the pressure; usual is up to 0.003.
+    # Limit on the noise's standard deviation over the range of the pressure; up to 0.003 is usual.
     if span > 0.0 and size > 0.005 * span:
         yield Finding(
             "noise",
@@ -206,14 +206,14 @@ def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findi
 
 
 def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """Too few samples: every second one gives other results."""
+    """Finding for too few samples: every second one gives other results."""
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
     half = RecordedCycles(mean.angle[::2], mean.pressure[:, ::2], mean.period)
     gross = abs(float(mean_pressures(mean, geometry).gross[0]))
-    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))  # no engine has less
+    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))  # every engine has more
     work = float(mean_pressures(half, geometry).net[0] - mean_pressures(mean, geometry).net[0])
     peak = float(peak_pressures(half)[0][0] / peak_pressures(mean)[0][0] - 1.0)
-    # Noise alone moves imep and peak when samples are left out; three deviations of it are free.
+    # By noise alone imep and peak change when samples are left out; three deviations are allowed.
     size = float(noise(cycles).mean()) / math.sqrt(cycles.cycles)
     free = 3.0 * size / math.sqrt(len(half.angle))
     if abs(work) - free > MOST_THINNING[0] * gross:
@@ -232,7 +232,7 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
 
 
 def _drifting(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """A level that moves from cycle to cycle."""
+    """Finding for a pressure level that moves from cycle to cycle."""
     count = cycles.cycles
     if count < 3:
         return
@@ -257,14 +257,14 @@ def _drifting(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Fi
 
 
 def _gas_exchange(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """Compression in the revolution in which a four-stroke engine has its gas exchange."""
+    """Finding for compression in the revolution of a four-stroke engine's gas exchange."""
     if cycles.period != FOUR_STROKE:
         return
     above = (cycles.mean - cycles.mean.min()) / BAR
     far = np.abs(cycles.angle) > 270.0 * DEGREE
     high, most = float(above[far].max(initial=0.0)), float(above.max())
-    # Rise of the pressure around the dead centre of gas exchange, where valves are open, over that
-    # around the firing one, from which on it is none.
+    # Part of the firing compression's pressure rise that the rise at the dead centre of gas
+    # exchange, where valves are open, may reach.
     if high > 0.5 * most:
         yield Finding(
             "gas_exchange",
@@ -277,13 +277,13 @@ def _gas_exchange(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterato
 
 
 def _exponents(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Finding]:
-    """Exponents of compression and expansion that a gas does not have."""
+    """Finding for exponents of compression and expansion that no gas has."""
     if geometry.compression_ratio is None:
         return
     four = cycles.period == FOUR_STROKE
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
-    # Heywood 1988, section 9.5: 1.3 (+-0.05) of both in spark-ignition engines; widened to diesel
-    # engines, to late combustion and to heat loss.
+    # Heywood 1988, section 9.5: exponents of 1.3 (+-0.05) in spark-ignition engines; wider for
+    # diesel engines, late combustion and heat loss.
     for name, (start, end), (low, high) in (
         ("compression_exponent", (-95.0 if four else -85.0, -40.0), (1.24, 1.42)),
         ("expansion_exponent", (65.0, 105.0 if four else 95.0), (1.1, 1.5)),
@@ -302,7 +302,7 @@ def _exponents(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[F
 def _dead_centre(
     cycles: RecordedCycles, geometry: CylinderGeometry, motored: bool, priors: Priors
 ) -> Iterator[Finding]:
-    """A dead centre that is not the engine's."""
+    """Finding for a dead centre that differs from the engine's."""
     imep = float(mean_pressures(cycles, geometry).net.mean())
     found = (
         dead_centre_of_motored(cycles, geometry)

@@ -29,7 +29,7 @@ def noise(cycles: RecordedCycles) -> Floats:
     From what each sample differs from the cubic through its four neighbours: what varies over a
     few samples counts as noise, steps of a converter too. The median keeps combustion out of it.
     """
-    # Standard deviation over the median of the absolute values, of a normal distribution
+    # For a normal distribution, the standard deviation is this many medians of absolute values.
     return np.asarray(1.4826 * np.median(np.abs(misfit_of_neighbours(cycles)), axis=1))
 
 
@@ -44,13 +44,13 @@ def even_step(cycles: RecordedCycles) -> float | None:
 class Smoothed:
     """Smoothed cycles, and what the smoothing does to them."""
 
-    cycles: RecordedCycles  # Smoothed
-    # Order of the revolution that is kept by half of its power (-3 dB); higher ones are lost.
+    cycles: RecordedCycles  # The smoothed cycles
+    # Order of the revolution whose power is halved (-3 dB); higher orders are lost.
     highest_order: float
-    # Mean standard deviation of the noise [Pa].
+    # Mean standard deviation of the noise before and after smoothing [Pa].
     noise_before: float
     noise_after: float
-    # Mean change of imep and of the largest pressure [Pa].
+    # Mean changes of imep and of the largest pressure by smoothing [Pa].
     imep_change: float
     peak_change: float
 
@@ -110,7 +110,7 @@ def smooth(
 
 
 def _joined(cycles: RecordedCycles, margin: int) -> Floats:
-    """All cycles one after the other; at both ends the outer one repeats itself."""
+    """All cycles one after the other; at both ends the outer cycle is repeated."""
     first, last = cycles.pressure[0], cycles.pressure[-1]
     before = np.resize(first[::-1], margin)[::-1]
     return np.concatenate([before, cycles.pressure.ravel(), np.resize(last, margin)])
@@ -129,7 +129,7 @@ def _savitzky_golay(
         )
     curve = savgol_filter(_joined(cycles, samples), samples, degree)[samples:-samples]
     weights = savgol_coeffs(samples, degree)
-    # The window is symmetric: its response is a sum of cosines. Down to half the power, once.
+    # Response of the symmetric window, a sum of cosines, down to half the power.
     orders = np.linspace(0.0, math.pi / step, 4001)
     places = np.arange(samples) - samples // 2
     response = np.cos(np.outer(orders * step, places)) @ weights
@@ -145,7 +145,7 @@ def _low_pass(cycles: RecordedCycles, step: float, order: float) -> Floats:
     if not 0.0 < order < most:
         raise ValueError(f"highest_order = {order:g}: must be above 0 and below {most:g}, which "
                          "the grid can hold")  # fmt: skip
-    # Power behind both passes: 1/(1 + (order/corner)^8)^2, a half at the order.
+    # After both passes the power is 1/(1 + (order/corner)^8)^2, which is a half at the order.
     corner = min(order * (math.sqrt(2.0) - 1.0) ** (-1.0 / 8.0), 0.999 * most)
     sections = butter(4, corner / most, output="sos")
     margin = len(cycles.angle)

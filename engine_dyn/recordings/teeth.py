@@ -10,34 +10,33 @@ from engine_dyn.geometry.toothed_wheel import TURN, Wheel, wheel_from_text
 from engine_dyn.types import Floats, Integers
 
 FACTOR = 1.7
-"""Most ratio of an interval to the one expected. A missing tooth makes at least 2 of it, and a
-pulse too many cuts it to half or less; speed and tooth errors change it far less in a turn."""
+"""Largest ratio of an interval to the expected one. A missing tooth makes at least 2 of it, and
+an extra pulse cuts it to half or less; speed and tooth errors change it far less in a turn."""
 
 NAMED = 5
-"""Faults that are told one by one."""
+"""Largest number of faults that are reported one by one."""
 
 
 SHORTEST, LONGEST = 1e-9, 1e6
-"""Intervals between teeth [s] that are taken."""
+"""Shortest and longest interval between teeth [s] that is accepted."""
 
 
 @dataclass(frozen=True, eq=False)
 class PassedTeeth:
     """Whole turns of a wheel in a row of time stamps."""
 
-    wheel: Wheel  # Wheel: its pattern
+    wheel: Wheel  # Pattern of the wheel's teeth
     # Times at which the teeth of each turn passed [s]; the last is the first of the next turn;
     # shape (turns, teeth + 1)
     time: Floats
-    # Number of each turn, counted from the first; numbers are missing where turns were lost; shape
-    # (turns,)
+    # Number of each turn from the first, with gaps where turns were lost; shape (turns,)
     turn: Integers
     lost: float  # Share of the time between the first and the last turn that faults took
-    # How well intervals repeat from turn to turn: standard deviation of the second differences over
-    # turns of the interval's share of its turn, relative; the median over the teeth.
+    # Scatter of intervals from turn to turn: relative standard deviation of second differences over
+    # turns of the interval's share of its turn; the median over the teeth.
     scatter: float
-    faults: tuple[str, ...]  # Pulses too many and teeth that were missed, a line each
-    first: int  # Place [from 0] of the pulse with which the first turn begins
+    faults: tuple[str, ...]  # Extra pulses and missed teeth, one line each
+    first: int  # Index of the pulse with which the first turn begins
     # Times of the pulses before the first and after the last turn [s].
     before: Floats
     after: Floats
@@ -77,7 +76,7 @@ class PassedTeeth:
         knots = gap_angle + TURN * self.turn[:, None] + within
         joined = self.turn[1:] == self.turn[:-1] + 1
         keep = np.ones(self.time.shape, dtype=bool)
-        keep[:-1, -1] = ~joined  # the first tooth of the next turn
+        keep[:-1, -1] = ~joined  # first tooth of the next turn
         at, phi = self.time[keep], knots[keep]
         step, secant = np.diff(at), np.diff(phi) / np.diff(at)
         slope = np.empty(at.size)
@@ -164,7 +163,7 @@ def find_turns(time: Floats, wheel: Wheel, first: int | None = None) -> PassedTe
 
 
 def _whole_turns(time: Floats, wheel: Wheel, first: int | None = None) -> Integers:
-    """First pulses of the whole turns; none where the pattern is not that of the pulses."""
+    """First pulses of the whole turns; empty where the pulses do not have the pattern."""
     gaps, none = np.diff(time), np.empty(0, dtype=np.int64)
     starts = _even_starts(gaps, wheel, first) if wheel.even else _starts(gaps, wheel)
     _check_sense(gaps, wheel, starts)
@@ -173,20 +172,20 @@ def _whole_turns(time: Floats, wheel: Wheel, first: int | None = None) -> Intege
     if starts.size == 0:
         return none
     whole = float(np.sum(time[starts + wheel.teeth] - time[starts]))
-    # of what lies before the first and behind the last turn, up to a turn is natural
-    # Share of the time that must be whole turns for a pattern to count as found
+    # A pattern counts as present if whole turns take this share of the time, without incomplete
+    # turns at the begin and the end.
     if whole < 0.75 * (time[-1] - time[0]) - 2.0 * whole / starts.size:
         return none
-    # a tooth more in each turn than the pattern has may leave all its intervals alike
+    # With a tooth more in each turn than the pattern has, all intervals may still look alike.
     extra = np.diff(starts) - wheel.teeth * np.diff(_between(time, starts, wheel)[0])
     _, counts = np.unique(extra[extra != 0], return_counts=True)
-    # Share of the steps from turn to turn with the same pulses too many from which on the wheel has
-    # more teeth than its pattern.
+    # The wheel has more teeth than its pattern if more than this share of the steps from turn to
+    # turn has the same number of extra pulses.
     return none if counts.size and counts.max() > 0.5 * extra.size else starts
 
 
 def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
-    """Largest deviation from the pattern of the run that starts at each interval, as logarithm."""
+    """Largest deviation from the pattern, as logarithm, of the run from each interval on."""
     logs, teeth = np.log(gaps), wheel.teeth
     width = np.log(wheel.width)
     total = np.concatenate([[0.0], np.cumsum(logs - logs[0])])
@@ -199,14 +198,14 @@ def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
 
 
 def _starts(gaps: Floats, wheel: Wheel) -> Integers:
-    """First intervals of the turns that fit, none within another one.
+    """First intervals of the turns that fit, none within another turn.
 
     On a wheel that repeats these are the beginnings of all its equal groups.
     """
     misfit, apart = _misfit(gaps, wheel), wheel.teeth // wheel.symmetry
     fits = np.flatnonzero(misfit < np.log(FACTOR))
     chosen: list[int] = []
-    for start in fits:  # few: a wheel that is not even fits nearly nowhere else
+    for start in fits:  # few fit: only an even wheel fits often
         if chosen and start - chosen[-1] < apart:
             if misfit[start] < misfit[chosen[-1]]:
                 chosen[-1] = int(start)
@@ -216,7 +215,7 @@ def _starts(gaps: Floats, wheel: Wheel) -> Integers:
 
 
 def _counted_on(time: Floats, starts: Integers, wheel: Wheel, first: int | None) -> Integers:
-    """Groups of a wheel that repeats, a whole number of turns apart."""
+    """First groups of a wheel that repeats, a whole number of turns apart."""
     if starts.size == 0:
         return starts
     length = (time[starts + wheel.teeth] - time[starts]) / wheel.symmetry
@@ -236,7 +235,7 @@ def _counted_on(time: Floats, starts: Integers, wheel: Wheel, first: int | None)
 
 
 def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
-    """Refuse pulses that fit the reversed wheel better, where it is another one."""
+    """Refuse pulses that fit the reversed wheel better, where it differs."""
     if wheel.mirrored:
         return  # one sensor cannot tell the sense of rotation
     other = wheel.reversed
@@ -253,7 +252,7 @@ def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
 
 
 def _even_starts(gaps: Floats, wheel: Wheel, first: int | None) -> Integers:
-    """Turns of a wheel without a gap are counted from one tooth, so none may be lost."""
+    """First intervals of turns without a gap; counted from one tooth, so none may be lost."""
     ratio = gaps / _usual(gaps)
     bad = np.flatnonzero((ratio > FACTOR) | (ratio < 1.0 / FACTOR))
     if bad.size:
@@ -266,8 +265,8 @@ def _even_starts(gaps: Floats, wheel: Wheel, first: int | None) -> Integers:
 
 
 def _usual(gaps: Floats) -> Floats:
-    """Median of the neighbours of each interval; both ends take the nearest whole group."""
-    # Intervals whose median is the usual one
+    """Median of the intervals around each one; both ends take the nearest whole group."""
+    # Number of intervals whose median is the usual one.
     count = min(11, gaps.size - (gaps.size + 1) % 2)
     middle = np.median(np.lib.stride_tricks.sliding_window_view(gaps, count), axis=1)
     half = count // 2
@@ -277,13 +276,13 @@ def _usual(gaps: Floats) -> Floats:
 
 
 def _between(time: Floats, starts: Integers, wheel: Wheel) -> tuple[Integers, tuple[str, ...]]:
-    """Numbers of the turns, and what lies between those that do not follow each other."""
+    """Numbers of the turns, and lines about faults between turns that are not consecutive."""
     teeth = wheel.teeth
     length = time[starts + teeth] - time[starts]
     turn = np.zeros(starts.size, dtype=np.int64)
     apart = (time[starts[1:]] - time[starts[:-1]]) / (0.5 * (length[1:] + length[:-1]))
     apart = np.where(np.diff(starts) == teeth, 1.0, np.maximum(np.rint(apart), 1.0))
-    # A million turns can be lost in a row.
+    # At most a million turns can be lost in a row.
     turn[1:] = np.cumsum(np.minimum(apart, 1e6)).astype(np.int64)
     faulty = np.flatnonzero(np.diff(starts) != teeth)
     said = []
@@ -312,18 +311,18 @@ def _between(time: Floats, starts: Integers, wheel: Wheel) -> tuple[Integers, tu
 
 
 def _scatter(time: Floats, wheel: Wheel) -> float:
-    """Repetition of intervals; second differences, so that a steady change does not count."""
+    """Scatter of intervals; by second differences, so that a steady change does not count."""
     share = np.diff(time, axis=1) / (time[:, -1:] - time[:, :1])
     if len(share) < 3:
         return 0.0
-    # of a four-stroke engine, every second turn is alike
+    # Every second turn of a four-stroke engine is alike.
     step = 2 if len(share) > 4 else 1
     change = share[2 * step :] - 2.0 * share[step:-step] + share[: -2 * step]
     return float(np.median(np.std(change, axis=0) / np.sqrt(6.0) * TURN / wheel.width))
 
 
 def _what_was_found(time: Floats, wheel: Wheel) -> str:
-    """One line: the pattern that the pulses have, as a text for the key `wheel` if it fits them."""
+    """One line: the pattern of the pulses, as a text for the key `wheel` if it fits them."""
     gaps = np.diff(time)
     ratio = gaps / _usual(gaps)
     pitches = np.rint(ratio).astype(np.int64)
@@ -359,9 +358,8 @@ def _fits(time: Floats, text: str) -> bool:
 
 
 def _repeated(groups: Integers) -> list[tuple[int, int]]:
-    """Teeth of each group and the number missing after it, in the pattern that repeats best."""
-    # In a pattern, which has at most 24 groups of teeth, at least this share of them are as those
-    # before them.
+    """Teeth of each group and missing teeth after it, in the pattern that repeats best."""
+    # In a pattern, of at most 24 groups, at least this share of the groups equal those before.
     best, pattern = 0.6, groups[:0]
     for count in range(1, min(len(groups) // 2, 24) + 1):
         same = (groups[count:] == groups[:-count]).all(axis=1)
@@ -369,15 +367,15 @@ def _repeated(groups: Integers) -> list[tuple[int, int]]:
         if same.mean() > best and runs.size:
             best, pattern = same.mean(), groups[runs[0] : runs[0] + count]
     found = [(int(teeth), int(missing)) for teeth, missing in pattern]
-    # faults near an end let a multiple agree better
+    # With faults near an end, a multiple of the period may agree better.
     periods = (n for n in range(1, len(found) + 1) if found == found[:n] * (len(found) // n))
     return found[: next(periods, 0)]
 
 
 def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:
-    """Text of the groups, repeated as often as makes the pitches of the wheel expected."""
+    """Text of the groups, repeated until they fill the wheel's expected pitches."""
     longest = max(range(len(groups)), key=lambda place: groups[place][1])
-    groups = groups[longest + 1 :] + groups[: longest + 1]  # the first group follows it
+    groups = groups[longest + 1 :] + groups[: longest + 1]  # the first group follows the gap
     groups *= _repeats(groups, wheel) or 1
     pitches = sum(map(sum, groups))
     if len(set(groups)) == 1:
@@ -386,13 +384,13 @@ def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:
 
 
 def _repeats(groups: list[tuple[int, int]], wheel: Wheel) -> int:
-    """How often the groups make the pitches of a turn of the wheel; 0 where they do not."""
+    """Number of repetitions of the groups that fill a turn's pitches; 0 where none does."""
     whole, beside = divmod(round(TURN / wheel.width.min()), sum(map(sum, groups)))
     return 0 if beside else whole
 
 
 def _how_often(groups: list[tuple[int, int]], wheel: Wheel) -> str:
-    """Say what pulses do not tell: how often what repeats does so in a turn."""
+    """Say that pulses alone do not tell how often a repeated pattern occurs in a turn."""
     pitches, whole = sum(map(sum, groups)), _repeats(groups, wheel)
     if whole == 1:
         return ""

@@ -16,18 +16,18 @@ from engine_dyn.time_over_angle import time_harmonics
 from engine_dyn.types import Booleans, Floats
 
 AROUND = 5
-"""Neighbours on each side of an interval that tell how far it is off."""
+"""Neighbours on each side of an interval from which its error is found."""
 
 
 @dataclass(frozen=True, eq=False)
 class ToothErrors:
     """Relative errors of the wheel's intervals."""
 
-    # eps: the interval from tooth j to the next one is (1 + eps_j) times as wide as it should be;
-    # the widths still make a turn; shape (teeth,)
+    # Tooth error eps: the interval from tooth j to the next is (1 + eps_j) times as wide as
+    # nominal; all widths still make a turn; shape (teeth,)
     error: Floats
-    # Standard error of each: of the mean over recordings where there are several, otherwise of the
-    # mean over turns; shape (teeth,)
+    # Standard error of each tooth error: over recordings where there are several, otherwise over
+    # turns; shape (teeth,)
     uncertainty: Floats
 
 
@@ -55,7 +55,7 @@ def speed_between(angle: Floats, speed: Floats, edges: Floats, period: float) ->
 
 
 def _time_at(angle: Floats, speed: Floats, at: Floats, period: float) -> Floats:
-    """Integral of 1/omega to some angles [s], exact for what the samples of 1/omega resolve."""
+    """Integral of 1/omega up to some angles [s], exact for the harmonics that samples resolve."""
     mean, terms, rate = time_harmonics(speed, period)
     since = np.ravel(at) - angle[0]
     swing = 2.0 * np.einsum("...k,nk->...n", terms, np.exp(1j * rate * since[:, None])).real
@@ -133,7 +133,7 @@ def tooth_errors(raw: Floats, model: Floats, wheel: Wheel) -> ToothErrors:
 
 
 def _closed(ratio: Floats, wheel: Wheel) -> Floats:
-    """Errors whose widths make a turn, from logarithms that are known but for a constant."""
+    """Errors whose widths make a turn, from logarithms that lack a common constant."""
     width = wheel.width * np.exp(ratio - ratio.mean())
     return np.asarray(width * (TURN / width.sum()) / wheel.width - 1.0)
 

@@ -19,7 +19,7 @@ from engine_dyn.given_numbers import given_number
 from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.types import Floats
 
-MOST_STEPS = 60  # Steps of Newton's or Gauss and Newton's method; three to six are usual
+MOST_STEPS = 60  # Most steps of Newton's or the Gauss-Newton method; three to six are usual
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +28,9 @@ class TorqueTrain:
 
     # Gas torque less friction [N m] at the ends and in the middle of n steps; shape (2 n + 1,)
     torque: Floats
-    inertia: Floats  # Theta(phi) [kg m2] at the same angles; shape (2 n + 1,)
+    inertia: Floats  # Moment of inertia Theta(phi) [kg m2] at these angles; shape (2 n + 1,)
     step: float  # Angle of one of the n steps [rad]
-    # alpha and a [N m] of the load torque a + k omega^alpha.
+    # Exponent alpha and constant a [N m] of the load torque a + k omega^alpha.
     exponent: float = 2.0
     constant: float = 0.0
 
@@ -57,16 +57,15 @@ class SpeedOfTrain:
 
     # `engine_dyn.status`: converged; stalled, where the speed falls to nothing; not converged.
     status: int
-    # Angle from the beginning [rad] and speed [rad/s]; NaN from where it stalls; shape (n + 1,)
+    # Angle from the beginning [rad] and speed [rad/s]; NaN after a stall; shape (n + 1,)
     angle: Floats
     speed: Floats
-    # First speed [rad/s], and k [N m s^alpha].
+    # Speed at the beginning [rad/s], and load coefficient k [N m s^alpha].
     start_speed: float
     load_coefficient: float
-    # Memory: what is left at the end of a small change of the first energy: docs/method.md (118)
-    # [1].
+    # Part of a small change of the first energy that is left at the end [1]: docs/method.md (118).
     memory: float
-    # Derivatives of the speed with respect to the first speed [1], and to k; shape (n + 1,)
+    # Derivatives of the speed with respect to the first speed [1] and to k; shape (n + 1,)
     by_start: Floats
     by_coefficient: Floats
 
@@ -257,9 +256,9 @@ def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
 
 
 def _integral_at(values: Floats, train: TorqueTrain, at: Floats) -> Floats:
-    """Integral over the angle from the beginning, of the parabolas through three ends of steps."""
+    """Integral over the angle from the beginning, of parabolas through three ends of steps each."""
     step, count = train.step, values.size - 1
-    # The mean of the two parabolas that share an interval, one at the ends; of one step, a line.
+    # Mean of the two parabolas that share an interval, one at the ends; a single step has a line.
     bend = np.zeros(count + 1)
     bend[1:-1] = values[2:] - 2.0 * values[1:-1] + values[:-2]
     bend[0], bend[-1] = bend[1], bend[-2]
@@ -276,7 +275,7 @@ def _solved(
     train: TorqueTrain, start: float, coefficient: float | None, level: float,
     defects: Callable[[SpeedOfTrain], tuple[Floats, Floats]],
 ) -> SpeedOfTrain:  # fmt: skip
-    """Gauss and Newton's method for the first speed and k; steps are halved where they stall."""
+    """Gauss-Newton method for the first speed and k; steps are halved where they stall."""
     if coefficient is None:
         coefficient = (float(train.torque.mean()) - train.constant) / level**train.exponent
     found = follow_train(train, start, coefficient)

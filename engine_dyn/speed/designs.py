@@ -62,12 +62,12 @@ def discard(found: dict[str, Any], unknown: Booleans) -> dict[str, Any]:
 
 
 LEVELS = FRICTION_NAMES[:FRICTION_PARTS]
-"""Levels of the friction over the stroke, in the order of the parts of `StrokeFriction`."""
+"""Friction levels over the stroke, in the order of the parts of `StrokeFriction`."""
 
 ROWS_TOGETHER = 16
-"""Where designs lie between rows of the family, columns are made for whole groups of rows, unless
-these are more than so many times the rows in use: designs that come later find them made. That
-saves a quarter of the time of a million designs with sampled loads."""
+"""Ratio of rows up to which columns are made for whole groups of rows, where designs lie between
+rows of the family: later designs find them made, which saves a quarter of the time of a million
+designs with sampled loads."""
 
 
 class Designs(NamedTuple):
@@ -251,7 +251,7 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts
 
 
 PLACES = 2.0**26
-"""Parts of an interval to which places are rounded."""
+"""Number of parts of an interval to which places are rounded."""
 
 
 class Angles(NamedTuple):
@@ -266,10 +266,10 @@ class Angles(NamedTuple):
 
 def angles_of(angles: Floats, width: float, nodes: int) -> Angles:
     """Where angles [rad] lie among nodes of this width [rad]."""
-    if not angles.size:  # no curve is wanted
+    if not angles.size:  # no curve was asked for
         return Angles(np.zeros(0, dtype=np.int64), np.zeros((0, STENCIL)))
     place = np.mod(angles, width * nodes) / width
-    # Without what rounding leaves: angles a period apart have the same place.
+    # Rounded, so that angles a period apart have the same place.
     place = np.rint(place * PLACES) / PLACES
     node = np.floor(place)
     return Angles(node.astype(np.int64) % nodes, lagrange_weights(place - node))
@@ -315,7 +315,7 @@ def store_curves(
     for i in range(len(angles.node)):
         node = angles.node[i]
         value, slope = q[node], rate[node]
-        if angles.weight[i, BEFORE] != 1.0:  # between nodes
+        if angles.weight[i, BEFORE] != 1.0:  # the angle lies between nodes
             value = slope = 0.0
             for j in range(STENCIL):
                 there = node + j - BEFORE

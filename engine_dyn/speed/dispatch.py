@@ -50,9 +50,9 @@ from engine_dyn.status import CONVERGED, NOT_CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats, Integers
 
 SAFETY, LEAST_ERROR = 7.0, 9e-10
-"""Factor on the difference to a solution with four times the nodes, and a constant that is added,
-because both solutions see the knots of a tabulated diagram alike, and both have the same columns.
-Both were measured with benchmarks.stress: the error of none of 800 rough diagrams was above the
+"""Estimate of the error: a factor on the difference to a solution with four times the nodes,
+plus a constant, because both solutions see a tabulated diagram's knots alike and have the same
+columns. Both were measured with benchmarks.stress: no error of 800 rough diagrams exceeded the
 estimate, and columns missed up to 7.7e-10 of delta, most with 10 and 12 cylinders."""
 
 
@@ -78,8 +78,8 @@ def compare(
         with np.errstate(divide="ignore", invalid="ignore"):
             error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
             slowest = np.abs(found["omega_min"][here] / refined["omega_min"][here] - 1.0)
-            # Twice the difference of the smallest speed: 4/3 at first order, and room for rounding,
-            # which near a stall is alike in both solutions.
+            # Twice the difference of the smallest speeds: 4/3 at first order, and room for
+            # rounding, which near a stall is alike in both solutions.
             error = np.maximum(error, 2.0 * slowest) + LEAST_ERROR
             eta = 0.25 * np.square(at("double_radius")) * np.divide(at("mass"), at("inertia"))
             error += ROUNDING * (1.0 + CANCELLED * eta) / delta
@@ -96,7 +96,7 @@ FINEST = 16
 """Designs that miss the tolerance are solved again with more nodes, up to this factor."""
 
 FINER = 4
-"""Factor on the nodes of the second solution, from which the error follows."""
+"""Factor on the nodes for the second solution, from which the error follows."""
 
 
 class Card(Protocol):
@@ -148,7 +148,7 @@ class Sweep:
         return map_on_threads(partial(_solve_piece, self), pieces, self.threads)
 
 
-# Longer than usual by its docstring; its parameters are the keywords of every caller.
+# Longer than other functions by its docstring; its parameters are every caller's keywords.
 def solve(
     *,
     family: Family,
@@ -247,7 +247,7 @@ def solve(
         ("cylinders", "method", "inertia_model"), angles.size > 0,
         PIECE if card is None else card.piece,
     )  # fmt: skip
-    # Fraction of the tolerance that the iteration of the load term may leave of the range of q
+    # The iteration of the load term may leave this part of the tolerance, of the range of q.
     sweep = Sweep(
         grouping, CLOSURES.index(closure), 1e-2 * tolerance if iterated is None else iterated,
         angles, threads, results, tally_in_use(), finer, general, card,
@@ -267,7 +267,7 @@ def solve(
 
 
 def _check_methods(used: Integers, driven: DrivenMachine) -> None:
-    """Refuse methods that cannot solve the law of load or driver; ValueError names the method."""
+    """Refuse methods that cannot solve the law of load or driver; the message names the method."""
     for method in (METHODS[code] for code in used):
         if not method.can_solve(driven.law, driven.over_angles):
             raise ValueError(
@@ -276,7 +276,7 @@ def _check_methods(used: Integers, driven: DrivenMachine) -> None:
 
 
 def _results_for(size: int, wanted: Sequence[str], angles: int) -> tuple[Results, dict[str, Any]]:
-    """Arrays for the results that are wanted, as kernels take them and by name."""
+    """Arrays for the requested results, as kernels take them and by name."""
     names = [name for name in SCALAR_NAMES if name in wanted]
     curves = {name: np.empty((size, angles) if name in wanted else (1, 0)) for name in CURVE_NAMES}
     results = Results(
@@ -293,15 +293,15 @@ def _results_for(size: int, wanted: Sequence[str], angles: int) -> tuple[Results
     return results, found
 
 
-# --- solving all, again where it did not suffice, and for the error ----------------------------
+# --- solving: all designs, again where nodes did not suffice, and for the error -------------------
 
 
 def _repeat_missed(sweep: Sweep) -> Integers:
     """Solve designs that miss the tolerance again with more nodes; return their places.
 
     More nodes help where the tolerance is missed and where nothing converged; there, the last
-    number of nodes is where cycles are followed in time. Repeating cycles has an error of its own,
-    which more nodes do not reduce.
+    number of nodes is where cycles are followed in time. Repeated cycles have an error that more
+    nodes do not reduce.
     """
     if sweep.finer > 1:
         return np.zeros(0, dtype=np.int64)
@@ -316,10 +316,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
 
 
 def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> None:
-    """Solve all a second time with more nodes; the error follows from the difference.
-
-    That of designs that were solved with more nodes already is known.
-    """
+    """Solve the other designs a second time with more nodes; the difference gives the error."""
     status, inputs = sweep.results.status, sweep.grouping.inputs
     known = ((status == CONVERGED) | (status == TOLERANCE_NOT_MET)) & sweep.periodic
     known[missed] = False
@@ -327,8 +324,8 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         return
     results, refined = _results_for(known.size, COMPARED, 0)
     results.scalars.fill(np.nan)
-    # Error that the iteration of the finer solution may leave. Both solutions may stop after the
-    # same number of passes; an error that they have in common is no part of their difference.
+    # The finer solution's iteration may leave this error. Both solutions may stop after the same
+    # number of passes; an error that they share is no part of their difference.
     second = replace(
         sweep, second=True, finer=FINER, general=False, angles=NOWHERE,
         results=results._replace(deferred=sweep.results.deferred),
@@ -339,10 +336,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
 
 
 def _solve_piece(sweep: Sweep, piece: Piece) -> int:
-    """Solve designs by the batch solver, on a card or not; what it leaves, or all, by the general.
-
-    Returns the number of designs.
-    """
+    """Solve designs by batch solver or card, what is left by the general; return their number."""
     results, tolerance, form = sweep.results, sweep.grouping.tolerance, sweep.grouping.driven.form
     count, code, model = piece.key
     in_batch = METHODS[code].in_batch and not sweep.general
@@ -360,9 +354,9 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
             continue
         designs = call.designs()
         if form.kind == POWER and code != CLOSED:
-            # Exponents up to this are solved as their limit 0, docs/method.md (65). The speeds
-            # differ by alpha/2 times the variance of log omega, which is 2e-9 for a speed that
-            # nearly falls to 0; rounding of q^(alpha/2) - 1 would cost as much.
+            # Smaller exponents are solved as their limit 0, docs/method.md (65). The speeds differ
+            # by alpha/2 times the variance of log omega, 2e-9 for a speed that nearly falls to 0;
+            # rounding of q^(alpha/2) - 1 would cost as much.
             limited = np.where(designs.first <= 5e-8, 0.0, designs.first)
             designs = designs._replace(first=limited)
         left = np.ones(call.piece.size, dtype=np.bool_)
@@ -370,7 +364,7 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
             if not (able and card and card.solve(task, columns, designs, results, left)):
                 solve_in_blocks(task, columns, designs, results, left)
             if sweep.second:
-                # Solved by the same solver as before, else both could not be compared.
+                # Both solutions must come from the same solver to be comparable.
                 left |= results.deferred[call.piece.chosen.places]
             elif results.deferred.size:
                 results.deferred[call.piece.chosen.places] = left

@@ -19,7 +19,7 @@ FRICTION_NAMES = (
     "boundary_friction", "mixed_friction", "hydrodynamic_friction", "skirt_friction",
     "ring_pressure",
 )  # fmt: skip
-"""Inputs that spread the friction over the stroke: levels of its parts [Pa], pressure of rings."""
+"""Inputs of the friction over the stroke: levels of its parts [Pa], pressure of the rings."""
 
 _OF_TABLES = (
     Field("crank_ratio"), Field("row"), Field("scale", quantity="pressure_scale"),
@@ -29,7 +29,7 @@ _OF_TABLES = (
 _OF_SPEED_ALONE = (
     Field("inertia"), Field("exponent", quantity="load_exponent"),
     Field("offset", quantity="load_offset"), Field("mean_torque", quantity="torque_mean"),
-    Field("start_speed", 0.0),  # 0: that of the nominal speed
+    Field("start_speed", 0.0),  # 0: the nominal speed
     Field("passes", 0.0),  # 0: until the cycle closes
     Field("start_angle", -math.pi),
 )  # fmt: skip
@@ -43,36 +43,36 @@ FIELDS = tuple(
         Field("torque_factor", 1.0), *INPUTS, *_OF_SPEED_ALONE,
     )
 )  # fmt: skip
-"""All inputs."""
+"""All inputs of the solvers."""
 
 TABLE_NAMES = tuple(field.name for field in _OF_TABLES)
 TABLE_QUANTITIES = tuple(field.quantity for field in FIELDS[: len(_OF_TABLES)])
-"""Inputs that the work tables depend on, here and in the graph of quantities."""
+"""Quantities on which the work tables depend, here and in the graph of quantities."""
 
 DEFAULTS = {field.name: field.default for field in FIELDS if field.default is not None}
-"""Values of inputs that need not be given."""
+"""Default values of the inputs that have one."""
 
 OF_SPEED_ALONE = tuple(field.name for field in _OF_SPEED_ALONE)
-"""Inputs that the torque at nominal speed does not depend on."""
+"""Inputs that do not affect the torque at nominal speed."""
 
 NAMES_OF_QUANTITIES = {field.quantity: field.name for field in FIELDS}
-"""Input of the solvers for each node of the graph of quantities that they take."""
+"""Input of the solvers for each quantity of the graph that they take."""
 
 
 class Method(NamedTuple):
     """One method."""
 
-    # Name in scenes and in `periodic_speed`; one line.
+    # Name of the method in scenes and in `periodic_speed`, and its meaning in one line.
     name: str
     meaning: str
-    # Whether it repeats cycles from a start. Such a method cannot solve for the load coefficient,
-    # and its error does not fall with more nodes.
+    # Whether the method repeats cycles from a start. It can then not solve for the load
+    # coefficient, and its error does not decrease with more nodes.
     steps: bool = False
-    # Laws of load and driver over speed that it can solve (see `engine_dyn.loads.laws`); empty: all
-    # of them.
+    # Laws of load and driver over speed that the method can solve (see `engine_dyn.loads.laws`);
+    # empty: all laws.
     laws: tuple[str, ...] = ()
-    over_angle: bool = True  # Whether it can solve a load over an angle
-    # Exponents of the load that it can solve; empty: all of them. Others get status 4.
+    over_angle: bool = True  # Whether the method can solve a load over an angle
+    # Exponents of the load that the method can solve; empty: all. Others get status 4.
     exponents: tuple[float, ...] = ()
     in_batch: bool = False  # Whether the batch solver is tried first
 
@@ -90,7 +90,7 @@ METHODS = (
     Method("newton", "Newton's method on the whole periodic curve"),
     Method("closed", "closed form of the exponents 0 and 2", exponents=(0.0, 2.0)),
 )  # fmt: skip
-"""All methods, in the order of their codes, which kernels know."""
+"""All methods, in the order of their codes in kernels."""
 
 AUTO, THESIS, NEWTON, CLOSED = range(len(METHODS))
 
@@ -102,7 +102,7 @@ STEPPING = tuple(method.name for method in METHODS if method.steps)
 INERTIA_MODELS = ("constant", "variable")  # Models of the inertia, in the order of their codes
 
 DEVICES = ("cpu", "cuda")
-"""Devices that solve designs: the processor, or a GPU as far as `engine_dyn.card` can."""
+"""Devices that can solve designs: the processor, or a GPU as far as `engine_dyn.card` can."""
 
 CLOSURES = (
     "power_mean",
@@ -150,7 +150,7 @@ RESULTS = (
     ),
     Result("iterations", "i", "1", "number of cycles computed, or of iterations", "this project"),
 )  # fmt: skip
-"""Scalar results of the periodic solution, in the order in which `store` has their values."""
+"""Scalar results of the periodic solution, in the order in which `store` takes them."""
 
 SCALAR_NAMES = tuple(result.name for result in RESULTS)
 
@@ -161,7 +161,7 @@ CURVES = (
         "Kakaitsas eq. 4.1",
     ),
 )  # fmt: skip
-"""Results over the crank angle."""
+"""Results of the periodic solution over the crank angle."""
 
 CURVE_NAMES = tuple(result.name for result in CURVES)
 
@@ -185,29 +185,29 @@ TORQUE_NAMES = tuple(result.name for result in TORQUE_RESULTS)
 COMPARED = ("delta", "omega_min")  # Results whose difference between two solutions gives the error
 
 IDLE = 1e-9
-"""If mean torque and constant load differ by no more than this fraction of the torque's range, the
-engine idles: docs/method.md (67)."""
+"""Difference of mean torque and constant load, over the torque's range, up to which the engine
+idles: docs/method.md (67)."""
 
 ROUNDING = 5e-16
-"""Error by rounding of a speed over the nominal speed, docs/solver.md (101) and
-docs/method.md (105). The smaller delta is, the larger is its relative error by this."""
+"""Rounding error of a speed over the nominal speed, docs/solver.md (101) and docs/method.md
+(105). The smaller delta is, the larger is its relative error by rounding."""
 
 CANCELLED = 13.0
-"""Factor on eta in the rounding of speeds, docs/solver.md (101) and docs/method.md (105). V
-is the sum of up to 24 squares that nearly cancel, each exact to some 5e-16, which makes 26 eta
+"""Factor on eta in the rounding error of speeds, docs/solver.md (101) and docs/method.md (105).
+V is the sum of up to 24 squares that nearly cancel, each exact to some 5e-16, which makes 26 eta
 times as much in q."""
 
 
 class Results(NamedTuple):
     """Arrays of results, one entry a design."""
 
-    # For each row of `RESULTS`, its row in `scalars`, or -1 where it is not wanted.
+    # Row in `scalars` for each row of `RESULTS`, or -1 where the result is not wanted.
     wanted: Integers
-    scalars: Floats  # ; shape (results, designs)
+    scalars: Floats  # Values of scalar results; shape (results, designs)
     status: npt.NDArray[np.int8]  # Codes of `engine_dyn.status`; shape (designs,)
-    # The second axis is empty where they are not wanted; shape (designs, angles)
+    # Curves of speed and acceleration, without angles where not wanted; shape (designs, angles)
     omega: Floats
     acceleration: Floats
-    # Marks the designs that the batch solver left to the general solver: the solution with more
-    # nodes, for the error, then comes from the same solver. Empty where no error is wanted.
+    # Designs that the batch solver left to the general solver: their second solution, for the
+    # error, comes from the same solver. Empty where no error is wanted.
     deferred: Booleans

@@ -35,17 +35,17 @@ from engine_dyn.speed.work.columns import (
 from engine_dyn.types import Integers
 
 SLAB, PIECE, FEW = 1 << 18, 1 << 14, 1 << 13
-"""Designs that are grouped at a time, those of one call of a kernel at most, and those that are not
-divided for the threads."""
+"""Largest numbers of designs that are grouped at a time, that one call of a kernel solves, and
+that are not divided among threads."""
 
 MOST_PARTS, MOST_COLUMNS = 384, 3072
 """Diagrams, and columns times diagrams, that exist at a time: a few ten megabytes."""
 
 ROUGHNESS, ROUGHEST = 20.0, 32
-"""Times the tolerance that every other node may miss of the work between them, docs/solver.md (62);
+"""Largest error of the work at every other node, over the tolerance, docs/solver.md (62);
 largest factor on the nodes because of a rough diagram."""
 
-CRANK = ("crank_ratio", "offset_ratio")  # Inputs that the box follows from
+CRANK = ("crank_ratio", "offset_ratio")  # Inputs that determine the box of the crank
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Piece:
                 yield from replace(self, chosen=self.chosen.subset(half)).calls()
             return
         columns = columns_of(self.source, needs.parts)
-        # Diagrams and loads tell how many nodes a design needs, not what all have, nor friction.
+        # Diagrams and loads tell a design's number of nodes; common curves and friction do not.
         rough_parts = columns.rough > ROUGHNESS * self.grouping.tolerance
         rough_parts[:FIRST_GAS] = False
         rough_parts[needs.parts.first_rubbed : needs.parts.first_torque] = False
@@ -160,7 +160,7 @@ class Grouping:
         """
         every = self.inputs.size if places is None else places.size
         names: tuple[str, ...] = TABLE_NAMES
-        if self.driven.over_angles:  # whose work depends on these too
+        if self.driven.over_angles:  # their work depends on these too
             names += ("gear_ratio", "load_phase", "load_scale", "torque_factor", "bore")
             names += ("double_radius",)
         common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))
@@ -168,7 +168,7 @@ class Grouping:
             slab = np.arange(begin, min(begin + SLAB, every))
             every_one = Chosen(self.inputs, slab if places is None else places[slab])
             for key, chosen, source in self._groups(every_one, finer, alone):
-                # In a grid, designs that have a work table in common come to lie side by side.
+                # In a grid, designs that share a work table become neighbours.
                 if 1 < math.prod(common) <= self.inputs.size // LANES:
                     chosen = chosen.subset(_order(chosen.places_in(common)))
                 row = np.floor(chosen.take("row")).astype(np.int64)
@@ -177,7 +177,7 @@ class Grouping:
                     chosen, row = chosen.subset(order), row[order]
                 size, rows = chosen.places.size, 1 + int(np.count_nonzero(np.diff(row)))
                 pairs = max(-(-size // (2 * self.piece)), rows // (2 * MOST_PARTS))
-                # Alike and even, for two threads: that saves a third of the time of 50,000 designs.
+                # Equal groups of even size for two threads save a third of 50,000 designs' time.
                 whole = size <= FEW and rows <= MOST_PARTS
                 for some in np.array_split(chosen.places, 1 if whole else 2 * pairs):
                     yield Piece(self, key, Chosen(self.inputs, some), source, finer)
@@ -185,7 +185,7 @@ class Grouping:
     def _groups(
         self, chosen: Chosen, finer: int, alone: bool
     ) -> Iterator[tuple[tuple[int, ...], Chosen, Source]]:
-        """Designs that have keys, box and repeats of the load in common; their cylinders first."""
+        """Designs that share keys, box and repeats of the load; their cylinders first."""
         family, torques = self.family, self.driven.torques
         cycles = cycles_of(self.driven.over_angle, family.period)
         fewest = finer * FEWEST_NODES * max(1, round(family.period / FOUR_STROKE))
@@ -199,7 +199,7 @@ class Grouping:
             times = math.gcd(cylinders.symmetry, repeats * cylinders.cycles)
             nodes = nodes_of(times, fewest * cylinders.cycles, self.is_steep, cycles)
             ratio, offset = (same.take(name) for name in CRANK)
-            # Phases of articulated rods follow from the crank: no polynomials between cranks.
+            # Phases of articulated rods depend on the crank: no polynomials between cranks.
             boxes = boxes_of(ratio, offset, radius, alone or cylinders.articulated)
             for (number,), alike in _split(same, [boxes]):
                 own_ratio, own_offset = (float(alike.take(name)[0]) for name in CRANK)
@@ -207,7 +207,7 @@ class Grouping:
                 yield (count, *others), alike, Source(family, cylinders, box, nodes, torques)
 
     def _repeats(self, chosen: Chosen) -> Integers:
-        """How often each design's load repeats in the cycle, or in several cycles, see `cycles_of`.
+        """Number of repetitions of each design's load in the cycles of `cycles_of`.
 
         0 without a load over an angle; together with the auxiliaries.
         """
@@ -221,7 +221,7 @@ class Grouping:
 def _split(
     chosen: Chosen, keys: Sequence[npt.NDArray[Any]]
 ) -> Iterator[tuple[tuple[int, ...], Chosen]]:
-    """Designs whose keys, whole numbers, are the same; keys of size 1 are those of all."""
+    """Designs whose whole-number keys are equal; keys of size 1 hold for all designs."""
     number = np.zeros(1, dtype=np.int64)
     for key in keys:
         if key.size > 1:
@@ -237,5 +237,5 @@ def _split(
 
 
 def _order(number: Integers) -> Integers:
-    """Order by whole numbers from 0 on; small ones are sorted by counting."""
+    """Sorting order of whole numbers from 0 on; small numbers are sorted by counting."""
     return np.argsort(number.astype(np.min_scalar_type(int(number.max()))), kind="stable")

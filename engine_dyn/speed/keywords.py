@@ -23,7 +23,7 @@ from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed.fields import CLOSURES, FRICTION_NAMES, INERTIA_MODELS, METHOD_NAMES, STEPPING
 from engine_dyn.speed.torque import mean_gas_of_unequal_throws
 
-LOAD_EXPONENT = KEYWORDS["load_exponent"].typical  # Exponent of the load torque where none is given
+LOAD_EXPONENT = KEYWORDS["load_exponent"].typical  # Default exponent of the load torque
 
 
 @lru_cache(maxsize=8)
@@ -34,14 +34,14 @@ def family_of(diagram: Diagram) -> Family:
 
 @lru_cache(maxsize=64)
 def _mean_gas(diagram: Diagram, ratio: float, offset: float, cylinders: Cylinders) -> float:
-    """Mean of `mean_gas_of_unequal_throws`, cached because searches ask again and again."""
+    """Mean of `mean_gas_of_unequal_throws`, cached because searches ask repeatedly."""
     family = family_of(diagram)
     return float(mean_gas_of_unequal_throws(ratio, offset, 0.0, family, 1, {1: cylinders}))
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Keywords of `periodic_speed`, whose numbers are taken as finite floats."""
+    """Keywords of `periodic_speed` that are checked together; numbers must be finite floats."""
 
     def __post_init__(self) -> None:
         """Take numbers as floats; ValueError names a value that is no number."""
@@ -108,7 +108,7 @@ def _cylinders(
     count: int, period: float, firing_angles: tuple[float, ...] | None,
     *factors: tuple[float, ...] | None,
 ) -> Cylinders:  # fmt: skip
-    """Cylinders, cached with what they know of themselves: searches ask again and again."""
+    """Cylinders, cached with their derived values, because searches ask repeatedly."""
     if firing_angles is None:
         return even_cylinders(count, period).with_factors(*factors)
     if len(firing_angles) != count:
@@ -200,7 +200,7 @@ class Engine(_Group):
         inputs |= {"row": 0.0, "scale": 1.0, "double_radius": 2.0 * self.radius}
         inputs["mass"] = self.reciprocating_mass
         shape = self.friction_shape
-        if shape is not None:  # levels [Pa] of its parts
+        if shape is not None:  # levels [Pa] of friction's parts
             fractions = (shape.boundary, shape.mixed, shape.hydrodynamic, shape.skirt)
             levels = (fraction * (self.friction_torque / self.lever) for fraction in fractions)
             inputs |= zip(FRICTION_NAMES, (*levels, shape.ring_pressure), strict=True)
@@ -262,7 +262,7 @@ class Load(_Group):
             return gear * float(driven.over_speed(gear * speed))
         law, numbers = LAWS[driven.form.kind], self.inputs(gear)
         assert law.torque is not None
-        with np.errstate(over="ignore"):  # huge exponents: k tends to zero
+        with np.errstate(over="ignore"):  # for huge exponents k tends to zero
             torque, _ = law.torque(np.float64(speed), *(numbers[name] for name in law.numbers))
         return float(torque) * (self.breakdown_torque if driven.motor else 1.0)
 

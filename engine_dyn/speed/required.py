@@ -32,20 +32,19 @@ _WHOLE = (
     "family", "closure", "cylinders_by_count", "threads", "driven", "general", "finer", "iterated",
     "card",
 )  # fmt: skip
-"""Arguments of `dispatch.solve` that are not inputs of each design."""
+"""Arguments of `dispatch.solve` that hold for all designs together."""
 
 
 class Required(NamedTuple):
     """Results of `solve_for_inertia`, in the shape that its arguments broadcast to."""
 
     inertia: Floats  # Moment of inertia [kg m2]; NaN where `status` is 1 to 4
-    # Codes of `engine_dyn.status`: 1 and 4 where the wanted delta is above that of the lightest
+    # Codes of `engine_dyn.status`: 1 and 4 where the wanted delta exceeds that of the lightest
     # engine that runs, 5 where delta misses it by more than the tolerance.
     status: Codes
-    # Largest delta that was found below the wanted one; of a design that fails, this is what is
-    # possible.
+    # Largest delta found below the wanted one; for a design that fails, the largest possible delta.
     largest: Floats
-    lightest: Floats  # Inertia with that delta [kg m2]
+    lightest: Floats  # Inertia with that largest delta [kg m2]
 
 
 def solve_for_inertia(
@@ -80,7 +79,7 @@ def solve_for_inertia(
     def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
         places: Any = active
         given: dict[str, Any] = {**columns, "inertia": inertia.reshape(shape)}
-        # Fraction of the designs: when no more than that remain, only these are solved
+        # Unfinished designs are solved separately when no more than this fraction remains.
         if active.size <= 0.25 * math.prod(shape):
             places, along = slice(None), np.unravel_index(active, shape) if shape else ()
             given = {
@@ -135,7 +134,7 @@ def search(
         x, target = np.log(start), np.log(goal)
     state = np.where(np.isfinite(x), status.NOT_CONVERGED, status.INVALID_INPUT).astype(np.int8)
     active = np.flatnonzero(state == status.NOT_CONVERGED)
-    # Ends of the bracket, too light (or delta too large) and too heavy, with the residual there.
+    # Ends of the bracket, too light (or delta too large) and too heavy, with their residuals.
     low, high = np.full(x.size, -np.inf), np.full(x.size, np.inf)
     low_code = np.full(x.size, status.CONVERGED, dtype=np.int8)
     high_miss, last_x, last_miss = np.full((3, x.size), np.nan)
@@ -152,7 +151,7 @@ def search(
         # where that of the reciprocating parts exceeds the given one.
         light = np.isin(code, (status.STALLED, status.INVALID_INPUT))
         number = runs & np.isfinite(miss)
-        # An outcome that is neither a number nor too light does not depend on the inertia.
+        # An outcome without numbers that is not too light does not depend on the inertia.
         lost = ~number & ~light
         above, below = light | (number & (miss > 0.0)), number & (miss <= 0.0)
         low[active[above]] = np.maximum(low[active[above]], here[above])
@@ -160,10 +159,10 @@ def search(
         high[active[below]], high_miss[active[below]] = here[below], miss[below]
         last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
         left, right, stops = low[active], high[active], low_code[active]
-        # Fraction of the tolerance within which delta must be the wanted one
+        # Delta must be within this part of the tolerance.
         done = number & (np.abs(miss) <= 0.1 * tolerance)
-        # The bracket has the width of rounding: delta jumps there by more than the tolerance,
-        # or the engine stops before delta is the wanted one.
+        # The bracket is as narrow as rounding: delta jumps by more than the tolerance there, or the
+        # engine stops before delta is the wanted one.
         narrow = right - left <= 4e-16 * np.maximum(np.abs(here), 1.0)
         state[active] = np.select(
             [lost & runs, lost | done, narrow & (stops != status.CONVERGED), narrow],
@@ -182,7 +181,7 @@ def search(
         if progress is not None:
             progress(int(np.count_nonzero(~go)))
         active = active[go]
-    # Designs without further steps while the engine stalls at the lower end of the bracket.
+    # Designs without further steps that stall at the lower end of the bracket.
     unfinished = (state == status.NOT_CONVERGED) & (low_code != status.CONVERGED)
     state[unfinished] = low_code[unfinished]
     inertia = np.where(np.isin(state, status.WITH_NUMBERS), np.exp(x), np.nan)

@@ -32,7 +32,7 @@ from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 
 MOST_CYCLES = 30000
-"""Largest number of cycles."""
+"""Largest number of cycles that are followed."""
 
 
 class Cycle(NamedTuple):
@@ -83,7 +83,7 @@ def step_cycles(
             rates[j] = torque / cycle.theta[j]
             omega += rates[j] / omega * DEGREE
         mean = total / count
-        # Cycles end when the speeds at both ends of one differ by no more than this [rad/s]:
+        # Cycles end when the speeds at both ends of a cycle differ by no more than this [rad/s]:
         # Kakaitsas (2015), section 4.2.
         if passes == 0 and abs(omega - begin) <= 1e-6:
             return number, status.CONVERGED, top, bottom, mean
@@ -121,7 +121,7 @@ def _cycle_of(
 def _store_curves(
     target: int, speeds: Floats, rates: Floats, angles: Floats, results: Results
 ) -> None:
-    """Write the curves of a design; the speed follows the method's own step between samples."""
+    """Write the curves of a design; between samples, the speed follows the method's own step."""
     place = np.mod(angles + 0.5 * speeds.size * DEGREE, speeds.size * DEGREE) / DEGREE
     node = np.floor(place + 1e-9).astype(np.int64)
     past = np.maximum(place - node, 0.0) * DEGREE
@@ -134,9 +134,9 @@ def _store_curves(
 
 
 def _periodic(call: Call, designs: Designs, task: Task, chosen: Booleans) -> Floats:
-    """Delta of the periodic solution and its error, (2, design), of the chosen designs; else NaN.
+    """Delta of the periodic solution and its error, (2, design), for chosen designs; else NaN.
 
-    Only for them is the general solver compiled, which takes longer than all else of a first run.
+    The general solver, whose compilation dominates a first run, is compiled only for these.
     """
     compared, nothing = ("delta", "delta_error"), np.empty((1, 0))
     results = Results(
@@ -152,7 +152,7 @@ def _periodic(call: Call, designs: Designs, task: Task, chosen: Booleans) -> Flo
 
 
 def _outcome(surplus: float, idle: bool, cycle: Cycle) -> int:
-    """Outcome before the first step: as of the general solver, docs/method.md (67)."""
+    """Outcome before the first step, as in the general solver, docs/method.md (67)."""
     if not (idle or surplus > 0.0):
         return status.NO_STEADY_STATE
     return status.CONVERGED if (cycle.theta > 0.0).all() else status.INVALID_INPUT

@@ -43,7 +43,7 @@ from engine_dyn.speed.work.interpolation import largest, max_between, max_near
 from engine_dyn.types import Floats, Integers
 
 CLOSE, ROUNDS = np.pi / 18000.0, 3
-"""Distance of the points of a parabola, 0.01 degree, and how many are drawn at most."""
+"""Distance of a parabola's points, 0.01 degree, and largest number of parabolas."""
 
 
 def torque_extremes(
@@ -71,8 +71,8 @@ def torque_extremes(
     high, low, swing = results = [
         np.empty(whole.size if name in wanted else 0) for name in TORQUE_NAMES
     ]
-    # A torque is some 20 times as rough as its work, from which nodes are told to be close enough:
-    # noise of 0.02 bar at 0.2 degree then leaves 6e-6 of the torque's size, else 8e-4.
+    # A torque is some 20 times as rough as its work, by which nodes are judged: noise of 0.02 bar
+    # at 0.2 degree then leaves 6e-6 of the torque's size, else 8e-4.
     grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance / 20.0, ("cylinders",))
 
     def solve(piece: Piece) -> int:
@@ -84,7 +84,7 @@ def torque_extremes(
             if high.size or low.size:
                 of_load = call.needs.parts.is_load(designs.part)
                 alone = designs._replace(share=plain(np.where(of_load, 0.0, designs.share)))
-                # At most four places are looked at for an extreme; smooth torques mostly have one.
+                # An extreme is searched at four places at most; smooth torques mostly have one.
                 places = [np.empty((count if one.size else 0, 4)) for one in (high, low)]
                 _places(count, columns, alone, *places, motion.dw)
                 sign = np.repeat([1.0, -1.0], [len(place) for place in places])
@@ -106,7 +106,7 @@ def torque_extremes(
 def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats) -> float:
     """Largest sign * value of a curve, docs/solver.md (98) and (99).
 
-    `missed` is what the cubics through values and slopes miss in the middle of intervals.
+    `missed` is the error of the cubics through values and slopes in the middle of intervals.
     """
     best = largest(sign, value)
     for j in range(len(value)):
@@ -126,16 +126,16 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motio
         swing = 0.0
         for sign in (1.0, -1.0):
             swing += _top(sign, columns.width, motion.w, motion.dw, motion.w_missed)
-        # Designs are reduced with the kinetic energy of 1 kg m2 at nominal speed.
+        # Designs are reduced by the kinetic energy of 1 kg m2 at nominal speed.
         found[designs.target[which]] = 0.5 * designs.speed[which] ** 2 * swing
 
 
 @inlined
 def _candidates(sign: float, v: Floats, place: Floats) -> None:
-    """Where sign * v of a periodic curve may be largest, in nodes; NaN behind the last place.
+    """Places in nodes where sign * v of a periodic curve may be largest; NaN behind the last one.
 
-    Beside a node that neither a smooth curve nor a kink rises above, see `forces.samples`, there is
-    no place. Of too many, those stay that reach highest.
+    A node above which neither a smooth curve nor a kink rises, see `forces.samples`, is no place.
+    Of too many places, those that reach highest are kept.
     """
     n, number = len(v), 0
     reach = np.empty(len(place))
@@ -166,7 +166,7 @@ def _candidates(sign: float, v: Floats, place: Floats) -> None:
 def _places(
     count: int, columns: Columns, designs: Designs, high: Floats, low: Floats, torque: Floats
 ) -> None:
-    """Where the torque of the first designs may be largest and smallest, in nodes.
+    """Places in nodes where the torque of the first designs may be largest and smallest.
 
     `high` and `low` have a row for each design, or none; `torque` is scratch.
     """
@@ -184,7 +184,7 @@ def _places(
 
 
 def _torque_of(piece: Piece) -> CurveOfDesigns:
-    """The torque of a piece's designs [N m], these once or more often, at any angles."""
+    """Function of the torque of a piece's designs [N m], each once or more, at any angles."""
     source, driven, key = piece.source, piece.grouping.driven, piece.key[0]
     depends_on = (
         "crank_ratio", "double_radius", "offset_ratio", "bore", "row", "scale",
@@ -216,7 +216,7 @@ def _torque_of(piece: Piece) -> CurveOfDesigns:
             found = found - (driven.auxiliaries(angle) - mean)
         return np.asarray(found)
 
-    if not uniform:  # means over the cycle are taken once
+    if not uniform:  # the means over the cycle are computed once
         at(np.arange(piece.size), np.zeros(piece.size), known)
 
     def curve(row: Integers, angle: Floats) -> Floats:
@@ -229,8 +229,8 @@ def _torque_of(piece: Piece) -> CurveOfDesigns:
 def _highest(sign: Floats, place: Floats, width: float, curve: CurveOfDesigns) -> Floats:
     """Largest sign * value of the curves themselves, from places in nodes, (row, candidate).
 
-    Rows are those of all designs, or twice. It is found from parabolas through three points close
-    together; where they do not end soon, at a kink or in noise, by the search of `forces.samples`.
+    There is a row or two for each design. Parabolas through three near points find the value; where
+    they do not converge, at a kink or in noise, the search of `forces.samples` does.
     """
     which, column = np.nonzero(np.isfinite(place))
     angle = place[which, column] * width
@@ -283,7 +283,7 @@ def mean_gas_torque(
     given = np.broadcast_arrays(
         *(np.asarray(v, dtype=float) for v in (crank_ratio, offset_ratio, row))
     )
-    # Copies: kernels ask whether they may write, and of a broadcast array NumPy warns then.
+    # Copies: kernels ask for write access, and NumPy warns about that for broadcast arrays.
     ratio, offset, places = (np.array(v).reshape(-1) for v in given)
     result, number = np.empty(ratio.size), boxes_of(ratio, offset, alone=rod is not None)
     for one in np.unique(number).tolist():
@@ -305,7 +305,7 @@ def _means(family: Family, box: Box, member: Member, rows: Integers) -> tuple[Fl
     """Mean of each diagram times each column of the velocity, shape (row, term)."""
     angle, weights = mean_weights(member, box, family.period)
     found = np.empty((rows.size, len(weights)))
-    if isinstance(family, CycleTable):  # at once: it forgets what is not asked for with the next
+    if isinstance(family, CycleTable):  # all at once: the table keeps one request
         family.curves(rows)
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]
@@ -316,7 +316,7 @@ def _means(family: Family, box: Box, member: Member, rows: Integers) -> tuple[Fl
 
 @kernel
 def _weigh(weights: Floats, pressure: Floats, found: Floats) -> None:
-    """Sum of pressures times weights, for each row of both."""
+    """Sum of pressures times weights, for each row of weights and each row of pressures."""
     for i in range(pressure.shape[0]):
         for t in range(weights.shape[0]):
             total = 0.0
@@ -327,7 +327,7 @@ def _weigh(weights: Floats, pressure: Floats, found: Floats) -> None:
 
 @kernel
 def _add_up(factors: Floats, row: Integers, weight: Floats, means: Floats) -> Floats:
-    """Sum over columns of each design, between two diagrams."""
+    """Sum over columns of each design, interpolated between two diagrams."""
     found = np.zeros(weight.size)
     for i in range(found.size):
         after = row[i] + (weight[i] > 0.0)

@@ -21,9 +21,9 @@ from numba.extending import lower_builtin, models, register_model, type_callable
 from engine_dyn.plain_arrays import PlainArray, PlainType, address_of, type_of
 
 LANES = 16
-"""Designs of a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
+"""Designs in a block. With 8 a pass takes 1.3 times as long, because it waits for its results."""
 
-LINE = 8  # Numbers of a line of the cache: rows that straddle two make kernels 12 to 20 % slower
+LINE = 8  # Numbers in a cache line: rows that straddle two make kernels 12 to 20 % slower
 
 
 class VectorType(types.Type):
@@ -68,7 +68,7 @@ def write(rows: Rows, row: int, value: Any) -> None:
     rows[row] = value
 
 
-# --- what the compiler makes of them --------------------------------------------------------------
+# --- compilation of these functions ---------------------------------------------------------------
 
 
 def _in_all_lanes(builder: Any, value: Any) -> Any:
@@ -82,8 +82,8 @@ def _in_all_lanes(builder: Any, value: Any) -> Any:
 def _teach(function: Any, build: Callable[..., Any], result: Any, of_numbers: Any = None) -> None:
     """Compile a function of vectors and numbers: `build` makes its instructions.
 
-    `result` is what it gives where any input is a vector, `of_numbers` where none is; None where
-    Numba knows this itself. Of two of which one is NaN, the larger and the smaller is the second.
+    `result` is the type with any vector among the inputs, `of_numbers` with none; None where Numba
+    knows it. If one of two inputs is NaN, larger and smaller are the second.
     """
     inputs = build.__code__.co_argcount - 1
 
@@ -119,7 +119,7 @@ def _intrinsic(name: str) -> Callable[..., Any]:
 
 
 def _select(sign: str) -> Callable[..., Any]:
-    """The first of two where it compares so with the second."""
+    """Instruction that gives the first of two where it compares so with the second."""
     return lambda builder, a, b: builder.select(builder.fcmp_ordered(sign, a, b), a, b)
 
 

@@ -49,18 +49,18 @@ RESULTS = {
     "shaft_loss": "mean power lost in each shaft, coupling or damper [W], (..., S)",
     "frame_loss": "mean power lost between all discs and the frame [W], (...)",
 }
-"""Names of the results that can be asked for."""
+"""Results that can be asked for, by name."""
 
-DETUNED = 1e-12  # Least |k* + Z| over its terms
+DETUNED = 1e-12  # Least |k* + Z| over the sum of its terms' sizes
 
 SMALL = 1e-6
-"""Where |k* + Z| is this part of its terms, and torques act behind it, six digits are lost."""
+"""Part of its terms below which |k* + Z|, with torques behind it, has lost six digits."""
 
-AT_ONCE = 1024  # Cases that a thread takes at once
+AT_ONCE = 1024  # Number of cases that a thread takes at once
 
 
 class _Tree(NamedTuple):
-    """Referred values, shape (designs, M); node 0 is the root."""
+    """Tree of nodes with referred values, shape (designs, M); node 0 is the root."""
 
     parent: Integers
     inertia: Floats
@@ -94,10 +94,10 @@ class _Cases(NamedTuple):
 class _Signals(NamedTuple):
     """Results that are wanted of a case, as lines of harmonics: first angles, then torques.
 
-    An angle is that of the second node, times its ratio, less that of the first; `ratios` has the
-    shape (designs, A, 2). From line `speeds` on, its speed is wanted. A torque is that of the shaft
-    above a node, times its factor. `stored` and `swung` are the lines whose harmonics and whose
-    extremes are wanted.
+    An angle is the second node's, times its ratio, less the first's; `ratios` has the shape
+    (designs, A, 2). From line `speeds` on, speeds are wanted too. A torque is that of the shaft
+    above a node, times its factor. `stored` and `swung` are lines of which harmonics and extremes
+    are wanted.
     """
 
     nodes: Integers
@@ -110,7 +110,7 @@ class _Signals(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """Results, empty where not asked for; `doubtful` are cases that lost digits."""
+    """Results, empty where not asked for; `doubtful` marks cases that lost digits."""
 
     harmonics: Floats
     extremes: Floats
@@ -238,7 +238,7 @@ def _cases(
     system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any,
     factors: Sequence[Any] | None, kept: Any,
 ) -> tuple[_Cases, tuple[int, ...]]:  # fmt: skip
-    """All cases, and the shape of the axes that they lie on."""
+    """All cases, and the shape of the axes over which they vary."""
     nu = checked_orders(orders)
     omega = given_array("speed", speed, finite=True)
     if not (omega > 0.0).all():
@@ -270,7 +270,7 @@ def _signals(
     twist: Sequence[tuple[int, int]],
     speed_of: Sequence[int],
 ) -> tuple[_Signals, dict[str, slice]]:
-    """Lines of harmonics that results need, and where each result lies among those of its kind."""
+    """Lines of harmonics that results need, and the place of each result among its kind."""
     discs, ratio = system.node_of_disc, _lines(system.ratio)
     pairs = np.asarray(twist, dtype=np.int64).reshape(-1, 2)
     turning = np.asarray(speed_of, dtype=np.int64)
@@ -305,7 +305,7 @@ def _signals(
 
 
 def _torques(given: Any, throws: int, orders: int) -> Floats:
-    """Real and imaginary parts, shape (..., T, 2, V)."""
+    """Real and imaginary parts of given torques, shape (..., T, 2, V)."""
     values = np.asarray(given, dtype=np.complex128)
     if values.shape[-2:] != (throws, orders):
         raise ValueError(
@@ -315,7 +315,7 @@ def _torques(given: Any, throws: int, orders: int) -> Floats:
 
 
 def _lines(values: Floats, own: int = 1) -> Floats:
-    """Designs along one axis, before the last `own` ones."""
+    """Values with all designs along one axis, before the last `own` axes."""
     shape = math.prod(values.shape[:-own]), *values.shape[-own:]
     return np.ascontiguousarray(values.reshape(shape))
 
@@ -331,7 +331,7 @@ def _respond(
     which: Integers, known: Floats, tree: _Tree, cases: _Cases, signals: _Signals,
     table: Synthesis, results: _Found,
 ) -> None:  # fmt: skip
-    """Solve some cases, or, with angles and twists of the nodes in `known`, derive results."""
+    """Solve some cases; or derive results from known angles and twists of the nodes in `known`."""
     nodes, orders, quarter = tree.parent.size, cases.orders.size, table.quarters[-1]
     w, lost = np.empty(orders), np.empty(orders)
     angle, twist = np.empty((nodes, 2, orders)), np.empty((nodes, 2, orders))
@@ -384,7 +384,7 @@ def _respond(
 def _set_up(
     case: int, w: Floats, tree: _Tree, cases: _Cases, dynamic: Floats, torque: Floats, stiff: Floats
 ) -> None:
-    """Z and U of each node, and k* of the shaft to its parent."""
+    """Fill in impedance Z and torque U of nodes, and stiffness k* of shafts to the parents."""
     design, square = cases.design[case], cases.speed[case] ** 2
     for node in range(tree.parent.size):
         inertia, ground = tree.inertia[design, node], tree.ground_stiffness[design, node]
@@ -414,11 +414,11 @@ def _eliminate(
 ) -> None:
     """Turn Z into the angle of each node, and U into its twist against the parent.
 
-    On the way up, Z becomes Z/(k* + Z), and U becomes U/(k* + Z). `lost` is set for orders that
-    lost digits.
+    On the way up, Z becomes Z/(k* + Z), and U becomes U/(k* + Z). `lost` marks orders that lost
+    digits.
     """
     orders = lost.size
-    scale = stiff[0, 0]  # nothing is above the root: sum of the squares of what adds up there
+    scale = stiff[0, 0]  # root: sum of squares of all terms that add up there
     for v in range(orders):
         scale[v] = dynamic[0, 0, v] ** 2 + dynamic[0, 1, v] ** 2
     for node in range(parents.size - 1, 0, -1):
@@ -466,7 +466,7 @@ def _to_lines(
     design: int, signals: _Signals, nu: Floats, angle: Floats, twist: Floats, stiff: Floats,
     lines: Floats,
 ) -> None:  # fmt: skip
-    """Fill in the harmonics of what is wanted."""
+    """Fill in the harmonics of the requested angles, speeds and torques."""
     angles, orders = signals.nodes.shape[0], lines.shape[2]
     for i in range(angles):
         start, end, line = angle[signals.nodes[i, 0]], angle[signals.nodes[i, 1]], lines[i]
@@ -486,11 +486,11 @@ def _to_lines(
 
 
 def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]:
-    """Angles and twists of the nodes of a case, shape (1, 2, M, 2, V), and whether it resonates.
+    """Angles and twists of a case's nodes, shape (1, 2, M, 2, V), and whether the case resonates.
 
     Torques T of the shafts are unknowns beside the angles: T - k* (theta - theta_parent) = 0,
-    divided by the larger of |k*| and what the discs have, keeps a stiff shaft and a light disc
-    apart from rounding.
+    divided by the larger of |k*| and the discs' values, keeps a stiff shaft and a light disc apart
+    from rounding.
     """
     design, speed = cases.design[case], cases.speed[case]
     inertia, own, ground, stiffness, eta, damping, following = (line[design] for line in tree[1:])
@@ -524,7 +524,7 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
 
 
 def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Booleans:
-    """Whether each frequency [rad/s] meets a natural one of which nothing damps the mode."""
+    """Whether each frequency [rad/s] is a natural frequency of an undamped mode."""
     nodes = tree.parent.size
     squares, angle, twist = np.empty((1, nodes)), *np.empty((2, 1, nodes, nodes))
     line = (tree.inertia[design], stiffness, tree.ground_stiffness[design])
@@ -532,8 +532,8 @@ def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Boole
     lost = twist[0] ** 2 @ (stiffness * tree.loss_factor[design])
     viscous = twist[0] ** 2 @ tree.damping[design] + angle[0] ** 2 @ tree.disc_damping[design]
     gap = squares[0] + 1j * (lost + w[:, None] * viscous) - (w**2)[:, None]
-    # Frequencies have ten digits: closer than this, or than the loss factor, no steady state is
-    # left.
+    # Frequencies have ten digits: nearer than this, or than the loss factor, there is no steady
+    # state.
     return np.asarray((np.abs(gap) <= 1e-9 * (w**2)[:, None]).any(axis=-1))
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.types import Floats, Integers
 
-LOW, HIGH = 1e-30, 1e60  # Squares of frequencies [rad2/s2] between which all are
+LOW, HIGH = 1e-30, 1e60  # Squares of frequencies [rad2/s2] that bracket all modes
 
 
 @kernel
@@ -75,7 +75,7 @@ def graded_modes(
             squares[design, m] = sizes[i] ** 2
             for node in range(nodes):
                 amplitude[design, m, node] = modes[i, node] / math.sqrt(own[node])
-                torque = 0.0  # over omega k^(1/2): the row of W for the shaft
+                torque = 0.0  # over omega k^(1/2): the shaft's row of W
                 for j in range(rank):
                     torque += again[i, j] * left[j, node]
                 over = sizes[i] / math.sqrt(stiff[node]) if stiff[node] > 0.0 else 0.0
@@ -85,7 +85,7 @@ def graded_modes(
 
 @inlined
 def _factor(matrix: Floats, left: Floats, right: Floats) -> int:
-    """Eliminate with complete pivoting, W = left^T right with the pivots in `left`; the rank."""
+    """Factorise W = left^T right with complete pivoting, pivots in `left`; return the rank."""
     rows, columns = matrix.shape
     for step in range(columns):
         most, row, column = 0.0, 0, 0
@@ -111,13 +111,13 @@ def _factor(matrix: Floats, left: Floats, right: Floats) -> int:
 
 @inlined
 def _orthogonalise(vectors: Floats, turned: Floats) -> None:
-    """Rotate pairs of vectors until all are at right angles, and the lines of `turned` with them.
+    """Rotate pairs of vectors until all are orthogonal, and the lines of `turned` with them.
 
     Vectors of any lengths keep the digits of the short ones.
     """
     count, size = vectors.shape
     right_angle = size * 2.2e-16
-    # Each sweep rotates all pairs; some ten are enough.
+    # Each sweep rotates all pairs; some ten sweeps are enough.
     for _ in range(60):
         turning = False
         for i in range(count - 1):
@@ -148,7 +148,7 @@ def _orthogonalise(vectors: Floats, turned: Floats) -> None:
 
 @inlined
 def _normalised(vectors: Floats) -> Floats:
-    """Divide vectors by their lengths, which are returned."""
+    """Divide vectors by their lengths, and return the lengths."""
     count, size = vectors.shape
     lengths = np.empty(count)
     for i in range(count):
@@ -165,7 +165,7 @@ def _normalised(vectors: Floats) -> Floats:
 def _reconcile(
     parent: Integers, inertia: Floats, stiffness: Floats, omega: float, angle: Floats, twist: Floats
 ) -> None:
-    """Take each angle and twist from where it is known best.
+    """Take each angle and twist from the vector that has it most exactly.
 
     Vectors are known to the rounding of their length: an angle to J^(-1/2), a twist to
     omega k^(-1/2). So a light disc turns as its neighbour and the stiff shaft between them say.
@@ -217,7 +217,7 @@ def modes_below(
     for node in range(parent.size - 1, 0, -1):
         stiff = stiffness[node] + following[node] * (square / (order * order))
         pivot = stiff + dynamic[node]
-        if pivot == 0.0:  # a branch alone resonates: as if it were detuned by its rounding
+        if pivot == 0.0:  # a branch alone resonates: it is detuned by its rounding
             pivot = 1e-16 * (stiff + abs(dynamic[node])) + 1e-300
         below += pivot < 0.0
         dynamic[parent[node]] += stiff * (dynamic[node] / pivot)

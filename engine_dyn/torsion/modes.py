@@ -40,10 +40,10 @@ class Modes(NamedTuple):
     # Amplitude of each disc, in its own turns, over that of the disc of unit amplitude; shape (...,
     # m, N)
     shape: Floats
-    # sum J a^2 [kg m2], which belongs to the disc of unit amplitude; shape (..., m)
+    # Modal inertia sum J a^2 [kg m2], referred to the disc of unit amplitude; shape (..., m)
     modal_inertia: Floats
-    # Referred amplitude of each node less that of its parent, which of stiff shafts is more exact
-    # than the difference; 0 of node 0; shape (..., m, M)
+    # Referred amplitude of each node less its parent's, for stiff shafts more exact than the
+    # difference; 0 for node 0; shape (..., m, M)
     twist: Floats
 
     @property
@@ -78,7 +78,7 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
         place = np.full(shape.shape[:-1], unit)
     with np.errstate(divide="ignore", invalid="ignore"):
         over = 1.0 / np.take_along_axis(shape, place[..., None], axis=-1)
-        # A disc does not move below the rounding of eigenvectors.
+        # A disc that moves less than the rounding of eigenvectors stands still.
         moves = size > 1e-12 * size.max(axis=-1, keepdims=True)
         shape = np.where(moves, shape * over, 0.0 * np.abs(over))
         return Modes(np.sqrt(squares), shape, over[..., 0] ** 2, twist * over)
@@ -97,7 +97,7 @@ def elastic_modes(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floa
     angle = _fromelastic_modes(angle, free)[..., :count, :]
     twist = angle - angle[..., np.maximum(system.parent, 0)]
     if count:
-        # Largest over least omega^2 that is left to eigenvalues, which then have ten digits
+        # Eigenvalues have ten digits up to this ratio of the largest to the least omega^2.
         wide = ~(largest < 1e6 * squares[..., 0]) & (free < inertia.shape[-1])
         own = (
             np.broadcast_to(values, inertia.shape)[wide]
@@ -146,7 +146,7 @@ def free_parts(system: ShaftSystem, speed: Any) -> Integers:
 
 
 def _fromelastic_modes(values: Floats, free: Integers) -> Floats:
-    """Modes (the axis behind those of the designs) from the first elastic one on, then NaN."""
+    """Modes (the axis behind the designs) from the first elastic mode on, then NaN."""
     least = int(free.min())
     if least == free.max():
         return values[(*(slice(None),) * free.ndim, slice(least, None))]
@@ -219,7 +219,7 @@ def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats
     lost = np.einsum("...mn,...n->...m", modes.twist**2, stiffness)
     viscous = np.einsum("...mn,...n->...m", modes.twist**2, system.damping)
     viscous = viscous + np.einsum("...mn,...n->...m", angle**2, system.disc_damping)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a mode that does not move disc 1
+    with np.errstate(divide="ignore", invalid="ignore"):  # a mode may not move disc 1
         return np.asarray(
             0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia)
         )
@@ -255,7 +255,7 @@ def resonance_angle(modes: Modes, zeta: Any, excitation: Any) -> Floats:
 
 
 def _first_discs(system: ShaftSystem) -> Integers:
-    """A disc of each node."""
+    """Index of one disc of each node."""
     return np.unique(system.node_of_disc, return_index=True)[1]
 
 
@@ -298,7 +298,7 @@ def elastic_over_rigid(
     rigid = -acting.sum(axis=0) / (square * system.inertia.sum())
     torques = list(acting)
     dynamic = [g - square * j for g, j in zip(system.ground_stiffness, system.inertia, strict=True)]
-    with np.errstate(divide="ignore", invalid="ignore"):  # an order meets a frequency exactly
+    with np.errstate(divide="ignore", invalid="ignore"):  # an order may meet a frequency exactly
         for node in range(system.parent.size - 1, 0, -1):
             parent, stiff = system.parent[node], system.stiffness[node]
             pivot = stiff + dynamic[node]
@@ -315,7 +315,7 @@ def elastic_over_rigid(
 class DampedModes(NamedTuple):
     """Modes that swing, from the lowest natural frequency; NaN past the last."""
 
-    # |s| and Im s [rad/s]; shape (..., m)
+    # Modulus |s| and imaginary part Im s of the eigenvalues [rad/s]; shape (..., m)
     omega: Floats
     swing: Floats
     ratio: Floats  # Damping ratio -Re s/|s| [1]; shape (..., m)
@@ -348,7 +348,7 @@ def damped_critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
     state = _state(system, 0.0)
     size = state.matrix.shape[-1] // 2
     following = _form(state.twist, system.speed_stiffness)[..., None, :, :]
-    # At its own order a pendulum has an infinite inertia: it is detuned by 1e-9.
+    # A pendulum has infinite inertia at its own order: it is detuned by 1e-9.
     inertia = (1.0 + 1e-9) * np.eye(size) - following / nu[:, None, None] ** 2
     lower = np.linalg.solve(inertia, state.matrix[..., None, size:, :])
     upper = np.broadcast_to(state.matrix[..., None, :size, :], lower.shape)
@@ -358,7 +358,7 @@ def damped_critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
 
 
 class _State(NamedTuple):
-    """State matrix, twists of its coordinates, lowest frequency without damping, modes above 0."""
+    """State matrix, twists of its coordinates, lowest undamped frequency, modes above 0."""
 
     matrix: Complexes
     twist: Floats
@@ -369,7 +369,7 @@ class _State(NamedTuple):
 def _state(system: ShaftSystem, speed: Any) -> _State:
     squares, angle, twist = elastic_modes(system, speed)
     lowest = squares[..., :1] if squares.shape[-1] else np.zeros((*squares.shape[:-1], 1))
-    # Eight digits hold modes up to 1e8 times the lowest; those beyond have no part in them.
+    # Eight digits hold modes up to 1e8 times the lowest one; those beyond are left out.
     left = ~(squares < 1e8**2 * lowest)[..., None]
     omega = np.where(left[..., 0], 0.0, np.sqrt(squares))
     own, between = free_vectors(system, speed)
@@ -389,16 +389,16 @@ def _state(system: ShaftSystem, speed: Any) -> _State:
 
 
 def _form(vectors: Floats, weight: Floats) -> Floats:
-    """Sum of weight times products of vectors."""
+    """Sum over components of weight times products of vectors."""
     return np.asarray(np.einsum("...in,...n,...jn->...ij", vectors, weight, vectors))
 
 
 def _swinging(matrix: Complexes, lowest: Floats, count: int) -> Complexes:
-    """Eigenvalues that swing, by their size; NaN past the last."""
+    """Oscillating eigenvalues, by their size; NaN past the last one."""
     roots = np.linalg.eigvals(matrix)
     length = np.abs(roots)
-    # A mode that is damped more, above 0.995, dies before it swings; the root of a part that turns
-    # freely is rounding.
+    # A mode with a damping ratio above 0.995 decays before it swings; the root of a freely turning
+    # part is rounding.
     swings = (roots.imag > 0.1 * length) & (length > 1e-6 * lowest)
     roots = np.where(swings, roots, np.nan)
     order = np.argsort(np.abs(roots), axis=-1)[..., :count]

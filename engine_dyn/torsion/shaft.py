@@ -32,7 +32,7 @@ from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness, shaft_system
 from engine_dyn.types import Floats
 
 MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
-"""Most discs, gears and dampers of a shaft whose numbers have keys; shafts of ships have some 30
+"""Largest numbers of discs, gears and dampers whose values have keys; ships' shafts have some 30
 discs."""
 
 
@@ -47,26 +47,26 @@ class Table(NamedTuple):
 class Shaft:
     """Names and places of a shaft, the same for all designs; discs and shafts count from 0."""
 
-    # Names of the discs; the rings of dampers and then the pendulums follow them.
+    # Names of the discs; rings of dampers and then pendulums follow.
     discs: tuple[str, ...]
-    # Discs that each shaft joins; what holds rings and pendulums follows.
+    # Two discs that each shaft joins; connections of rings and pendulums follow.
     shafts: tuple[tuple[int, int], ...]
     shaft_names: tuple[str, ...]  # Names of the shafts
-    gears: tuple[tuple[int, int], ...]  # Discs in mesh
-    throws: tuple[int, ...]  # Disc of each throw of the engine, in the order along the shaft
-    # Discs on which they are.
+    gears: tuple[tuple[int, int], ...]  # Two discs of each pair of gears in mesh
+    throws: tuple[int, ...]  # Disc of each throw of the engine, along the shaft
+    # Discs on which flywheel, load and auxiliaries are.
     flywheel: int
     load: int
     auxiliaries: int
-    # Dampers: their numbers.
+    # Numbers of dampers and of pendulums.
     dampers: int
     pendulums: int
     # Whether the inertia of a throw's disc includes the mean of its reciprocating masses.
     includes_reciprocating: bool
-    # Parameters that give its numbers, as `engine_dyn.quantities.shaft_numbers` has them.
+    # Names of the shaft's parameters, as `engine_dyn.quantities.shaft_numbers` has them.
     keys: tuple[str, ...]
-    alloy: frozenset[int] = frozenset()  # Shafts of alloy steel, others are of carbon steel
-    # Stiffness of couplings that have it over their mean torque, by the number of the shaft.
+    alloy: frozenset[int] = frozenset()  # Shafts of alloy steel; others are of carbon steel
+    # Couplings whose stiffness depends on their mean torque, by the number of the shaft.
     tables: Mapping[int, Table] = field(default_factory=dict)
 
     @property
@@ -105,7 +105,7 @@ class Shaft:
         ring = place - (self.own_discs if kind == "disc" else self.own_shafts) + 1
         if ring < 1:
             return f"{what}_{place + 1}"
-        # The damping of the ring against its hub is a shaft's; nothing damps it against the frame.
+        # The damping between ring and hub is a shaft's; nothing damps the ring against the frame.
         none = what == "disc_damping" or ring > self.dampers
         return "" if none else f"damper_{quantity}_{ring}"
 
@@ -143,7 +143,7 @@ class Shaft:
                     values[f"shaft_diameter_{number}"], values.get(f"shaft_bore_{number}", 0.0),
                 )  # fmt: skip
             elif i >= self.own_shafts and not np.ndim(given) and np.isnan(given):
-                stiffness[i] = 0.0  # a ring in oil alone, or a pendulum
+                stiffness[i] = 0.0  # ring in oil alone, or pendulum
         return stiffness
 
     def inertias(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> list[Any]:
@@ -244,10 +244,10 @@ class Shaft:
 
 
 def _paths(start: int, links: Sequence[tuple[int, int]]) -> dict[int, list[int]]:
-    """Discs on the way from one to each that links of two join to it, both ends included."""
+    """Discs on the way from a start to each disc that pairwise links join to it, ends included."""
     paths = {start: [start]}
     reached = [start]
-    for disc in reached:  # the list grows
+    for disc in reached:  # the list grows during the loop
         for first, second in links:
             other = second if first == disc else first if second == disc else None
             if other is not None and other not in paths:
@@ -264,9 +264,9 @@ def stacked(values: list[Any]) -> Floats:
 class Optimum(NamedTuple):
     """The stiffness and damping that hold a damper's ring, and the largest amplitude with them."""
 
-    stiffness: Any  # [N m/rad]
-    damping: Any  # [N m s/rad]
-    magnifier: Any  # Largest amplitude of the mode over that of its static twist [1]
+    stiffness: Any  # Stiffness of the damper [N m/rad]
+    damping: Any  # Damping of the damper [N m s/rad]
+    magnifier: Any  # Largest amplitude of a mode over that of its static twist [1]
 
 
 def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
@@ -303,10 +303,10 @@ def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
 class Pendulum(NamedTuple):
     """A centrifugal pendulum as a disc on a shaft."""
 
-    inertia: Any  # Inertia of the disc [kg m2]
-    speed_stiffness: Any  # Stiffness of the shaft over the square of the crank's speed [kg m2]
-    order: Any  # To which it is tuned, of the turns of its carrier [1]
-    swing: Any  # Swing: its swing on the carrier over the twist of the shaft [1]
+    inertia: Any  # Inertia of the pendulum's disc [kg m2]
+    speed_stiffness: Any  # Stiffness of its shaft over the square of the crank's speed [kg m2]
+    order: Any  # Order to which it is tuned, of its carrier's turns [1]
+    swing: Any  # Swing on the carrier over the twist of the shaft [1]
 
 
 def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulum:

@@ -26,24 +26,24 @@ from engine_dyn.compilation import inlined
 from engine_dyn.types import Booleans, Floats, Integers
 
 BEND, NOTHING = 3e-4, 2e-5
-"""Bound on the error of the polynomials, and amplitude of an order that is left out, over the root
-mean square of the curve."""
+"""Bound on the error of the polynomials, and amplitude of an order that is left out, over the
+root mean square of the curve."""
 
 MISSED = 1.5 * 1.5 * 2.5 * 0.5 * 0.5 / 120.0
-"""Error of the polynomial half a step away, over d^5 |x'''''|."""
+"""Error of the polynomial half a step from a sample, over d^5 times the fifth derivative."""
 
 
 LOW = 32
-"""Samples of a block: within it cosines are of a table, from block to block they are turned on."""
+"""Samples of a block: cosines come from a table within it, and are rotated from block to block."""
 
 
 class Synthesis(NamedTuple):
     """Tables for samples of curves with these orders; G numbers of samples are to choose from."""
 
     even: Booleans  # Whether the harmonic of an order is even; shape (V,)
-    harmonic: Floats  # h of each order, whole; shape (V,)
-    quarters: Integers  # M/4, whole blocks; shape (G,)
-    # Values of h psi in the first block; shape (G, V, LOW)
+    harmonic: Floats  # Harmonic h of each order, a whole number; shape (V,)
+    quarters: Integers  # Number of samples in a quarter, M/4, whole blocks; shape (G,)
+    # Cosine and sine of h psi in the first block; shape (G, V, LOW)
     cosine: Floats
     sine: Floats
     turn: Floats  # Cosine and sine of the angle of a block; shape (G, V, 2)
@@ -56,7 +56,7 @@ def synthesis(orders: Floats, period: float) -> Synthesis:
     if orders.size and np.abs(harmonic - whole).max() > 1e-9 * whole.max():
         wrong = orders[np.abs(harmonic - whole) > 1e-9 * whole.max()][0]
         raise ValueError(f"orders: {wrong:g}: must have whole periods in the cycle")
-    # Samples a period of the highest order that are always enough for `BEND`
+    # This many samples a period of the highest order are always enough for `BEND`.
     most = math.ceil(16 * whole.max(initial=1.0) / (4.0 * LOW))
     doubled = 2 ** np.arange(math.ceil(math.log2(max(most, 2))))
     quarters = LOW * np.unique(np.concatenate([[1], 2 * doubled, 3 * doubled]))
@@ -84,7 +84,7 @@ def extremes_of(
     effective = math.sqrt(0.5 * square)
     bend, curved, dropped, least = 0.0, 0.0, 0.0, NOTHING * effective
     for order in range(real.size):
-        # From once to twice `least` an order comes in bit by bit: results have no steps.
+        # Between once and twice `least` an order fades in, so that results have no steps.
         part = min(max(size[order] - least, 0.0) / least, 1.0) if least > 0.0 else 0.0
         dropped += (1.0 - part) * size[order]
         square_of_h = table.harmonic[order] ** 2
@@ -100,7 +100,7 @@ def extremes_of(
     even_cosine, even_sine, odd_cosine, odd_sine, top, bottom = (
         sums[0], sums[1], sums[2], sums[3], sums[4], sums[5],
     )  # fmt: skip
-    # Samples from psi on, after places for the last two and before two for the first.
+    # Samples from psi on; two places are kept after the last and two before the first.
     for p in range(quarter):
         one, other = even_cosine[p] + odd_cosine[p], even_sine[p] + odd_sine[p]
         back, forth = even_cosine[p] - odd_cosine[p], even_sine[p] - odd_sine[p]
@@ -121,7 +121,7 @@ def extremes_of(
     for p in range(1, quarter):
         most = top[p] if top[p] > most else most
         least = bottom[p] if bottom[p] < least else least
-    # An extreme is at most half a step from a sample, and so above it by no more than this.
+    # An extreme is at most half a step from a sample, and exceeds it by no more than this.
     lift = 0.125 * curved * step**2
     low, high = least + lift, most - lift
     for i in range(2, 4 * quarter + 2):
@@ -136,7 +136,7 @@ def extremes_of(
 
 @inlined
 def _extreme_near(curve: Floats, i: int) -> float:
-    """Extreme within half a step of a sample, else the sample, of the polynomial through five."""
+    """Extreme within half a step of a sample, of the polynomial through five; else the sample."""
     near, far = curve[i + 1] - curve[i - 1], curve[i + 2] - curve[i - 2]
     beside = curve[i + 1] + curve[i - 1] - 2.0 * curve[i]
     outer = curve[i + 2] + curve[i - 2] - 2.0 * curve[i]
@@ -160,7 +160,7 @@ def _extreme_near(curve: Floats, i: int) -> float:
 def _sample(
     real: Floats, imaginary: Floats, table: Synthesis, grid: int, weight: Floats, sums: Floats
 ) -> None:  # fmt: skip
-    """Sums of cosines and sines over the quarter, of the orders that have a weight."""
+    """Sums of cosines and sines over a quarter, for the orders that have a weight."""
     quarter = table.quarters[grid]
     for p in range(quarter):
         sums[0, p] = sums[1, p] = sums[2, p] = sums[3, p] = 0.0

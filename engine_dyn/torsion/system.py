@@ -22,7 +22,7 @@ from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import MPA
 
-MOST_DISCS = 64  # Most discs of a system; shafts of ships have some 30
+MOST_DISCS = 64  # Largest number of discs of a system; ships' shafts have some 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +34,20 @@ class ShaftSystem:
     """
 
     shafts: Integers  # First and second disc of each shaft; shape (S, 2)
-    # Node of a disc; node below a shaft, the other one is its parent; shape (N,) and (S,)
+    # Node of each disc (N,); node below each shaft (S,), whose other node is its parent.
     node_of_disc: Integers
     node_of_shaft: Integers
     # Speed of each disc over the crank's, negative where it turns the other way; shape (..., N)
     ratio: Floats
     # Torque of a shaft over the referred torque k* (theta_node - theta_parent); shape (..., S)
     shaft_factor: Floats
-    # Parent of each node, before it in the order; -1 of node 0, which is the crank's; shape (M,)
+    # Parent of each node, earlier in the order; -1 for node 0, the crank's; shape (M,)
     parent: Integers
-    # Referred, of each node [kg m2, N m s/rad, N m/rad]; shape (..., M)
+    # Referred inertia, damping, stiffness of nodes [kg m2, N m s/rad, N m/rad]; shape (..., M)
     inertia: Floats
     disc_damping: Floats
     ground_stiffness: Floats
-    # Referred, of the shaft to the parent; those of node 0 are 0; shape (..., M)
+    # Referred values of the shaft to each node's parent; 0 for node 0; shape (..., M)
     stiffness: Floats
     loss_factor: Floats
     damping: Floats
@@ -188,7 +188,7 @@ def shaft_system(
 
 
 def _pairs(name: str, pairs: Sequence[tuple[int, int]], discs: int) -> list[tuple[int, int]]:
-    """Pairs of discs, checked."""
+    """Pairs of discs, after checks."""
     for number, pair in enumerate(pairs):
         if len(pair) != 2 or not all(disc in range(discs) for disc in pair):
             raise ValueError(
@@ -200,7 +200,7 @@ def _pairs(name: str, pairs: Sequence[tuple[int, int]], discs: int) -> list[tupl
 def _values(
     name: str, value: Any, size: int, kind: str, *, signed: bool = False, low: float = 0.0
 ) -> Floats:
-    """Values with one for each along the last axis, none below `low` or, signed, none of 0."""
+    """Values, one for each item, along the last axis; none below `low` or, `signed`, none of 0."""
     values = given_array(name, value, finite=True)
     if values.ndim == 0:
         values = np.full(size, float(values))
@@ -220,7 +220,7 @@ def _tree(
 ) -> tuple[list[int], list[int], list[int], Floats]:  # fmt: skip
     """Parents of the nodes, node of each disc, node below each shaft, and ratios of the discs."""
     beside: list[list[tuple[int, int]]] = [[] for _ in range(discs)]
-    group = list(range(discs))  # numbers of the discs joined so far
+    group = list(range(discs))  # group of each disc, by the links so far
     for edge, (first, second) in enumerate([*shafts, *meshes]):
         if group[first] == group[second]:
             mesh = edge - len(shafts)
@@ -234,7 +234,7 @@ def _tree(
     parent, node, below = [-1], [-1] * discs, [0] * len(shafts)
     ratio = np.ones((*shape, discs))
     node[crank], reached = 0, [crank]
-    for disc in reached:  # the list grows
+    for disc in reached:  # the list grows during the loop
         for edge, other in beside[disc]:
             if node[other] >= 0:
                 continue
@@ -322,7 +322,7 @@ def shear_stress(torque: Any, diameter: Any, bore: Any = 0.0) -> Any:
 
 
 CARBON_STEEL, ALLOY_STEEL = 600.0 * MPA, 800.0 * MPA
-"""Most tensile strength that IACS UR M68 counts for vibratory stresses [Pa]."""
+"""Largest tensile strength that IACS UR M68 counts for vibratory stresses [Pa]."""
 
 
 def propulsion_shaft_limits(

@@ -27,4 +27,4 @@ FEATURES: tuple[Feature[Any], ...] = (
     indicator.FEATURE, characteristic.FEATURE, torque_tables.LOAD, torque_tables.DRIVER,
     idler_gears.FEATURE,
 )  # fmt: skip
-"""All of them, in the order of their dimensions in archives."""
+"""All features, in the order of their dimensions in archives."""

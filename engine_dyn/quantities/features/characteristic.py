@@ -153,7 +153,7 @@ def _load_of_characteristic(
     *, characteristic_torque: Any, characteristic_share: Any, variant_of: Callable[[str], Node],
     **needs: Any,
 ) -> Any:  # fmt: skip
-    """Load at which the mean torque, with all that it depends on, is part of the characteristic's.
+    """Load at which the engine's mean torque, with all parts, is the characteristic's.
 
     NaN where the engine's diagrams do not give that torque, and where there is no torque.
     """
@@ -195,7 +195,7 @@ _OF_FRICTION = {
     ),
     "patton_nitschke_heywood": ("fmep_without_gas", "ring_gas_pressure_unthrottled"),
 }  # fmt: skip
-"""Nodes of each law of the friction that do not depend on the load."""
+"""Nodes that each law of friction needs and that do not depend on the load."""
 
 PARAMETERS = (
     parameter(

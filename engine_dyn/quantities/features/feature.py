@@ -22,11 +22,11 @@ class HasParts(Protocol):
 class Addition(NamedTuple):
     """An amount that a part adds to a parameter, wherever the graph takes the parameter."""
 
-    # Parameter: what is added to. Its own value stays as it is given: archives list that, and
+    # Parameter to which an amount is added. Its own value stays as given: archives list it, and
     # elasticities vary it.
     parameter: str
-    node: str  # The node that holds the amount, in the same SI unit
-    when: str = ""  # Words of scenes in which it is added, all of which must hold, as of a node
+    node: str  # Node that holds the amount, in the parameter's SI unit
+    when: str = ""  # Words that a scene must have for the addition, as in a node
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,18 @@ class Feature(Generic[Part]):
     """Everything that the graph of quantities has because of one part of an engine."""
 
     name: str  # Key of the part in `Engine.parts`, or in those of a scene
-    long_name: str  # Meaning of the part in one line
-    subject: str = ""  # Group of `engine-dyn list quantities` that its quantities stand in
-    # Nodes: its quantities, and its keys of scenes.
+    long_name: str  # Meaning of the part, in one line
+    subject: str = ""  # Group of `engine-dyn list quantities` for the part's quantities
+    # Nodes of the part: its quantities, and its keys of scenes.
     nodes: tuple[Node, ...] = ()
     parameters: tuple[Node, ...] = ()
-    dimensions: tuple[Dimension, ...] = ()  # Dimensions counted from 1 over members of the part
-    # From the part to the number of members along each of `dimensions`; without the part all are 0.
+    dimensions: tuple[Dimension, ...] = ()  # Dimensions that count members of the part from 1
+    # Number of the part's members along each of `dimensions`; all are 0 without the part.
     sizes: Callable[[Part], tuple[int, ...]] = lambda part: ()
     # Groups of words that select variants, with their meanings, as in
-    # `engine_dyn.quantities.graph`; which of them holds is said where scenes are read.
+    # `engine_dyn.quantities.graph`; the reader of a scene decides which word holds.
     words: tuple[Mapping[str, str], ...] = ()
-    # Other names, which people look for, of its quantities and of those that it answers to.
+    # Other names that people look for: of the part's quantities, and of those it answers to.
     called: Mapping[str, str] = field(default_factory=dict)
     adds: tuple[Addition, ...] = ()  # Amounts that the part adds to parameters
     # Name of the node that holds the part as a whole; None where no node needs it.

@@ -42,9 +42,9 @@ class IdlerGears:
     (0.045, 0.8)
     """
 
-    inertia: Floats  # Moment of inertia at the gear's own shaft [kg m2]
-    ratio: Floats  # Speed over that of the crankshaft [1], below 0 where it turns the other way
-    # Torque of its bearings and teeth at its own shaft [N m], against its rotation.
+    inertia: Floats  # Moment of inertia about the gear's own shaft [kg m2]
+    ratio: Floats  # Speed over the crankshaft's [1], negative where the gear turns the other way
+    # Friction torque of bearings and teeth at the gear's own shaft [N m], against its rotation.
     friction_torque: Floats
 
     @property

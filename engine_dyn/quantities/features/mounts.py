@@ -53,13 +53,13 @@ class Mounts:
         Where they do not hold the block.
     """
 
-    # Distance to the right of the crank's axis [m], seen so that the crank turns clockwise.
+    # Distance of each mount to the right of the crank's axis [m]; the crank turns clockwise.
     lateral: Floats
-    # Place along the shaft [m], from where throws have the position 0, away from the free end.
-    # None: pitch is left to others.
+    # Position of each mount along the shaft [m], from the throws' position 0, away from the free
+    # end. None: pitch is not computed.
     position: Floats | None
-    stiffness: Floats  # Stiffness of each over that of any [1]
-    height: float = 0.0  # Height of all above the crank's axis [m]
+    stiffness: Floats  # Stiffness of each mount over that of any one [1]
+    height: float = 0.0  # Height of all mounts above the crank's axis [m]
 
     def __post_init__(self) -> None:
         """Refuse mounts on which the block can tilt."""
@@ -120,7 +120,7 @@ _OFFSET = (
 
 
 def _lever(needs: dict[str, Any]) -> Any:
-    """Return m r omega^2 e [N m]."""
+    """Return m r omega^2 e [N m], the lever of a moment by the pin's offset."""
     radius = 0.5 * needs["double_radius"]
     return needs["reciprocating_mass"] * np.square(radius * needs["speed"]) * needs["offset_ratio"]
 
@@ -177,7 +177,7 @@ def _harmonics(*, roll_moment_harmonics: Any, order: Any, mounts: Any, mount: An
                ) -> Any:  # fmt: skip
     gear, turn = running_gear(needs), _upright(needs)
     forward, backward = (wave * turn for wave in gear.force_orders(order))
-    # The real and the imaginary part of F exp(i nu phi) + B exp(-i nu phi), as waves forwards.
+    # Real and imaginary part of F exp(i nu phi) + B exp(-i nu phi), each as a forward wave.
     up, side = forward + np.conj(backward), -1j * (forward - np.conj(backward))
     pitch: Any = 0.0
     if "cylinder_spacing" in needs:

@@ -12,7 +12,7 @@ from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node
 
-OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")  # Nodes that a load over angle needs
+OF_ANGLE = ("load_gear", "load_phase", "load_table_factor")  # Nodes of a load over the angle
 
 LOAD: Feature[TorqueOverAngle | TorqueOverSpeed] = Feature(
     "load_table", "torque of the load over an angle or a speed", "load and driver", (

@@ -46,28 +46,28 @@ from engine_dyn.types import Floats
 class WebWeights:
     """Counterweights, one a place of each array, shape (N,)."""
 
-    mass: Floats  # [kg]
-    radius: Floats  # Distance of the centre of gravity from the shaft's axis [m]
-    angle: Floats  # Direction [rad], with zero and sense of the throws' angles
-    # Place along the shaft [m], from where throws have the position 0, away from the free end.
+    mass: Floats  # Mass of each counterweight [kg]
+    radius: Floats  # Distance of its centre of gravity from the shaft's axis [m]
+    angle: Floats  # Direction of the counterweight [rad], as for the throws' angles
+    # Position along the shaft [m], from the throws' position 0, away from the free end.
     position: Floats
 
 
 class Crankshaft(NamedTuple):
     """Masses that turn with the crank; arrays broadcast."""
 
-    webs: WebWeights | None  # Counterweights
-    factor: Any  # On their masses [1]
-    # lambda [1]; offset of the piston-pin line over the crank radius [1].
+    webs: WebWeights | None  # Counterweights of the webs
+    factor: Any  # Factor on the counterweights' masses [1]
+    # Crank ratio lambda [1]; offset of the piston-pin line over the crank radius [1].
     crank_ratio: Any
     offset: Any
-    # Set of cylinders (broadcasts), and the cylinders of each set.
+    # Cylinder set of each design, and the cylinders of each set.
     cylinders: Any
     by_count: CylindersByCount
-    # Distance of neighbouring throws, offset of each bank along the shaft [m].
+    # Distance of neighbouring throws, and offset of each bank along the shaft [m].
     spacing: Any = np.nan
     bank_offset: Any = 0.0
-    crank_radius: Any = 1.0  # [m]
+    crank_radius: Any = 1.0  # Crank radius [m]
     # Rotating mass of each cylinder's rod and of each throw, at the crank radius [kg].
     rod_mass: Any = 0.0
     throw_mass: Any = 0.0
@@ -190,7 +190,7 @@ def _of_bay(number: int, engine: Cylinders, shaft: Crankshaft, every: list[tuple
 
 
 def _loads(engine: Cylinders, shaft: Crankshaft) -> list[tuple[Any, Any]]:
-    """Unbalance [kg m] and place [m] of everything that turns."""
+    """Unbalance [kg m] and position [m] of everything that turns."""
     lines, spacing = lines_of(engine), np.asarray(shaft.spacing)
     loads = []
     for k, radius in enumerate(lines.radius):
@@ -211,12 +211,12 @@ def _summed(shaft: Crankshaft, engine: Cylinders, weights: list[Any]) -> Any:
     most: Any = 0.0
     for vector, weight in zip(_vectors(shaft, engine), weights, strict=True):
         total, most = total + vector * weight, most + np.abs(vector * weight)
-    # Part of the sum of sizes below which a vector sum is rounding
+    # A vector sum below this part of the sum of sizes is rounding.
     return np.where(np.abs(total) < 1e-13 * most, 0.0, total)
 
 
 def _vectors(shaft: Crankshaft, engine: Cylinders) -> list[Any]:
-    """Unbalance of each counterweight [kg m]."""
+    """Unbalance vector of each counterweight [kg m]."""
     made, webs = engine.arrangement, shaft.webs
     if webs is None or made is None:
         return []
@@ -242,14 +242,14 @@ def middle_of(engine: Cylinders) -> float:
 
 
 def _throws(engine: Cylinders) -> list[float]:
-    """Places of the throws along the shaft, each once."""
+    """Positions of the throws along the shaft, each once."""
     made = engine.arrangement
-    assert made is not None  # asked for by the nodes
+    assert made is not None  # nodes ask only with counterweights
     return sorted({throw.position for throw in made.throws})
 
 
 def _bearings(engine: Cylinders) -> Floats:
-    """Places of the main bearings, in distances of neighbouring throws."""
+    """Positions of the main bearings, in distances of neighbouring throws."""
     throws = np.array(_throws(engine))
     between = 0.5 * (throws[1:] + throws[:-1])
     return np.array([throws[0] - 0.5, *between, throws[-1] + 0.5])

@@ -19,40 +19,40 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Floats, Integers
 
-HALO = 4  # Coarse nodes that are repeated before and behind the period
+HALO = 4  # Coarse nodes repeated before and behind the period
 
-MANY = 65536.0  # More than there are coarse nodes
+MANY = 65536.0  # More than the number of coarse nodes
 
 MOST_TERMS = 24  # Most terms of the polynomial that stands for a law
 
 SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
-"""States of a lane: passes go on, they are done, or the design is left to the general solver."""
+"""States of a lane: passes continue, passes are done, or the general solver takes the design."""
 
 
 class ColumnRows(NamedTuple):
     """Columns as the kernels of the batch solver take them, see `Columns`."""
 
-    fine: Floats  # The work at the fine nodes, and what goes with it: `KINDS` of them
-    coarse: Floats  # The work at the coarse nodes, and what six of them miss of its mean
-    jagged: Floats  # By how much the work rises above what coarse nodes tell
+    fine: Floats  # Work at the fine nodes, with further values: `KINDS` for each node
+    coarse: Floats  # Work at the coarse nodes, and error of its mean by six of them
+    jagged: Floats  # Rise of the work between coarse nodes above a smooth curve
 
 
 class WorkTable(NamedTuple):
     """Work tables of the designs of a block, which the next block may have too."""
 
-    # P and V at the coarse nodes.
+    # Work of the pressure P and squared velocity V at the coarse nodes.
     gas: Rows
     square: Rows
-    # Gas missed: what six nodes miss of their mean over the interval behind each.
+    # Errors of P and V: six nodes against the mean over the interval behind each node.
     gas_missed: Rows
     square_missed: Rows
-    factor: Rows  # Factors of the columns
-    # Scratch: shares of a part, and these times the factors.
+    factor: Rows  # Factors of the polynomial columns
+    # Scratch: shares of a torque's part, and the shares times the factors.
     share: Rows
     shared: Rows
-    # Fine: what `Columns.fine` has, of P and then of V of one design, where it was asked for.
+    # Fine table of P, then of V, for one design, as `Columns.fine`, where it was asked for.
     fine: Floats
-    known: Integers  # Number of the table that it is of, -1 for none
+    known: Integers  # Number of the work table that `fine` belongs to, -1 for none
     mixed: Floats  # Scratch: columns of P
     weights: Floats  # Weights of coarse nodes at the fine nodes of a coarse interval
 
@@ -61,19 +61,19 @@ class Lanes(NamedTuple):
     """Numbers of each design of a block, shape (1, lane)."""
 
     state: Rows  # `SOLVING`, `SETTLED` or `LEFT`
-    # Slope of the law at the nominal speed; 1 where it does not depend on the speed, and then
-    # `free` is 0, else 1.
+    # Slope of the law at the nominal speed, 1 where it does not depend on the speed; `free` is 0
+    # there, else 1.
     slope: Rows
     free: Rows
-    mu: Rows  # Mean of F
-    # Range of u at the nodes.
+    mu: Rows  # Mean of the load law F
+    # Highest and lowest u at the nodes.
     high: Rows
     low: Rows
     # Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
     centre: Rows
     half: Rows
-    terms: Rows  # How many the polynomial has; 0 for none
-    passes: Rows  # How many there were
+    terms: Rows  # Number of the polynomial's terms; 0 for none
+    passes: Rows  # Number of passes that were needed
     mean: Rows  # Mean of omega/omega_n
     # Local extrema that may be the largest or the smallest u: `MANY` times their number, plus the
     # sum of their nodes.
@@ -101,17 +101,17 @@ class Curves(NamedTuple):
 class Peaks(NamedTuple):
     """Largest u, and largest -u, of every lane, and how they are searched."""
 
-    # Fine nodes that are looked at; those between which the search goes on.
+    # Fine node that is examined, and the nodes between which the search continues.
     node: Rows
     start: Rows
     end: Rows
-    # Values, and how much they may miss.
+    # Extreme values, and how much they may miss.
     value: Rows
     missed: Rows
-    hidden: Rows  # How far u may rise between coarse nodes above what their values tell
-    step: Rows  # To the next node; before that, 1 where there is a node to begin at, else 0
-    # Seen: what is seen at `node`: `WorkTable.fine`, then the load, what polynomials through coarse
-    # nodes say of X and r, and the steepness.
+    hidden: Rows  # Largest rise of u between coarse nodes above their values
+    step: Rows  # Step to the next node; at first 1 where there is a node to begin at, else 0
+    # Values at `node`: `WorkTable.fine`, then the load, X and r from polynomials through coarse
+    # nodes, and the steepness.
     seen: Rows
 
 

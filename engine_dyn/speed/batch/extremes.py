@@ -32,8 +32,8 @@ from engine_dyn.speed.work.interpolation import BEFORE, STENCIL, cubic_in_middle
 from engine_dyn.types import Floats
 
 JAGGED = 3.0
-"""Margin of what jagged work hides: it is known in the middle of a box, and where the inertia
-varies, it may be as low as `LIGHTEST`."""
+"""Margin of the rise that jagged work hides: it is known in the middle of a box, and with
+variable inertia its factor may be as low as `LIGHTEST`."""
 
 
 @inlined
@@ -44,7 +44,7 @@ def find_candidates(lanes: Lanes, curves: Curves) -> None:
     it is over the coarse nodes is taken away again.
     """
     repeat_ends(curves.u)
-    repeat_ends(curves.load)  # the load is interpolated around them
+    repeat_ends(curves.load)  # for interpolation of the load
     high, low = read(lanes.high, 0), read(lanes.low, 0)
     tops, bottoms, total, nodes = 0.0 * high, 0.0 * high, 0.0 * high, len(curves.missed)
     before, u = read(curves.u, HALO - 1), read(curves.u, HALO)
@@ -173,7 +173,7 @@ def climb(
     value, bump = max_between(
         sign * left.u, sign * right.u, sign * left.slope, sign * right.slope, sign * middle
     )
-    # Where no extreme is on this side, the node is the highest.
+    # Where no extreme lies on this side, the node is the highest.
     return where(going, sign * last.u, value), where(going, 0.0, np.abs(bump))
 
 
@@ -217,10 +217,10 @@ def fill_extremes(
 
 
 KINDS = 4
-"""What `Columns.fine` has of each part."""
+"""Number of values that `Columns.fine` has for each part."""
 
 LOAD, SMOOTH, REST, STEEP = range(2 * KINDS, 2 * KINDS + 4)
-"""Rows of `Peaks.seen` behind those of P and V."""
+"""Rows of `Peaks.seen` behind the rows of P and V."""
 
 
 class Seen(NamedTuple):

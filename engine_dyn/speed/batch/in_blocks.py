@@ -21,7 +21,7 @@ from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 
 LOWEST = -0.9
-"""Least u of a design; what is slower is left to the general solver."""
+"""Lowest u of a design; slower designs are left to the general solver."""
 
 
 def solve_in_blocks(
@@ -38,7 +38,7 @@ def solve_in_blocks(
     blocks = Designs(*map(rows_of, designs))._replace(
         factor=plain(designs.factor), part=plain(designs.part), share=plain(designs.share)
     )
-    # Numba mistakes plain arrays of truths for common ones, and looks anew for the kernel.
+    # Numba mistakes plain boolean arrays for common ones, and would search for the kernel anew.
     still_left = plain(left.view(np.uint8))
     solve_blocks(
         left.size, plain(task), column_rows(columns), Weights(*map(rows_of, weights)), blocks,
@@ -64,7 +64,7 @@ def finish_block(
             continue
         top, bottom = value[0, lane], value[1, lane]
         fast, slow, speed = math.sqrt(1.0 + top), math.sqrt(1.0 - bottom), speeds[block, lane]
-        # The difference of two roots, without cancellation.
+        # Difference of two roots, without subtracting nearly equal numbers.
         span = (top + bottom) / (fast + slow)
         gear = gears[block, lane] if form.own else 1.0
         good = span > 0.0 and bottom < -LOWEST
@@ -93,14 +93,14 @@ def solve_blocks(
     fine node).
     """
     number = designs.table
-    known = -1  # number of the table that all designs of the block before have
+    known = -1  # table that all designs of the block before share
     for block in range(-(-count // LANES)):
         first, last = number[block, 0], number[block, LANES - 1]
         if not first == last == known:
             fill_work_table(block, columns, designs, scratch.table)
         known = first if first == last else -1
         here = min(LANES, count - block * LANES)
-        # A function for these five, which all else is inlined into, took a second to compile.
+        # A separate function for these five, with everything inlined, took a second to compile.
         fill_work(block, task.variable, weights, designs, scratch)
         solve_curves(
             block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch

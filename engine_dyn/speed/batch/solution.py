@@ -37,15 +37,15 @@ from engine_dyn.speed.work.boxes import chebyshev_matrix
 from engine_dyn.types import Floats
 
 SIZES = (4, 6, 8, 10, 12, 14, 16, 20, MOST_TERMS)
-"""Numbers of terms that are tried, the first at once where a law is proportional to q."""
+"""Numbers of polynomial terms to try, the first at once where a law is proportional to q."""
 
 REACHES = tuple(1.0 / math.cosh(math.log(1e8) / (size - 3)) for size in SIZES)
-"""Largest half-width of the range, over its centre, with which each number is tried: terms of a
-power of the speed fall by 1/(z + sqrt(z^2 - 1)), where z is 1 over that half-width."""
+"""Largest relative half-width of the range for each number of terms: terms of a power of the
+speed decrease by 1/(z + sqrt(z^2 - 1)), where z is 1 over that half-width."""
 
 
 def _tables() -> tuple[Floats, Floats]:
-    """Points, and matrices from values there to coefficients of powers."""
+    """Points, and matrices from values at the points to coefficients of powers."""
     points = np.zeros((len(SIZES), MOST_TERMS))
     powers = np.zeros((len(SIZES), MOST_TERMS, MOST_TERMS))
     for i, size in enumerate(SIZES):
@@ -73,8 +73,8 @@ def fit_laws(
     scratch.
     """
     low, high, state = read(lanes.low, 0), read(lanes.high, 0), read(lanes.state, 0)
-    # The range of the polynomial is wider than that of u by 0.3 of it on both sides, and has a
-    # half-width of at least 0.01.
+    # The polynomial's range exceeds that of u by 0.3 of it on both sides, with a half-width of at
+    # least 0.01.
     centre, half = 0.5 * (low + high), np.maximum((0.5 + 0.3) * (high - low), 0.01)
     # Designs that come below q = 0.04 are left to the general solver.
     solving = (state > 0.0) & (1.0 + centre - half > 0.04)
@@ -102,7 +102,7 @@ def fit_laws(
                     q = middle + _POINTS[i, m] / lanes.half[0, k]
                     if lanes.free[0, k] > 0.0:
                         values[m, k] = load_terms(q, one)[0] - 1.0
-                    elif closure == CYCLE_TIME:  # with the slope 1 at q = 1
+                    elif closure == CYCLE_TIME:  # the slope is 1 at q = 1
                         values[m, k] = 2.0 - 2.0 / math.sqrt(q)
                     else:
                         values[m, k] = math.log(q)
@@ -130,18 +130,18 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
         for m in range(size):
             total = total + _POWERS[number, n, m] * read(values, m)
         write(law, n, where(tried, total, read(law, n)))
-    # T_n begins with 2^(n - 1) x^n: so much smaller are the last two Chebyshev coefficients.
+    # T_n begins with 2^(n - 1) x^n: the last two Chebyshev coefficients are that much smaller.
     missed = np.abs(total) + 2.0 * np.abs(last)
     # The last coefficients may reach 1e-10 of the range of the law.
     return missed * 0.5 ** (size - 2) <= 1e-10 * (most - least)
 
 
 MOST_PASSES = 40
-"""Designs that need more are left to the general solver."""
+"""Largest number of passes; designs that need more are left to the general solver."""
 
 
 ROUNDING = 2e-15
-"""Change of the remainder that is nothing but rounding."""
+"""Change of the remainder that is only rounding."""
 
 
 @inlined
@@ -157,7 +157,7 @@ def run_load(decay: Any, of_mass: Any, of_tilt: Any, drive: Rows, curves: Curves
     write(load, HALO, y)
     for i in range(len(missed)):
         f = read(drive, HALO + i + 3)
-        # Mean over the interval by six nodes, `MEAN_BY_PAIRS`, and first moment by four.
+        # Mean over the interval by six nodes (`MEAN_BY_PAIRS`), and first moment by four.
         sums = 802.0 * (c + d) - 93.0 * (b + e) + 11.0 * (a + f)
         inner = d - c
         moment = inner * (63.0 / 720.0) - (e - b) * (1.0 / 720.0)
@@ -285,7 +285,7 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
     span, reach = high - low, np.maximum(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    # No smaller factor from change to change is believed: one change may be small by chance.
+    # The factor between changes is taken as at least this: one change may be small by chance.
     shrinks = np.maximum(change / np.maximum(last, ROUNDING), 0.1)
     shrinks = where(change < last, shrinks, 0.5)
     ahead = change * shrinks / (1.0 - shrinks)
@@ -311,11 +311,11 @@ def solve_curves(
     of_mass, of_tilt = read(weights.of_mass, block), read(weights.of_tilt, block)
     write(lanes.slope, 0, read(weights.slope, block))
     write(lanes.passes, 0, 1.0)
-    drive = curves.work  # first, r is 0
+    drive = curves.work  # at first, r is 0
     # `terms` is not known yet; from a 0 the compiler would make each function of it twice.
     timed, terms, mu = closure == CYCLE_TIME, len(law), 0.0 * decay + 1.0
     going, change, last = decay > 0.0, 0.0 * decay, 0.0 * decay
-    # Each function is called in one place, because the compiler copies it to each.
+    # Each function is called at one place only, because the compiler copies it to each.
     for number in range(MOST_PASSES + 1):
         if number > 0:
             late = 0.0 * mu
@@ -345,7 +345,7 @@ def solve_curves(
             if not settle_lanes(tolerance, going, last, change, lanes):
                 break
             going = read(lanes.state, 0) > 0.0
-            if not timed:  # there, mu and r change in turns
+            if not timed:  # mu and r change in turns then
                 last = change
     write(lanes.mu, 0, mu)
     for k in range(LANES):

@@ -59,7 +59,7 @@ def fill_work_table(block: int, columns: ColumnRows, designs: Designs, table: Wo
     write(table.share, 0, 1.0)
     add_columns(SQUARE, coarse, table, table.square, table.square_missed)
     for piece in range(len(part)):
-        # Designs that have a part in common follow each other; others get 0 of it.
+        # Designs with a part in common are neighbours; the others get 0 of it.
         begin = 0
         while begin < LANES:
             which, some, end = part[piece, first + begin], False, begin
@@ -95,28 +95,28 @@ def fill_work(
             write(curves.light, i, 1.0 / (1.0 + v))
     repeat_ends(curves.work)
     if variable:
-        # Least inertia over its mean at any node; a design with less is left to the general solver
+        # A design whose least inertia over its mean is lower is left to the general solver.
         state = where(lightest > 0.4, state, LEFT)
     write(scratch.lanes.state, 0, state)
 
 
-TINY = 1e-11  # Least beta [1/rad]: where there is no load, it stands for the limit of a weak one
+TINY = 1e-11  # Least beta [1/rad], which stands for no load: the limit of a weak one
 
 LARGEST_STEP = 0.05
-"""Largest beta times coarse interval: a stronger load is left to the general solver."""
+"""Largest beta times coarse interval: stronger loads are left to the general solver."""
 
 
 class Weights(NamedTuple):
     """Numbers of each design, docs/solver.md (71) and (74), shape (designs,)."""
 
-    slope: Floats  # s, the slope of the law at the nominal speed
-    beta: Floats  # kappa s [1/rad]
-    state: Floats  # `SOLVING`, or `LEFT` where the load is too strong, or a drive
-    # exp(-beta h), and the weights of mean and first moment of an interval.
+    slope: Floats  # Slope s of the law at the nominal speed
+    beta: Floats  # Rate beta = kappa s [1/rad]
+    state: Floats  # `SOLVING`, or `LEFT` for a strong load or a drive
+    # Decay exp(-beta h), and the weights of mean and first moment of an interval.
     decay: Floats
     of_mass: Floats
     of_tilt: Floats
-    end: Floats  # 1 - exp(-beta Phi_s)
+    end: Floats  # Decay over a period, as 1 - exp(-beta Phi_s)
 
 
 def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weights:
@@ -159,6 +159,6 @@ def slope_of_design(
 
 @kernel
 def _of_table(designs: Designs, form: Form, slope: Floats, sign: Floats) -> None:
-    """F'(1) of a table over speed, and the sign of the mean torque that it needs."""
+    """Slope F'(1) of a table over speed, and the sign of the mean torque that it needs."""
     for i in range(slope.size):
         slope[i], sign[i] = slope_of_design(designs.speed[i], 0.0, 0.0, designs.gear[i], form)

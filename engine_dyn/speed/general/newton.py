@@ -50,7 +50,7 @@ def closure_terms(
 
 @inlined
 def _start(motion: Motion) -> None:
-    """Fill `motion.d` with the work and a level with which the mean of q is 1, and q above 0."""
+    """Fill `motion.d` with the work at a level that gives q > 0 and a mean of q of 1."""
     w, tau, nodes = motion.w, motion.tau, len(motion.w)
     total, slope, low = 0.0, 0.0, -math.inf
     for j in range(nodes):
@@ -66,8 +66,8 @@ def _start(motion: Motion) -> None:
 def _settle(width: float, design: Design, motion: Motion) -> None:
     """Repeat cycles of implicit Euler steps from d[0] until they nearly close.
 
-    The load opposes every deviation, so they converge from any start, and faster the stronger the
-    load is. They end after a few cycles in any case: a weak load needs no better start.
+    The load opposes every deviation, so cycles converge from any start, faster with a strong load.
+    They end after a few cycles in any case: a weak load needs no better start.
     """
     w, tau, d, nodes = motion.w, motion.tau, motion.d, len(motion.w)
     value, push = d[0], design.kappa * width
@@ -81,7 +81,7 @@ def _settle(width: float, design: Design, motion: Motion) -> None:
                 force, first = load_terms((1.0 + new) / tau[j], design.law)
                 residual = new - base + push * (force - 1.0)
                 slope = 1.0 + push * first / tau[j]
-                # The slope is at least 1: the root is within the residual.
+                # The slope is at least 1, so the root is within the residual.
                 if residual > 0.0:
                     high, low = new, max(low, new - residual)
                 else:
@@ -108,8 +108,8 @@ def fill_force(design: Design, motion: Motion) -> None:
 def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motion: Motion) -> None:
     """Fill delta_j = grow_j delta_0 + shift_j + push_j delta_mu, docs/solver.md (82).
 
-    Before, by docs/solver.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B'
-    and df/dmu. If mu is `fixed`, `push` is 0.
+    First, by docs/solver.md (78) and (81): f = s', its derivative along the curve, B = -df/ds, B'
+    and df/dmu. With `fixed` mu, `push` is 0.
     """
     d, w, f, df, b, db, by_mu = (
         motion.d, motion.w, motion.f, motion.df, motion.b, motion.db, motion.by_mu,
@@ -121,7 +121,7 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
         rate = (motion.dw[j] + f[j] - (1.0 + d[j]) / tau * motion.dtau[j]) / tau
         df[j] = -strength * first * rate
         b[j] = strength * first / tau
-        # Without the bend of the law, which only the speed of convergence depends on.
+        # The law's curvature is neglected: it affects only the speed of convergence.
         db[j] = -strength * first * motion.dtau[j] / (tau * tau)
         by_mu[j] = 0.0 if fixed else strength * motion.force[j] / mu
     motion.grow[0], motion.shift[0], motion.push[0] = 1.0, 0.0, 0.0
@@ -139,9 +139,9 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
 def _ends(
     mu: float, fixed: bool, closure: int, design: Design, motion: Motion
 ) -> tuple[float, float]:
-    """delta_0 and delta_mu from the two means that close the system; from one if mu is `fixed`.
+    """Changes delta_0 and delta_mu from the two means that close the system; one if mu is `fixed`.
 
-    They are docs/solver.md (83) and docs/method.md (66).
+    docs/solver.md (83) and docs/method.md (66).
     """
     a11 = a12 = r1 = a21 = r2 = 0.0
     a22 = 1.0 if fixed else 0.0
@@ -163,7 +163,7 @@ def _ends(
 
 @inlined
 def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[int, float, float]:
-    """Newton's steps from the start in `motion.d`, docs/solver.md (80) to (83), as of `newton`."""
+    """Newton's steps from the start in `motion.d`, docs/solver.md (80) to (83), for `newton`."""
     d, tau, delta, nodes = motion.d, motion.tau, motion.shift, len(motion.w)
     fixed, mu, smallest = closure == POWER_MEAN, 1.0, 0.0
     for step in range(1, MOST_STEPS + 1):
@@ -175,7 +175,7 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         _fill_recurrence(mu, fixed, width, design, motion)
         start, change_mu = _ends(mu, fixed, closure, design, motion)
         # The step is shortened so that no q changes by more than 2 max(q, 1/4), and mu stays above
-        # a quarter of it.
+        # a quarter of its value.
         fraction = 1.0 if change_mu > -0.75 * mu else 0.75 * mu / -change_mu
         for j in range(nodes):
             delta[j] += motion.grow[j] * start + motion.push[j] * change_mu
@@ -190,7 +190,7 @@ def _steps(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         mu += fraction * change_mu
         if not (change < 1e300):
             return -step, mu, smallest
-        # Newton's method squares the error: after a step this small nothing of it remains.
+        # Newton's method squares the error: after a step this small no error remains.
         if fraction == 1.0 and change <= 1e-7:
             return step, mu, smallest
     return -MOST_STEPS, mu, smallest
@@ -215,7 +215,7 @@ def newton(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         runs = more > 0 and least > FLOOR
         taken = more if more < 0 else max(taken, 0) + more
         if number < 2 or runs:
-            mu, smallest = new_mu, least  # else it says whether the first try stalled
+            mu, smallest = new_mu, least  # else `smallest` shows whether the first try stalled
         if wanted == closure and (runs or closure == POWER_MEAN):
             break
     return taken, mu, smallest
@@ -331,7 +331,7 @@ def begin_design(
     kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
     for j in range(len(motion.w)):
-        # The torque at nominal speed; with variable inertia, that of the masses is in tau.
+        # Torque at nominal speed; with variable inertia, that of the masses is in tau.
         torque = motion.dw[j] - motion.dtau[j]
         high, low, least = max(high, torque), min(low, torque), min(least, motion.tau[j])
     code = CONVERGED

@@ -31,7 +31,7 @@ from engine_dyn.speed.work.interpolation import cubic_in_middle, largest, max_be
 from engine_dyn.types import Booleans, Floats, Integers
 
 ROUNDED = 1.0 + 1e-9
-"""Factor by which rounding may place the mean speed outside the extremes."""
+"""Factor by which rounding may put the mean speed outside the extremes."""
 
 
 def solve_one_by_one(
@@ -48,7 +48,7 @@ def solve_one_by_one(
     solve_designs(chosen, task, columns, designs, motion, results, unresolved, last)
     outcomes = followed(task, last)
     left = chosen[np.isin(results.status[designs.target[chosen]], outcomes) & ~unresolved[chosen]]
-    # Compiled only where there are such designs.
+    # The general solver is compiled only where designs are left to it.
     if left.size:
         follow_designs(left, task, columns, designs, motion, results)
 
@@ -90,7 +90,7 @@ def solve_designs(
                 if steps < 0:
                     code = status.NOT_CONVERGED if timed or smallest > FLOOR else status.STALLED
                 else:
-                    # Further below 0 more nodes cannot disprove a stall; nearer, means over the
+                    # Farther below 0, more nodes cannot disprove a stall; nearer, means over the
                     # nodes do not resolve a closure that is singular at 0.
                     doubted = smallest > (FLOOR if last else -0.01)
                     if doubted and with_mean and _falls_short(width, design, motion):
@@ -98,7 +98,7 @@ def solve_designs(
         rest = _write(
             which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results
         )
-        # Along such a load cycles followed in time reduce only the error of integrating it.
+        # Under such a load, cycles followed in time reduce only the error of integrating the load.
         gentle = is_power(design.law) and abs(design.kappa) * width <= 0.1
         unresolved[which] = gentle and rest > task.tolerance
 
@@ -120,8 +120,8 @@ def follow_designs(
         if code != status.CONVERGED or design.kappa == 0.0 or not holds:
             continue
         missed_tolerance = results.status[designs.target[which]] == status.TOLERANCE_NOT_MET
-        # Cycles improve on Newton's steps along a strong load only. With a weak one deviations
-        # shrink so slowly that rounding blurs the speed, which Newton's method has of the closure.
+        # Cycles improve on Newton's steps under a strong load only. Under a weak one deviations
+        # shrink so slowly that rounding blurs the speed, unlike with Newton's method.
         if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
             continue
         code, cycles, mu, missed = stable_cycle(task.closure, width, design, motion)
@@ -135,13 +135,13 @@ def follow_designs(
 
 @inlined
 def _must_stall(width: float, design: Design, motion: Motion) -> bool:
-    """Whether no periodic speed above zero exists, with a power law and the power mean.
+    """Whether a power law with the power mean has no periodic speed above zero.
 
     docs/method.md (94): the mean of F of the bound q >= (w - min w - kappa Phi)/tau exceeds 1.
     """
     most = largest(1.0, motion.w)
     least = design.kappa * width * len(motion.w) - largest(-1.0, motion.w)
-    # A bound below 1 cannot have a mean above 1, unless tau is small. This is the usual case.
+    # A bound below 1 cannot have a mean above 1, unless tau is small: the usual case.
     if most - least < 1.0:
         return False
     total = 0.0
@@ -154,9 +154,9 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
 
 @inlined
 def _falls_short(width: float, design: Design, motion: Motion) -> bool:
-    """Whether a solution that comes near 0 falls far below it even if the load vanishes there.
+    """Whether a solution near 0 falls far below 0 even if the load vanishes there.
 
-    It is for loads so strong that they, and not the closure, determine the energy before.
+    For loads so strong that they, and not the closure, determine the energy before.
     """
     nodes = len(motion.w)
     if design.flat or not (design.kappa > 0.0):
@@ -172,7 +172,7 @@ def _falls_short(width: float, design: Design, motion: Motion) -> bool:
         for k in range(nodes):
             j, n = (begin + k) % nodes, (begin + k + 1) % nodes
             e += motion.w[n] - motion.w[j] + rise
-            if e < -0.05:  # over the nominal energy: more nodes do not change as much
+            if e < -0.05:  # nominal energies: more nodes change less
                 return True
     return False
 
@@ -203,7 +203,7 @@ def _write(
         elif not opposes(slope, design):  # small deviations grow, docs/method.md (93)
             code = status.NO_STEADY_STATE
         elif not (low <= mean * ROUNDED and mean <= high * ROUNDED):
-            # The load is so strong that the nodes do not resolve the curve at all.
+            # The load is so strong that the nodes do not resolve the curve.
             code = status.NOT_CONVERGED
         elif not (error <= task.tolerance):
             code = status.TOLERANCE_NOT_MET
@@ -220,15 +220,15 @@ def _write(
 
 
 STRONG_LOAD = 1e-3
-"""Limit of kappa times the width of an interval. Below it, the error of the two-point formula is
+"""Largest kappa times an interval's width for which the error of the two-point formula is
 negligible. Above it, that error is estimated, docs/solver.md (103)."""
 
 
 @inlined
 def _peak(sign: float, j: int, width: float, motion: Motion) -> tuple[float, float]:
-    """Largest sign * q in the interval behind node j, at whose ends it rises and falls.
+    """Largest sign * q in the interval behind node j, between a rise and a fall, and its error.
 
-    docs/solver.md (98) to (100), and how much it may miss.
+    docs/solver.md (98) to (100).
     """
     q, tau = motion.q, motion.tau
     n = (j + 1) % len(q)
@@ -248,22 +248,22 @@ def _peak(sign: float, j: int, width: float, motion: Motion) -> tuple[float, flo
 
 @inlined
 def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
-    """Largest (sign 1) or smallest (-1) q, and how much it may miss.
+    """Largest (sign 1) or smallest (-1) q, and its error.
 
-    Every interval is looked at in which a local maximum may be higher than the highest node.
+    Every interval is searched in which a local maximum may exceed the highest node.
     """
     q, rate, node = motion.q, motion.rate, 0
     for j in range(len(q)):
         node = j if sign * q[j] > sign * q[node] else node
     highest = sign * q[node]
-    # Beside an extreme node the slope changes its sign, unless the nodes do not resolve it.
+    # Next to an extreme node the slope changes its sign, unless the nodes do not resolve it.
     best, miss = highest, width * abs(rate[node])
     for j in range(len(q)):
         n = (j + 1) % len(q)
         up, down = sign * rate[j], sign * rate[n]
         if up >= 0.0 and down < 0.0 and sign * q[j] + width * up >= highest:
             value, missed = _peak(sign, j, width, motion)
-            # Rounding may place it below the node at which the interval begins or ends.
+            # By rounding, the extreme may be below the node at which the interval begins or ends.
             if value >= best or (best == highest and node in (j, n)):
                 best, miss = max(value, best), missed
     return sign * best, miss
@@ -271,9 +271,9 @@ def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
 
 @inlined
 def _mean(closure: int, design: Design, motion: Motion) -> tuple[float, float]:
-    """Mean of sqrt(q), and what the nodes do not resolve: docs/solver.md (102).
+    """Mean of sqrt(q), and error by unresolved nodes: docs/solver.md (102).
 
-    That is the relative difference of the means over even and odd nodes, of speed and closure.
+    The error is the relative difference of the means over even and odd nodes, of speed and closure.
     """
     q, total, speed, closed = motion.q, 0.0, 0.0, 0.0
     for j in range(len(q)):
@@ -301,9 +301,8 @@ def _load_missed(mu: float, width: float, design: Design, force: Floats) -> floa
 def _fill_solution(mu: float, missed: float, width: float, design: Design, motion: Motion) -> None:
     """Fill in q and its slope at the nodes, docs/solver.md (97).
 
-    Of a solution that was followed in time, where `missed` is not 0, the slope of the energy is
-    known, and no difference of large numbers; what cubics miss is that of the energy then, not of
-    the work.
+    Where cycles were followed in time (`missed` is not 0), the slope is that of their energy, which
+    is no difference of large numbers; cubics then miss a part of the energy instead of the work.
     """
     d, slope, tau = motion.d, motion.slope, motion.tau
     fill_force(design, motion)
@@ -332,7 +331,7 @@ def speeds_of(
     _fill_solution(mu, missed, width, design, motion)
     nan, nominal = math.nan, design.nominal
     low = low_miss = high = high_miss = 0.0
-    for sign in (1.0, -1.0):  # one call, because the compiler copies it to each
+    for sign in (1.0, -1.0):  # one call: the compiler copies it to each
         high, high_miss = low, low_miss
         low, low_miss = _extreme(sign, width, motion)
     if not (low > FLOOR):
@@ -346,7 +345,7 @@ def speeds_of(
         error = 0.5 * ((high_miss + missed) / high + (low_miss + missed) / low)
         error = (error + design.unsure / low) / span
     elif largest(1.0, motion.dw) > 0.0 or largest(1.0, motion.dtau) > 0.0:
-        error = 1.0  # work is done, but the fluctuation is below rounding: 0 misses all of it
+        error = 1.0  # the fluctuation is below rounding: a delta of 0 misses all of it
     error += unresolved
     strong = abs(design.kappa) * width > STRONG_LOAD or not is_power(design.law)
     if strong and range_of_q > 0.0 and missed == 0.0:

@@ -22,16 +22,16 @@ from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED, STALLED
 from engine_dyn.types import Floats
 
 REPEATS, STANDS, RUNS_AWAY, LOST = CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONVERGED
-"""Fates of cycles: they repeat, or reach standstill, or get ever faster, or cannot be told."""
+"""Fates of cycles: they repeat, come to standstill, get ever faster, or cannot be determined."""
 
 HIGHEST = 1e8
-"""Energy over the nominal one above which a design runs away within a cycle."""
+"""Energy over the nominal energy above which a design runs away within a cycle."""
 
 MOST_STARTS = 14
 """Largest number of starts between standstill and running away."""
 
 PROBABLY = -1.0
-"""Miss that is reported where not all starts could be followed."""
+"""Error that is reported where not all starts could be followed."""
 
 MOST_CYCLES = 80
 """Largest number of cycles that are followed from one start."""
@@ -41,7 +41,7 @@ MOST_STEPS = 600
 
 
 GROWTH = 4.0
-"""Margin on that growth, for curves that are flat where they are lowest."""
+"""Margin on the growth of the energy, for curves that are flat near their minimum."""
 
 
 @inlined
@@ -52,9 +52,8 @@ def _pass_cycle(
     """Follow one period from the energy `start` at node 0.
 
     `motion` gets e - 1 at the nodes and in the middles, and its slope. Returns whether the design
-    STANDS, RUNS_AWAY, is LOST (also after `most` steps) or nothing of this (REPEATS), the energy
-    at the end, the factor of a deviation, the sum of what all intervals may miss, and the number of
-    steps.
+    STANDS, RUNS_AWAY, is LOST (also after `most` steps) or none of these (REPEATS), the energy at
+    the end, the factor of a deviation, the sum of all intervals' errors, and the number of steps.
     """
     push = design.kappa * width
     e, factor, missed, steps = start, 1.0, 0.0, 0
@@ -85,12 +84,12 @@ def _follow(
 ) -> tuple[int, float, float, int, int]:  # fmt: skip
     """Follow cycles from the energy `start` at node 0 until they repeat.
 
-    Where a deviation shrinks, the next start is where this leads to, docs/solver.md (87). `above`
-    is above every steady cycle. Returns what comes of them, the energy at node 0, what the last one
-    may miss, their number, and that of steps, which are `most` or hardly more.
+    Where a deviation shrinks, the next start is its limit, docs/solver.md (87). `above` exceeds
+    every steady cycle. Returns the fate, the energy at node 0, the last cycle's error, the number
+    of cycles and that of steps, which are `most` or hardly more.
     """
-    # Relative error of an interval, and relative distance of begin and end from the cycle that
-    # repeats: until a cycle is found, and then.
+    # Relative error of an interval, and relative distance of begin and end from the repeated cycle:
+    # until a cycle is found, and after that.
     tolerance, closed = (1e-13, 1e-12) if fine else (1e-6, 1e-5)
     e, plain, hurried, steps = start, start, True, 0
     for cycle in range(1, MOST_CYCLES + 1):
@@ -106,7 +105,7 @@ def _follow(
         if e >= above and end > e:
             return RUNS_AWAY, e, missed, cycle, steps
         step, plain = end - e, end
-        # Multiples of rounding only: a steady cycle that repels is none.
+        # Only multiples of rounding: a steady cycle that repels does not count.
         rounded = abs(step) <= 2e-14 * abs(end)
         if factor < 1.0:
             step /= 1.0 - factor
@@ -188,17 +187,17 @@ def stable_cycle(
     times what it grew from one mu to the next leaves it too short at `FLOOR`, the engine stalls.
     """
     sense = 1.0 if design.kappa > 0.0 else -1.0
-    # From `slow` on, the cycle takes longer than it should; from `quick` on, less long. Until they
-    # are known, `late_slow` and `late_quick` are 0.
+    # Speeds at which the cycle takes too long (`slow`) and too short (`quick`). Until they are
+    # known, `late_slow` and `late_quick` are 0.
     here = slow = quick = late_slow = late_quick = 0.0
-    # A steady cycle has the nominal speed somewhere. From there on it gains no more than the range
-    # of the work and the load of a cycle, docs/solver.md (88): none begins `above`.
+    # A steady cycle has the nominal speed somewhere. From there it gains no more than the range of
+    # the work and the load of a cycle, docs/solver.md (88): no steady cycle begins `above`.
     range_of_work = largest(1.0, motion.w) + largest(-1.0, motion.w)
     gain = range_of_work + abs(design.kappa) * width * len(motion.w)
     e, above = motion.tau[0] + max(motion.w[0], 0.0), max(largest(1.0, motion.tau), 1.0) + gain
     step, cycles, steps, least, sure = 0.05, 0, 0, False, True
     slowest = late_before = math.inf
-    for number in range(80):  # values of mu
+    for number in range(80):  # trial values of mu
         mu = math.exp(sense * here)
         fate, node, missed, more, taken = _cycle_at(
             e, above, mu, MOST_STEPS * len(motion.w) - steps, width, design, motion
@@ -212,7 +211,7 @@ def stable_cycle(
         if fate == REPEATS:
             e, late = node, _late(motion)
             before, slowest = slowest, _slowest(motion)
-            # Smallest (omega/omega_n)^2 below which the cycle's time grows with its logarithm
+            # Below this (omega/omega_n)^2 the cycle's time grows with its logarithm.
             near = late_slow == math.inf and slowest < before < 1e-2
             if near and late_before < late < 0.0 and sure:
                 grows = (late - late_before) / math.log(before / slowest)
@@ -239,19 +238,19 @@ def stable_cycle(
         else:
             here += step if late_slow > 0.0 else -step
             step *= 2.0
-    # Where no two values of mu lie closer, a larger error of the time will do; it counts as missed.
+    # Where no values of mu lie closer, a larger error of the time is accepted; it counts as missed.
     if least and max(late_slow, -late_quick) <= 1e-6:
         return CONVERGED, cycles, mu, missed + max(late_slow, -late_quick)
-    # Beside standstill, the cycle still takes less time than it should.
+    # Near standstill, the cycle still takes less time than it should.
     stalls = sure and least and late_slow == math.inf
     return (STALLED if stalls else NOT_CONVERGED), cycles, 1.0, math.inf
 
 
 ROOT = math.sqrt(6.0)
 
-# Radau IIA with three stages, docs/solver.md (85); Hairer and Wanner, Solving Ordinary
-# Differential Equations II, table IV.5.6: places, weights, and the slope of the polynomial through
-# start and stages at the end of the step.
+# Radau IIA with three stages, docs/solver.md (85); Hairer and Wanner, Solving Ordinary Differential
+# Equations II, table IV.5.6: places, weights, and the end slope of the polynomial through start and
+# stages.
 PLACE_1, PLACE_2 = (4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0
 A11, A12 = (88.0 - 7.0 * ROOT) / 360.0, (296.0 - 169.0 * ROOT) / 1800.0
 A21, A22 = (296.0 + 169.0 * ROOT) / 1800.0, (88.0 + 7.0 * ROOT) / 360.0
@@ -262,10 +261,10 @@ END_2 = (1.0 - PLACE_1) / (PLACE_2 * (PLACE_2 - PLACE_1) * (PLACE_2 - 1.0))
 END_3 = 1.0 + 1.0 / (1.0 - PLACE_1) + 1.0 / (1.0 - PLACE_2)
 
 Quartic = tuple[float, float, float, float, float]
-"""Coefficients of a polynomial in t from 0 to 1, ascending."""
+"""Coefficients of a polynomial in t from 0 to 1, in ascending order."""
 
 MOST_RADAU_STEPS = 256
-"""Steps of an interval at most, a power of two."""
+"""Largest number of steps of an interval, a power of two."""
 
 
 class Interval(NamedTuple):
@@ -339,16 +338,15 @@ def rate_at(
 def _step(
     t: float, size: float, e: float, interval: Interval, push: float, mu: float, law: Law
 ) -> tuple[float, float, float, bool]:
-    """One step of `size` from t: the energy at its end, the slope there, the factor of a deviation.
+    """One step of `size` from t: energy at its end, slope there, factor of a deviation, success.
 
-    The stages are those of docs/solver.md (85), found by Newton's method; whether they were is the
-    last result. The slope, times the width, is that of the polynomial through them, (86), because
-    the terms of the equation itself nearly cancel where it is stiff.
+    Newton's method solves the stages of docs/solver.md (85). The slope, times the width, is the
+    polynomial's, (86), because the equation's own terms nearly cancel where it is stiff.
     """
     z1 = z2 = z3 = 0.0
     factor, found = 1.0, False
     last = math.inf
-    for _ in range(15):  # Newton's steps
+    for _ in range(15):  # steps of Newton's method
         f1, j1 = rate_at(t + PLACE_1 * size, e + z1, interval, push, mu, law)
         f2, j2 = rate_at(t + PLACE_2 * size, e + z2, interval, push, mu, law)
         f3, j3 = rate_at(t + size, e + z3, interval, push, mu, law)
@@ -356,7 +354,7 @@ def _step(
         r2 = size * (A21 * f1 + A22 * f2 + A23 * f3) - z2
         r3 = size * (A31 * f1 + A32 * f2 + A33 * f3) - z3
         j1, j2, j3 = size * j1, size * j2, size * j3
-        # (1 - A J) dz = r, and (1 - A J) x = 1 for a deviation of the start.
+        # Elimination for (1 - A J) dz = r, and for (1 - A J) x = 1, a deviation of the start.
         below = 1.0 / (1.0 - A11 * j1)
         up12, up13 = -A12 * j2 * below, -A13 * j3 * below
         r1, x1 = r1 * below, below
@@ -374,7 +372,7 @@ def _step(
         if not (change < 1e300):
             break
         scale = abs(e) + abs(z3)
-        # Rounding ends the convergence where terms that nearly cancel are large.
+        # Rounding ends the convergence where large terms nearly cancel.
         found = change <= 1e-14 * scale or (change >= 0.5 * last and change <= 1e-10 * scale)
         if found:
             break
@@ -404,7 +402,7 @@ def pass_interval(
                 break
             if 2 * (k + 1) == steps:
                 middle = e
-        # NaN where one of both could not be followed.
+        # NaN where one of both steps could not be followed.
         difference = abs(e - before) if followed else math.nan
         settled = difference >= 0.5 * last and difference <= 1e-9 * abs(e)
         if difference <= tolerance * abs(e) or settled or 2 * steps > MOST_RADAU_STEPS:

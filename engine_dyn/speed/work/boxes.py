@@ -15,21 +15,21 @@ import numpy as np
 from engine_dyn.types import Floats, Integers
 
 DEGREE = 8
-"""Chebyshev points of ratio and offset; products of polynomials are kept up to below this total
-degree. Velocities then are exact to 1e-11, and to 1e-8 with the largest offsets. Where cylinders
-nearly balance each other, such an error is multiplied."""
+"""Number of Chebyshev points of ratio and offset; products of polynomials are kept below this
+total degree. Velocities then are exact to 1e-11, and to 1e-8 with the largest offsets. Where
+cylinders nearly balance each other, such an error is multiplied."""
 
 RATIO_EDGES = np.array([0.0, 0.2, 0.36, 0.5, 0.6, 0.7, 0.77, 0.82])
-"""Edges of boxes of the crank ratio. Boxes shrink towards the ratio where the crank cannot turn, so
-that polynomials of one degree serve all."""
+"""Edges of boxes of the crank ratio. Boxes shrink towards the ratio at which the crank cannot
+turn, so that polynomials of one degree serve all."""
 
 OFFSET_EDGES = np.array([0.0, 0.201, 0.351, 0.501])
-"""Edges of boxes of the offset over the crank radius, beyond round numbers by what rounded lengths
-add to them. Offsets of either sign have boxes of their own."""
+"""Edges of boxes of the offset over the crank radius, which exceed round numbers by rounded
+lengths. Offsets of either sign have boxes of their own."""
 
 LARGEST_RATIO = np.array([0.82, 0.5, 0.36, 0.36, -1.0])
-"""Largest crank ratio without an offset, up to each edge, and beyond the last: with larger ones,
-polynomials of this degree are too few."""
+"""Largest crank ratio without an offset, up to each edge, and beyond the last edge: for larger
+ratios, polynomials of this degree are too few."""
 
 KINDS = 2 * len(OFFSET_EDGES) - 1
 """Boxes for each interval of the crank ratio: no offset, a small positive and negative one, ..."""
@@ -75,7 +75,7 @@ class Box:
             (ratio, offset), (self.ratio, self.offset), self.degrees.max(axis=0), strict=True
         ):
             place = (value - centre) / (width or 1.0)
-            # NumPy's own function takes twice as long, and makes those that no column has.
+            # NumPy's own function takes twice as long, and computes powers that no column has.
             side = [np.ones(place.shape), place]
             while len(side) <= degree:
                 side.append(2.0 * place * side[-1] - side[-2])
@@ -120,7 +120,7 @@ def box_of(number: int, ratio: float, offset: float, largest_radius: float = 1.0
 
 @lru_cache(maxsize=64)
 def _box(number: int, largest_radius: float) -> Box:
-    """Box of a number, cached with what it knows of itself."""
+    """Box with a given number, cached with its derived values."""
     low, high = RATIO_EDGES[number // KINDS :][:2] / largest_radius
     edge, positive = (number % KINDS + 1) // 2, number % KINDS % 2
     near, far = OFFSET_EDGES[edge - 1 : edge + 1] if edge else (0.0, 0.0)

@@ -30,11 +30,11 @@ from engine_dyn.speed.work.interpolation import BEFORE, MEAN_BY_PAIRS, STENCIL, 
 from engine_dyn.types import Booleans, Floats, Integers
 
 UNIT, SQUARE, FIRST_GAS = 0, 1, 2
-"""Places of the parts that all columns have, and of the first diagram: the work of a pressure of 1,
-and the squared velocity."""
+"""Places of the parts that all columns have, and of the first diagram: work of a pressure of 1,
+and squared velocity."""
 
 FRICTION_PARTS = 4
-"""Boundary, mixed, hydrodynamic and skirt, see `engine_dyn.loads.friction`."""
+"""Parts of friction: boundary, mixed, hydrodynamic and skirt, see `engine_dyn.loads.friction`."""
 
 
 class RubbedDiagram(NamedTuple):
@@ -90,7 +90,7 @@ FEWEST_COARSE = 60
 
 WIDE, NARROW, STEEP = 5, 4, 3
 """Fine intervals of a coarse one, where there are many and few, and where the torque answers
-steeply to the speed, as that of a motor: its error falls with the fifth power of the width."""
+steeply to the speed, as a motor's: the error falls with the fifth power of the width."""
 
 
 class Nodes(NamedTuple):
@@ -136,18 +136,18 @@ def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> N
     stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
     stride = STEEP if steep else stride
     coarse = max(-(-each // stride), FEWEST_COARSE)
-    coarse += coarse * stride % 2  # even, so that every other node tells whether all suffice
+    coarse += coarse * stride % 2  # even: every other node shows whether all suffice
     return Nodes(coarse * stride * cycles, stride, times, cycles)
 
 
 ATMOSPHERE = 101325.0
-"""Pressure [Pa] under the piston that columns of the gas contain."""
+"""Pressure [Pa] under the piston that the columns of the gas contain."""
 
 SAME_PLACE = 1e-9
 """Part of an interval by which rounding may displace a phase."""
 
 VALUE, SLOPE, MIDDLE, BETWEEN = range(4)
-"""What `Columns.fine` has of each part."""
+"""Values of each part in `Columns.fine`."""
 
 
 class Columns(NamedTuple):
@@ -229,7 +229,7 @@ def columns_of(source: Source, parts: Parts) -> Columns:
 
 
 def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
-    """Arrays of `Columns`."""
+    """Arrays from which `Columns` is made."""
     terms, nodes = len(source.box.degrees), source.nodes.of_engine
     work, halves, rates = curves = np.zeros((3, parts.number, terms, nodes))
     _add_gas(source, parts.rows, curves)
@@ -238,7 +238,7 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         for member in source.members:
             _add_friction(source, diagram, member, curves[:, place : place + FRICTION_PARTS])
     mean = cumulate(work, halves, rates, source.width)
-    # Friction has no mean here: it is part of the mean friction torque.
+    # Friction has no mean here: the mean friction torque contains it.
     mean[parts.first_rubbed : parts.first_torque] = 0.0
     _add_square(source, curves[:, SQUARE])
     if source.nodes.cycles > 1:
@@ -251,11 +251,11 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (torque.mean - torque(theta))
     stride, whole = source.nodes.stride, source.nodes.number
-    # NumPy asks for large pages of memory, kernels do not: filling them takes a quarter less time.
+    # NumPy requests large memory pages, kernels do not: filling them takes a quarter less time.
     fine = np.empty((parts.number, whole, 4, terms))
     coarse = np.empty((parts.number, whole // stride, 2, terms))
     arrange(work, halves, rates, source.width, weights_between(stride), fine, coarse)
-    in_the_middle = np.cos(0.5 * np.pi * source.box.degrees).prod(axis=1)  # of the box
+    in_the_middle = np.cos(0.5 * np.pi * source.box.degrees).prod(axis=1)  # middle of the box
     middle = np.asarray(np.einsum("t,ptn->pn", in_the_middle, work))
     return (
         fine, coarse, mean, source.box.degrees, _roughness(middle), _jaggedness(middle, stride),
@@ -264,10 +264,10 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
 
 
 def _missed(box: Box, columns: Floats) -> Floats:
-    """Error of the polynomials of a box: the ratio of the last degrees, continued by one degree.
+    """Error of a box's polynomials: the ratio of the last degrees, continued by one degree.
 
-    Where cylinders nearly balance each other, this is not little beside the curve itself. With an
-    offset it is not counted: docs/limits.md.
+    Where cylinders nearly balance each other, it is not small against the curve. An offset's error
+    is not counted: docs/limits.md.
     """
     total = box.degrees[:, 0] if box.offset[1] == 0.0 else np.zeros(len(columns))
     before, last = (np.abs(columns[total == n]).sum(axis=0).max() for n in (DEGREE - 2, DEGREE - 1))
@@ -286,7 +286,7 @@ def _roughness(curve: Floats) -> Floats:
 
 
 def _jaggedness(curve: Floats, stride: int) -> Floats:
-    """By how much the work rises between coarse nodes above what a smooth curve could.
+    """Rise of the work between coarse nodes above the largest that a smooth curve could have.
 
     That is a quarter of the second difference above the chord, docs/solver.md (95). Smooth diagrams
     have 0. Falls count like rises.
@@ -348,13 +348,13 @@ def mean_weights(member: Member, box: Box, period: float) -> tuple[Floats, Float
 
 
 def _folded(curves: Floats, nodes: Nodes) -> Floats:
-    """Sum over the periods of a cycle, which is the last axis."""
+    """Sum over the periods of a cycle, along the last axis."""
     shape = *curves.shape[:-1], nodes.times, nodes.of_engine
     return np.asarray(curves.reshape(shape).sum(axis=-2))
 
 
 def _add_square(source: Source, curves: Floats) -> None:
-    """Add V without its mean, docs/method.md (20), and its slope, docs/solver.md (57)."""
+    """Add V, the squared velocity less its mean, docs/method.md (20), and docs/solver.md (57)."""
     for member in source.members:
         own = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
         for total, curve in zip(curves, (own.square, own.square_between, own.slope), strict=True):
@@ -368,8 +368,8 @@ def _add_square(source: Source, curves: Floats) -> None:
 def _add_gas(source: Source, rows: Integers, curves: Floats) -> None:
     """Add the mean torque of intervals, and at nodes, of a pressure of 1 and of each diagram.
 
-    The second curve gets the part of the first half of each interval. Cylinders that differ in
-    their phase by whole intervals have the same torque.
+    The second curve gets the first half of each interval. Cylinders whose phases differ by whole
+    intervals have the same torque.
     """
     step, nodes = source.width, source.nodes.of_engine
     total = curves[:, : FIRST_GAS + rows.size]
@@ -385,7 +385,7 @@ def _add_gas(source: Source, rows: Integers, curves: Floats) -> None:
 
 
 def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...]:
-    """The addition of `_add_gas` for one cylinder, (curve, part, term, node)."""
+    """Torque that `_add_gas` adds for one cylinder, (curve, part, term, node)."""
     inside, at_node = _angles(member, source.nodes, source.cylinders.period)
     speed = _velocity_of(member, source.box, source.nodes, source.cylinders.period)
     half = inside.size // 2
@@ -410,7 +410,7 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
 
 
 def _add_friction(source: Source, diagram: RubbedDiagram, member: Member, curves: Floats) -> None:
-    """Subtract each part of friction over its mean, of one cylinder: docs/method.md (32), (50)."""
+    """Subtract each part of a cylinder's friction over its mean: docs/method.md (32), (50)."""
     inside, at_node = _angles(member, source.nodes, source.cylinders.period)
     ratio, offset = (side[:, None] for side in member.own(*source.box.samples.T))
     shapes, low = [], math.floor(diagram.row)
@@ -423,7 +423,7 @@ def _add_friction(source: Source, diagram: RubbedDiagram, member: Member, curves
         shapes.append(stacked_parts(load, velocity(angle, ratio, offset), np.sin(angle)))
     of_points = np.repeat(WEIGHTS, at_node.size) / at_node.size
     mean = np.einsum("psq,q->ps", shapes[0], of_points)[..., None]
-    # A part whose mean is 0, of rings that are always lifted, is 0.
+    # A part with a mean of 0, of rings that are always lifted, is 0.
     shapes = [np.where(mean > 0.0, -shape / np.where(mean > 0.0, mean, 1.0), 0.0)
               for shape in shapes]  # fmt: skip
     points = shapes[0].reshape(*shapes[0].shape[:-1], WEIGHTS.size, -1)
@@ -510,7 +510,7 @@ def arrange(
     parts, terms, nodes = work.shape
     stride, wide = weights.shape[0], nodes // weights.shape[0]
     integral, missed = np.empty(nodes + 1), np.empty(wide)
-    # Integral and work at the coarse nodes, with half a stencil more at both ends.
+    # Integral and work at the coarse nodes, extended by half a stencil at both ends.
     sparse, around = np.empty(wide + STENCIL), np.empty(wide + STENCIL)
     for part in range(parts):
         for term in range(terms):
@@ -521,13 +521,13 @@ def arrange(
                 cubic = 0.5 * (y[i] + y[after]) + 0.125 * width * (slope[i] - slope[after])
                 fine[part, i, 0, term], fine[part, i, 1, term] = y[i], slope[i]
                 fine[part, i, 2, term], integral[i] = half[i] - cubic, total
-                total += (y[i] + 4.0 * half[i] + y[after]) / 6.0  # exact for cubics
+                total += (y[i] + 4.0 * half[i] + y[after]) / 6.0  # Simpson's rule, exact for cubics
             integral[nodes] = total  # nearly 0: the work has no mean
             for c in range(wide + STENCIL):
                 turn = (c - BEFORE + wide) // wide - 1
                 node = (c - BEFORE - turn * wide) * stride
                 sparse[c], around[c] = integral[node] + turn * total, y[node]
-            # All intervals beside each other: that is twice as fast as one after the other.
+            # All intervals in one loop: twice as fast as one interval after the other.
             for place in range(stride):
                 for c in range(wide):
                     missed[c] = integral[c * stride + place]

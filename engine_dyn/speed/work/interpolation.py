@@ -13,13 +13,13 @@ from engine_dyn.speed.vectors import where
 from engine_dyn.types import Floats
 
 MEAN_BY_PAIRS = (802.0 / 1440.0, -93.0 / 1440.0, 11.0 / 1440.0)
-"""Weights of the pairs of nodes around an interval, from within, in the mean over it."""
+"""Weights of pairs of nodes around an interval, from the inner pair on, in the mean over it."""
 
 STENCIL = 8
-"""Nodes of the polynomial between nodes: three before the interval, three behind it."""
+"""Number of nodes of the interpolating polynomial: three before the interval, three behind it."""
 
 BEFORE = STENCIL // 2 - 1
-"""Nodes of the polynomial before the interval."""
+"""Number of the polynomial's nodes before the interval."""
 
 
 def lagrange_weights(t: Floats) -> Floats:
