@@ -211,7 +211,7 @@ def _elasticities(part: xr.Dataset, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _left_out(part: xr.Dataset) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
-    """Curves, and quantities with several numbers for each design, by one value of their axes."""
+    """Names of curves, and of quantities with several numbers for each design, with examples."""
     curves: list[str] = []
     several: dict[str, tuple[str, ...]] = {}
     for name in of_designs(part):

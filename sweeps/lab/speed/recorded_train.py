@@ -332,7 +332,7 @@ def _fit_from(
         count = np.isfinite(each).sum(axis=0)
         usual = np.nansum(each, axis=0) / np.where(count, count, 1)
     own = each - usual
-    # The mean of a few cycles takes a part of each away
+    # The deviations of few cycles from their mean are too small
     freedom = max(int((count - 1).clip(min=0).sum()), 1)
     return float(np.sqrt(np.nansum(own**2) / freedom)), float(np.sqrt(np.nanmean(off**2))), found
 

@@ -100,7 +100,7 @@ def derivative(
 
 
 def _extrapolated(coarse: Floats, fine: Floats, order: int) -> Floats:
-    """Richardson's extrapolation of differences whose error begins with this power of the step."""
+    """Richardson's extrapolation of differences with an error of one order in the step."""
     return fine + (fine - coarse) / (RATIO**order - 1.0)
 
 

@@ -126,7 +126,7 @@ FEATURES: Mapping[str, Feature] = {
     "inertia or its parts": _keys(*shaft.INERTIA_KEYS),
     "counterweight_fraction or counterweight_mass": _keys(*web_weights.GIVEN.excludes),
 }
-"""Features of scenes that are already read; `check_tables` has those of tables."""
+"""Functions that tell by a scene whether it has a feature; `check_tables` does it for tables."""
 
 
 def check_crossings(scene: Scene, name: str) -> None:

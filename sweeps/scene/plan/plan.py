@@ -31,7 +31,7 @@ from sweeps.scene.plan.variations import Variation, variations_of
 from sweeps.scene.representations import html_tables, named_some
 
 MOST_CELLS = 1000
-"""Most points of the axes that statistics of [reduce] leave; each has sums and bins."""
+"""Most points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -179,7 +179,7 @@ def _limit(view: View, limit: str, place: Mapping[str, int]) -> Floats | None:
 
 
 def _by_values(view: View, name: str, along: str) -> Figure:
-    """Figure with lines for values of an axis, for the most loaded part, as `_by_part`."""
+    """Figure with lines for values of an axis, for the most loaded shaft or disc."""
     view = at_largest(view, name)
     misfire, places = cases(view, name, {})
     if misfire:
