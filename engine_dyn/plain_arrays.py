@@ -31,7 +31,7 @@ from numba.extending import (
 class PlainArray(np.ndarray):
     """A view of an array for kernels; it is contiguous."""
 
-    # Without it Numba takes the type for an array, and searches for the kernel at each call: a
+    # Otherwise Numba takes the type for an array, and searches for the kernel at each call: a
     # sixth of a small run's time. Boolean and read-only arrays are mistaken all the same.
     __numba_array_subtype_dispatch__ = True
 

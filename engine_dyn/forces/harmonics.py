@@ -261,7 +261,7 @@ def of_first(
     part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
-    """As `of_engine`, of cylinder 1 alone."""
+    """Harmonics of a part of the torque, of cylinder 1 alone; parameters as of `of_engine`."""
     summed = _sum_of(part, crank_ratio, offset)
     return _by_count(lambda nu, e: summed(nu, e.members[:1]), orders, cylinders, by_count)
 

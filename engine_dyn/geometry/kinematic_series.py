@@ -268,7 +268,7 @@ def _truncated(
         raise ValueError(f"highest order = {bad:g}: must be 2, 4, 6 or another even number")
     total = (1.0 - np.cos(angle), np.sin(angle), np.cos(angle))[derivative]
     for terms in range(1, int(kept.max()) // 2 + 1):
-        # Power lambda^(2 terms - 1), which multiplies every angle of this term.
+        # All terms with the power lambda^(2 terms - 1) are kept or dropped together.
         part = _of_power(angle, terms, derivative) * ratio ** (2 * terms - 1)
         total = total + np.where(kept >= 2 * terms, part, 0.0)
     return total

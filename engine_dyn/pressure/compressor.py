@@ -60,7 +60,7 @@ FILE_FIELDS: dict[str, FileField] = {
     "valve_ramp": FileField("degree", 1.0, 45.0),
     "valve_lag": FileField("degree", 0.25, 20.0),
 }
-"""Fields of the pump's cycle in engine files."""
+"""Fields of the compressor's cycle in engine files."""
 
 FILE_UNITS = file_units(FILE_FIELDS)
 """Unit in which a file of a driven machine gives each field, and its size in SI."""

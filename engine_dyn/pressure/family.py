@@ -521,7 +521,7 @@ def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arr
             with _lock:
                 kept = _kept.setdefault(family, {})
                 kept[key] = made
-                # As many as all groups of a sweep have, which a search for an inertia solves again.
+                # Room for all groups of a sweep: a search for an inertia solves them again.
                 while kept and (len(kept) > 64 or _bytes_of(kept) > 160_000_000):
                     kept.pop(next(iter(kept)))
             return made

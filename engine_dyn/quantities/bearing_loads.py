@@ -136,7 +136,7 @@ def _load_nodes(
     whole, extreme = f"{load}_components", f"{load}_extremes"
     variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
     if load != "main_journal":
-        plain = " plain_rods" if load == "crank_pin" else ""  # `each_cylinder` has the others
+        plain = " plain_rods" if load == "crank_pin" else ""  # articulated: `each_cylinder`
         variants = ((f"equal{plain}", ()), (f"unequal{plain}", _COUNTED))
     made = [
         node

@@ -482,8 +482,8 @@ def _step(values: Floats, width: Floats) -> float:
     if values.size < FEWEST:
         return 0.0
     slope = np.diff(values) / (0.5 * (width[1:] + width[:-1]))
-    after = values[1:] + slope * 0.5 * width[1:]  # extrapolated to the edge after an interval
-    before = values[:-1] - slope * 0.5 * width[:-1]  # and to the edge before it
+    after = values[1:] + slope * 0.5 * width[1:]  # values at the edge after an interval
+    before = values[:-1] - slope * 0.5 * width[:-1]  # values at the edge before an interval
     step, within = float(after[-1] - before[0]), after[:-2] - before[2:]
     # A larger step than this many times those between neighbours elsewhere is drift.
     return step if abs(step) > 4.0 * float(np.sqrt(np.mean(within**2))) else 0.0

@@ -1,4 +1,4 @@
-"""What a block of designs has before the solution: weights of the recurrence, and the work.
+"""Values of a block of designs before the solution: weights of the recurrence, and the work.
 
 Weights are those along the coarse nodes; the work comes from the columns.
 """
@@ -59,7 +59,7 @@ def fill_work_table(block: int, columns: ColumnRows, designs: Designs, table: Wo
     write(table.share, 0, 1.0)
     add_columns(SQUARE, coarse, table, table.square, table.square_missed)
     for piece in range(len(part)):
-        # Designs with a part in common are neighbours; the others get 0 of it.
+        # Designs with a common part are neighbours; all others get a factor of 0.
         begin = 0
         while begin < LANES:
             which, some, end = part[piece, first + begin], False, begin

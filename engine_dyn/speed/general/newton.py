@@ -215,7 +215,7 @@ def newton(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         runs = more > 0 and least > FLOOR
         taken = more if more < 0 else max(taken, 0) + more
         if number < 2 or runs:
-            mu, smallest = new_mu, least  # else `smallest` shows whether the first try stalled
+            mu, smallest = new_mu, least  # a failed last try keeps the `smallest` of a stall
         if wanted == closure and (runs or closure == POWER_MEAN):
             break
     return taken, mu, smallest

@@ -98,7 +98,7 @@ def solve_designs(
         rest = _write(
             which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results
         )
-        # Under such a load, cycles followed in time reduce only the error of integrating the load.
+        # Under a weak power load, cycles followed in time reduce only the error of integrating it.
         gentle = is_power(design.law) and abs(design.kappa) * width <= 0.1
         unresolved[which] = gentle and rest > task.tolerance
 
