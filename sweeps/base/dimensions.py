@@ -19,17 +19,13 @@ from sweeps.base.ratios import number_or_ratio
 if TYPE_CHECKING:
     import xarray as xr
 
-DESIGN = "design"
-"""Dimension of [designs]: parameters that vary together."""
+DESIGN = "design"  # Dimension of [designs]: parameters that vary together
 
-ARRANGEMENT = "arrangement"
-"""Dimension of [axes] arrangement, an axis of words."""
+ARRANGEMENT = "arrangement"  # Dimension of [axes] arrangement, an axis of words
 
-ENGINE = "engine"
-"""Dimension of [axes] engine, an axis of words."""
+ENGINE = "engine"  # Dimension of [axes] engine, an axis of words
 
-FIRING_PATTERN = "firing_pattern"
-"""Dimension of [axes] firing_pattern, an axis of words."""
+FIRING_PATTERN = "firing_pattern"  # Dimension of [axes] firing_pattern, an axis of words
 
 COUNTED = ("throw", "bay", "piston", "main_bearing", "mount", "cylinder")
 """Dimensions whose points are parts of an engine, between which there is nothing."""
@@ -54,21 +50,13 @@ best one unless it is asked to."""
 
 
 class WordAxis(NamedTuple):
-    """A dimension whose points are words, or a column of [designs] that holds texts.
+    """A dimension whose points are words, or a column of [designs] that holds texts."""
 
-    Attributes
-    ----------
-    name, long_name : str
-        In archives.
-    column : bool
-        Whether [designs] may have it as a column.
-    title : str
-        Words that titles of figures put before a word of the axis, which does not tell by itself.
-    """
-
+    # Name and long name in archives.
     name: str
     long_name: str
-    column: bool = True
+    column: bool = True  # Whether [designs] may have it as a column
+    # Words that titles of figures put before a word of the axis that would be unclear alone.
     title: str = ""
 
 
@@ -98,8 +86,7 @@ UNCERTAIN = "uncertain_parameter"
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference], after a quantity's name."""
 
-ELASTICITY = "_elasticity"
-"""Ending of the elasticities of a quantity, over `PARAMETER`."""
+ELASTICITY = "_elasticity"  # Ending of the elasticities of a quantity, over `PARAMETER`
 
 LOW, HIGH, EXPLAINED, SHARE = "_low", "_high", "_explained", "_share"
 """Endings of the variables on the uncertainty of a quantity: ends of its band, linear part of the

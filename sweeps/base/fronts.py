@@ -47,12 +47,10 @@ def _beaten_of_pairs(numbers: Floats) -> Booleans:
 
 
 def _beaten_of_three(numbers: Floats) -> Booleans:
-    """Whether each of different triples, in ascending order, is beaten by one before it.
-
-    A triple beats a later one if it is not above it in the second and third number. Blocks of
-    designs are compared with the blocks that follow them, then blocks twice as long: along the
-    second number, the least third number of the first block is known.
-    """
+    """Whether each of different triples, in ascending order, is beaten by one before it."""
+    # A triple beats a later one if it is not above it in the second and third number. Blocks of
+    # designs are compared with the blocks that follow them, then blocks twice as long: along the
+    # second number, the least third number of the first block is known.
     _, second, third = numbers
     count = second.size
     beaten = np.zeros(count, dtype=bool)

@@ -169,10 +169,8 @@ def opened_to_print(path: Path) -> Iterator[xr.Dataset]:
 
 @contextmanager
 def _blamed(path: Path) -> Iterator[None]:
-    """Report errors in a block as faults of an archive.
-
-    Archives of other programs, or damaged ones, may hold anything under names of quantities.
-    """
+    """Report errors in a block as faults of an archive."""
+    # Archives of other programs, or damaged ones, may hold anything under names of quantities.
     try:
         yield
     except (SceneError, MemoryError, click.exceptions.Exit):

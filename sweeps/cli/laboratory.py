@@ -32,10 +32,9 @@ if TYPE_CHECKING:
 
 
 class _WithKeys(click.Command):
-    """A command with an option for each key of `ImportOptions`.
+    """A command with an option for each key of `ImportOptions`."""
 
-    The options are made when the command is used: help on all commands does not load the keys.
-    """
+    # The options are made when the command is used: help on all commands does not load the keys.
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Options of the command itself, then those of the keys."""

@@ -32,10 +32,9 @@ def _in_one_line(ctx: click.Context) -> Iterator[None]:
 
 
 class _Commands(click.Group):
-    """Commands whose options with one value may be given once: click takes the last in silence.
+    """Commands whose options with one value may be given once: click takes the last in silence."""
 
-    Faults of options are reported in one line, as all bad input is.
-    """
+    # Faults of options are reported in one line, as all bad input is.
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take the options before the command."""

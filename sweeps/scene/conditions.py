@@ -159,8 +159,7 @@ class Asked:
 
     # Variables by key; the outcome as "status" where every value has one
     variables: dict[str, xr.Variable]
-    # Bearing that counts, for each variable with a value for each bearing.
-    parts: dict[str, Part]
+    parts: dict[str, Part]  # Bearing that counts, for each variable with a value for each bearing
     wanted: list[str]  # Keys of the quantities that are minimised or maximised
     limited: list[str]  # Keys of the quantities in conditions
 

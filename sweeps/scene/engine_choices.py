@@ -33,8 +33,7 @@ from sweeps.scene.engine.cylinder_keys import (
 from sweeps.scene.engine.engine_files import engine_path, load_engine
 from sweeps.scene.toml_tables import SceneFile
 
-MOST = 200
-"""Most ordinary scenes that one scene may consist of"""
+MOST = 200  # Most ordinary scenes that one scene may consist of
 
 
 # Names of engine and arrangement, and the positions of the choice along the axes
@@ -206,10 +205,8 @@ def _arrangements(given: SceneFile, name: str) -> dict[str, Any]:
 
 
 def _differ(several: Mapping[str, Any], given: SceneFile, name: str, base: Path) -> bool:
-    """Whether arrangements differ from the scene in the number of cylinders, which then follows.
-
-    Numbers of cylinders in the scene itself stay as they are: arrangements must fit them.
-    """
+    """Whether arrangements differ from the scene in the number of cylinders, which then follows."""
+    # Numbers of cylinders in the scene itself stay as they are: arrangements must fit them.
     if not several or "cylinders" in given.set or "cylinders" in given.axes:
         return False
     if isinstance((given.designs or {}).get("cylinders"), list | np.ndarray):

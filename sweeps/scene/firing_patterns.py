@@ -41,8 +41,7 @@ MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
 """Most firings of a pattern, patterns that one text stands for, and cycles after which all patterns
 of a scene repeat."""
 
-LONG = 60
-"""Most letters of the name of a pattern."""
+LONG = 60  # Most letters of the name of a pattern
 
 
 @dataclass(frozen=True)

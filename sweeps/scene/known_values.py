@@ -67,12 +67,10 @@ def known_values(
 def _left_in_force(
     values: GivenValues, words: Sequence[str], more: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values of the engine, and single values over them, that the scene leaves in force.
-
-    Where the words of a scene select a derived variant of a parameter that also has a given one
-    (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
-    engine's.
-    """
+    """Values of the engine, and single values over them, that the scene leaves in force."""
+    # Where the words of a scene select a derived variant of a parameter that also has a given one
+    # (the load of a characteristic, the inertia for a wanted delta), the derived value replaces the
+    # engine's.
     own = {**values.engine.values, **more}
     variants = variants_of(tuple(words))
     derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}

@@ -41,20 +41,11 @@ from sweeps.scene.variants import variant_words
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Published values beside the computed ones.
+    """Published values for comparison with the computed ones."""
 
-    Attributes
-    ----------
-    file : str
-        The file as the scene names it.
-    dimensions : tuple of str
-        Dimensions of the scene that the rows tell apart, in scene order.
-    columns : dict of ndarray
-        Published values of each quantity over these dimensions, NaN where nothing is printed.
-    """
-
-    file: str
-    dimensions: tuple[str, ...]
+    file: str  # The file as the scene names it
+    dimensions: tuple[str, ...]  # Dimensions of the scene on which rows differ, in its order
+    # Published values of each quantity over these dimensions, NaN where none is printed.
     columns: dict[str, Floats]
 
 
@@ -332,19 +323,13 @@ class Scene(GivenValues):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class SeveralEngines(Scene):
-    """A scene of several engines or arrangements: an ordinary scene for each of them.
+    """A scene of several engines or arrangements: an ordinary scene for each of them."""
 
-    Attributes
-    ----------
-    each : tuple of Scene
-        The ordinary scenes; each asks for the quantities that its engine has. What the scene as a
-        whole says of an engine is said of the first.
-    places : tuple of mapping of ndarray
-        For each its positions along `engine`, `arrangement` and `design`, rising; of these, all
-        have those that tell them apart.
-    """
-
+    # The ordinary scenes; each asks for the quantities that its engine has. Properties of the whole
+    # scene that belong to an engine are those of the first.
     each: tuple[Scene, ...]
+    # Ascending positions of each scene along those of `engine`, `arrangement` and `design` on which
+    # the scenes differ.
     places: tuple[Mapping[str, Integers], ...]
 
     @property

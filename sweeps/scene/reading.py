@@ -257,10 +257,8 @@ def _sample_named(raw: Mapping[str, Any]) -> Iterator[None]:
 
 
 def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
-    """Path of a scene, its name in messages, its folder and its tables.
-
-    A scene from the standard input or a pipe has no path: its folder is the working folder.
-    """
+    """Path of a scene, its name in messages, its folder and its tables."""
+    # A scene from the standard input or a pipe has no path: its folder is the working folder.
     known = built_in_scenes()
     text = str(scene)
     if isinstance(scene, str) and text in known:
@@ -346,10 +344,8 @@ def _assembled(
     given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
     designs: dict[str, Floats], labels: dict[str, tuple[str, ...]], known: dict[str, Any],
 ) -> Scene:  # fmt: skip
-    """Read the tables one by one and put them together, without references to published values.
-
-    `known` has the fields that do not come from the tables.
-    """
+    """Read the tables one by one and put them together, without references to published values."""
+    # `known` has the fields that do not come from the tables.
     assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
     engine = with_features(engine, given, base, f"{name}: ")

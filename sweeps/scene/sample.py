@@ -33,11 +33,9 @@ METHODS = {
 }
 """Ways to draw a sample, in words."""
 
-SEARCH = "search"
-"""Method of archives of a search, whose designs were looked for, not drawn."""
+SEARCH = "search"  # Method of archives of a search, whose designs were looked for, not drawn
 
-LARGEST = 1 << 24
-"""Most designs of one sample."""
+LARGEST = 1 << 24  # Most designs of one sample
 
 LARGEST_REDUCED = 1 << 30
 """Most designs of a sample that is reduced as it is computed: points of SciPy's Sobol' sequences.
@@ -51,8 +49,7 @@ MOST_OF_SOBOL = 50
 """Most parameters with Sobol' sequences. In more dimensions, samples of usual sizes fill space no
 better than random numbers do."""
 
-WORDS = LABELS[1:]
-"""Parameters whose values are texts: one of several, equally likely."""
+WORDS = LABELS[1:]  # Parameters whose values are texts: one of several, equally likely
 
 _OWN = ("method", "number", "seed")
 

@@ -27,8 +27,7 @@ class Given(NamedTuple):
 
     # Table `set`, `axes` or `designs`; empty for a value of the engine, and for a default
     table: str
-    # Values in the table, in the units of files; a single one if constant.
-    values: npt.NDArray[Any]
+    values: npt.NDArray[Any]  # Values in the table, in the units of files; a single one if constant
     dims: tuple[str, ...]  # Dimension along which it varies, if any
 
 
@@ -103,8 +102,7 @@ class GivenValues:
         return tuple(key for key in CYCLE_KEYS if key in self.given)
 
 
-FIRST, BY_COMPONENT = FRICTION_LAWS
-"""Default friction law, and the law that adds up components."""
+FIRST, BY_COMPONENT = FRICTION_LAWS  # Default friction law, and the law that adds up components
 
 
 def friction_law(values: GivenValues) -> str:

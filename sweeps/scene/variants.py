@@ -103,10 +103,8 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
 
 
 def _throw_given(values: GivenValues) -> bool:
-    """Whether the throws' mass is given itself, in the scene or, without one there, the engine.
-
-    As for the inertia, values of the scene count before those of the engine.
-    """
+    """Whether the throws' mass is given itself, in the scene or, without one there, the engine."""
+    # As for the inertia, values of the scene count before those of the engine.
     throw = ("throw_mass", "throw_radius")
     return not values.gives("crank_mass") and (values.gives(*throw) or values.engine_gives(*throw))
 

@@ -40,10 +40,9 @@ Reader = Callable[[Path, bytes, str, ReadingChoices], Contents]
 
 
 class _Kind(NamedTuple):
-    """A format: its reader, the endings of its files, and the choices that count.
+    """A format: its reader, the endings of its files, and the choices that count."""
 
-    A reader that uses another library runs `apart`, in a process with limits.
-    """
+    # A reader that uses another library runs `apart`, in a process with limits.
 
     read: Reader
     suffixes: tuple[str, ...] = ()

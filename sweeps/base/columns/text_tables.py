@@ -37,12 +37,11 @@ _NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
 
 
 class _Form(NamedTuple):
-    """How the numbers of a text file are written.
+    """How the numbers of a text file are written."""
 
-    `first` is the row (from 0) of the first numbers, `width` the number of columns, `fields` the
-    number of fields in a row with empty ones and notes at its end. `thousands` is the mark between
-    groups of three digits, if there is one.
-    """
+    # `first` is the row (from 0) of the first numbers, `width` the number of columns, `fields` the
+    # number of fields in a row with empty ones and notes at its end. `thousands` is the mark
+    # between groups of three digits, if there is one.
 
     separator: str
     decimal: str

@@ -121,10 +121,9 @@ _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 
 @dataclass(frozen=True)
 class _Kept:
-    """Bytes of files that were read, whether they are all (closed), and the scene's folder.
+    """Bytes of files that were read, whether they are all (closed), and the scene's folder."""
 
-    `instead` holds tables that a program gives in place of files.
-    """
+    # `instead` holds tables that a program gives in place of files.
 
     files: dict[str, bytes]
     closed: bool

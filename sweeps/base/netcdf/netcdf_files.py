@@ -46,8 +46,7 @@ SLAB = 16e6  # Bytes of a variable that are read or copied at a time
 
 _UNTRUSTED: ContextVar[bool] = ContextVar("untrusted", default=False)
 
-TEXT_REFERENCE = 16
-"""Least bytes that the reference to a text of a netCDF-4 variable takes."""
+TEXT_REFERENCE = 16  # Least bytes that the reference to a text of a netCDF-4 variable takes
 
 
 def check_file(path: Path) -> None:
@@ -350,11 +349,10 @@ def slabs(
 
 
 class _Library:
-    """A lock that a thread may take several times, and that can be copied and pickled.
+    """A lock that a thread may take several times, and that can be copied and pickled."""
 
-    It includes the lock that xarray has for files. xarray reads attributes without any lock: files
-    that are opened here by xarray are opened with this lock held, and use it themselves.
-    """
+    # It includes the lock that xarray has for files. xarray reads attributes without any lock:
+    # files that are opened here by xarray are opened with this lock held, and use it themselves.
 
     def __init__(self) -> None:
         self._own = threading.RLock()

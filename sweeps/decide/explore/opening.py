@@ -141,10 +141,8 @@ def _opened_as_one(joined: Joined) -> xr.Dataset:
 
 
 def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequence[Integers]) -> Any:
-    """Variables of several files as one array that xarray reads when it is used.
-
-    xarray joins files by dask, which need not be installed.
-    """
+    """Variables of several files as one array that xarray reads when it is used."""
+    # xarray joins files by dask, which need not be installed.
     from xarray.backends import BackendArray
     from xarray.core import indexing
 

@@ -278,11 +278,9 @@ def cut_into_cycles(
 
 
 def _begins_elsewhere(angle: Floats, inside: Floats, period: float) -> int:
-    """First sample of a cycle that ends or begins with the recording.
-
-    The cycle whose cut is nearer to a dead centre of gas exchange is chosen: the end of another
-    cycle does the least harm there.
-    """
+    """First sample of a cycle that ends or begins with the recording."""
+    # The cycle whose cut is nearer to a dead centre of gas exchange is chosen: the end of another
+    # cycle does the least harm there.
     from_end = int(np.searchsorted(angle, angle[-1] - period + SAME))
     return 0 if abs(inside[0]) >= abs(inside[from_end]) else from_end
 

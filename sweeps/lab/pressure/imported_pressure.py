@@ -172,8 +172,7 @@ class EngineMeasures:
     period: float  # Angle of one cycle [rad]
     # Values of parameters in their file units, and `compression_ratio` [1] where it is known.
     values: Mapping[str, float]
-    # Firing angles of the cylinders, if the engine gives them.
-    own_cylinders: Cylinders | None
+    own_cylinders: Cylinders | None  # Firing angles of the cylinders, if the engine gives them
 
 
 def measures_of(engine: Engine) -> EngineMeasures:

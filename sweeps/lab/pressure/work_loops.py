@@ -30,10 +30,9 @@ STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 
 @dataclass(frozen=True)
 class _Source:
-    """Column that the travel comes from, as messages name it.
+    """Column that the travel comes from, as messages name it."""
 
-    `backward` says that the crank passes the points in the reverse order of the file.
-    """
+    # `backward` says that the crank passes the points in the reverse order of the file.
 
     recording: Recording
     key: str
@@ -275,11 +274,9 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
 
 
 def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down: bool) -> bool:
-    """Whether the last point before or the first after a dead centre is on the way down.
-
-    It belongs to the side on which the steps next to it are more alike. Near a dead centre the
-    travel grows as the square of the angle.
-    """
+    """Whether the last point before or the first after a dead centre is on the way down."""
+    # It belongs to the side on which the steps next to it are more alike. Near a dead centre the
+    # travel grows as the square of the angle.
     at = 1.0 if not begins_down else 0.0
     here = math.sqrt(abs(travel[middle] - at))
     before = math.sqrt(abs(travel[first - 1] - at)) if first > 0 else here

@@ -45,8 +45,7 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-FALSE_ALARMS = 1e-4
-"""Probability of a false alarm in one cycle of the whole engine, by default."""
+FALSE_ALARMS = 1e-4  # Probability of a false alarm in one cycle of the whole engine, by default
 
 TOOTH_DEVIATION = 0.001
 """Standard deviation of unknown errors of teeth, in shares of the smallest interval."""
@@ -342,11 +341,9 @@ def _against_others(speed: Floats, good: Booleans) -> tuple[Floats, int]:
 
 
 def _passage(relative: Floats, wheel: Wheel, count: int) -> float:
-    """Error of the passages of teeth, from changes too rough for any torque.
-
-    It takes fourth differences of the places of teeth that are one pitch apart, whose first
-    difference is the relative speed; their median size, so that single pulses do not count.
-    """
+    """Error of the passages of teeth, from changes too rough for any torque."""
+    # It takes fourth differences of the places of teeth that are one pitch apart, whose first
+    # difference is the relative speed; their median size, so that single pulses do not count.
     turns = relative.shape[1] // wheel.teeth
     even = np.tile(wheel.width < wheel.width.min() * 1.01, turns)
     rough = np.diff(relative, 3, axis=1)

@@ -56,10 +56,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
-    """Measured and computed speeds of all recordings over the same intervals.
+    """Measured and computed speeds of all recordings over the same intervals."""
 
-    Each recording has its own order, from the first interval of its cycle; `order` sorts by angle.
-    """
+    # Each recording has its own order, from the first interval of its cycle; `order` sorts by
+    # angle.
 
     # Middle of the intervals in the order of the angle [rad]; shape (intervals,)
     middle: Floats
@@ -270,10 +270,8 @@ def _errors_of(
     how: str | Floats, raw: Floats, between: Callable[[Floats], Floats], wheel: Wheel,
     has: Booleans,
 ) -> tuple[Floats, Floats, ToothErrors | None]:  # fmt: skip
-    """Errors of the teeth for each recording, their uncertainty, and those of the wheel.
-
-    They are estimated from recordings that have a computed speed.
-    """
+    """Errors of the teeth for each recording, their uncertainty, and those of the wheel."""
+    # They are estimated from recordings that have a computed speed.
     count, zero = len(raw), np.zeros((len(raw), wheel.teeth))
     if not isinstance(how, str):
         return np.tile(how, (count, 1)), zero, ToothErrors(how, np.full(wheel.teeth, np.nan))

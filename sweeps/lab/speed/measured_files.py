@@ -47,40 +47,24 @@ share, as large as a gap in every second turn makes it, counts if they fit the w
 RATES_DIFFER = 0.01
 """Relative difference allowed between a given sample rate and that of the column of times."""
 
-FEWEST = 12
-"""Fewest samples of a cycle of speed over angle."""
+FEWEST = 12  # Fewest samples of a cycle of speed over angle
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedRecord:
-    """One recording of the speed.
+    """One recording of the speed."""
 
-    Attributes
-    ----------
-    label, sha256 : str
-        The file as the scene names it, and the hash of its bytes.
-    teeth : PassedTeeth, optional
-        Turns of the wheel; None for speed over angle.
-    angle : ndarray, shape (n,), or None
-        Angles of speed over angle: uniform angles [rad] from -period/2, its end left out.
-    cycles : ndarray, shape (cycles, n), or None
-        Speeds there [rad/s].
-    remarks : tuple of str
-        Remarks on it, a line each.
-    gap : float, optional
-        Crank angle of the first tooth [rad], where the scene or a mark tells it.
-    turn_known : bool
-        Whether the mark tells with which turn cycles begin.
-    """
-
+    # The file as the scene names it, and the hash of its bytes.
     label: str
     sha256: str
-    teeth: PassedTeeth | None
+    teeth: PassedTeeth | None  # Turns of the wheel; None for speed over angle
+    # Uniform angles [rad] from -period/2 without the end, for speed over angle; shape (n,)
     angle: Floats | None
-    cycles: Floats | None
-    remarks: tuple[str, ...]
+    cycles: Floats | None  # Speeds at these angles [rad/s]; shape (cycles, n)
+    remarks: tuple[str, ...]  # Remarks on the recording, a line each
+    # Crank angle of the first tooth [rad], where the scene or a mark gives it.
     gap: float | None = None
-    turn_known: bool = False
+    turn_known: bool = False  # Whether the mark shows the turn with which cycles begin
 
 
 def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
@@ -174,11 +158,9 @@ def _are_intervals(times: Floats, teeth: int, share: float) -> bool:
 
 
 def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
-    """Recordings of a sensor, all with one edge and one threshold, in parts of the swing.
-
-    The threshold changes where a tooth seems to pass: with a threshold for each recording, the
-    errors of the wheel would differ between recordings.
-    """
+    """Recordings of a sensor, all with one edge and one threshold, in parts of the swing."""
+    # The threshold changes where a tooth seems to pass: with a threshold for each recording, the
+    # errors of the wheel would differ between recordings.
     table, wheel = measured.table, measured.wheel
     assert wheel is not None
     read, events = [], []
@@ -287,10 +269,8 @@ def _marked(
     record: SpeedRecord, recording: Recording, table: MeasuredTable, pulses: Floats,
     time: float | Floats, period: float,
 ) -> SpeedRecord:  # fmt: skip
-    """The record with its teeth counted from the mark of another column, where one is given.
-
-    `time` is that between samples, or the times of changes.
-    """
+    """The record with its teeth counted from the mark of another column, where one is given."""
+    # `time` is that between samples, or the times of changes.
     if table.mark_column is None:
         return replace(record, gap=_given_gap(table))
     assert record.teeth is not None

@@ -28,49 +28,26 @@ from sweeps.scene.features.measured import Measured
 
 @dataclass(frozen=True, eq=False)
 class RecordedSpeeds:
-    """Recordings of one engine, on the same intervals.
+    """Recordings of one engine, on the same intervals."""
 
-    Attributes
-    ----------
-    labels, sha256 : tuple of str
-        The files as the scene names them, and the hashes of their bytes.
-    remarks : tuple of str
-        Remarks on them, a line each.
-    cycles : list of ndarray, shape (cycles, intervals)
-        Speeds [rad/s]: raw ones between the teeth, or samples over the angle.
-    width : ndarray, shape (intervals,)
-        [rad].
-    used : ndarray of bool, shape (intervals,)
-        False for teeth that a sensor sees elsewhere, see `sound_intervals`.
-    period : float
-        Angle of the cycle [rad].
-    wheel : Wheel, optional
-        None for speed over angle.
-    angle : ndarray, shape (intervals,), optional
-        Angles of speed over angle [rad].
-    groups : int
-        Teeth of a turn that could be the first one.
-    first_pulse : tuple of int
-        The one that each recording begins with, from 1.
-    known_gap : float, optional
-        Crank angle of the first tooth [rad], where the scene or marks tell it.
-    turn_known : bool
-        Whether marks tell with which turn cycles begin.
-    """
-
+    # The files as the scene names them, and the hashes of their bytes.
     labels: tuple[str, ...]
     sha256: tuple[str, ...]
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # Remarks on the recordings, a line each
+    # Speeds [rad/s]: raw ones between the teeth, or samples over the angle; shape (cycles,
+    # intervals)
     cycles: list[Floats]
-    width: Floats
+    width: Floats  # Width of the intervals [rad]; shape (intervals,)
+    # False for teeth that a sensor sees elsewhere, see `sound_intervals`; shape (intervals,)
     used: Booleans
-    period: float
-    wheel: Wheel | None
-    angle: Floats | None
-    groups: int
-    first_pulse: tuple[int, ...]
+    period: float  # Angle of the cycle [rad]
+    wheel: Wheel | None  # Toothed wheel; None for speed over angle
+    angle: Floats | None  # Angles of speed over angle [rad]; shape (intervals,)
+    groups: int  # Teeth of a turn that could be the first one
+    first_pulse: tuple[int, ...]  # Number of the tooth that each recording begins with, from 1
+    # Crank angle of the first tooth [rad], where the scene or marks give it.
     known_gap: float | None
-    turn_known: bool
+    turn_known: bool  # Whether marks show the turn with which cycles begin
 
     @property
     def turns(self) -> int:

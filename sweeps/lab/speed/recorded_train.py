@@ -49,8 +49,7 @@ NOT_FOLLOWED: Mapping[str, str] = {
 
 MOST_APART = 2  # Most cycles by which the recordings of pressure and speed may begin apart
 
-FEWEST = 2
-"""Fewest cycles with a measured speed: a single speed does not determine speed and load."""
+FEWEST = 2  # Fewest cycles with a measured speed: a single speed does not determine speed and load
 
 MOST_SAMPLES = 10_000_000
 """Most pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
@@ -304,12 +303,10 @@ def _fitted(
 def _fit_from(
     train: TorqueTrain, row: CyclesInARow, begin: float, period: float
 ) -> tuple[float, float, SpeedOfTrain] | None:
-    """Fit to a recording that begins at an angle of the train, and its relative rms differences.
-
-    The first difference takes only what changes from cycle to cycle: errors of teeth and of the
-    model repeat, and do not tell where the recording begins. The second takes everything. None
-    where too little of the recording lies within the train; inf where no fit exists.
-    """
+    """Fit to a recording that begins at an angle of the train, and its relative rms differences."""
+    # The first difference takes only what changes from cycle to cycle: errors of teeth and of the
+    # model repeat, and do not tell where the recording begins. The second takes everything. None
+    # where too little of the recording lies within the train; inf where no fit exists.
     edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
     speed = np.where(row.used, row.speed, np.nan).ravel()
     inside = np.flatnonzero((edges >= 0.0) & (edges <= train.angle[-1]))

@@ -196,10 +196,8 @@ def plan_of(
 def _scene_tables(
     archive: Contents, coordinates: Mapping[str, Any] | None
 ) -> tuple[dict[str, Any], dict[str, Any] | None]:
-    """Tables of the scene, and the values of its sample.
-
-    Long lists and drawn values are taken from the coordinates of the archive.
-    """
+    """Tables of the scene, and the values of its sample."""
+    # Long lists and drawn values are taken from the coordinates of the archive.
     known = archive.values if coordinates is None else coordinates
     raw: dict[str, Any] = json.loads(json.dumps(archive.source))
     divided = "" if coordinates is not None else archive.piece.get("axis", "")

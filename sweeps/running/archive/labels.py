@@ -181,12 +181,10 @@ def _engine_of(scene: Scene) -> str:
 
 
 def _about_several(plan: Plan) -> dict[str, str]:
-    """Attributes of an archive of several engines: those of one engine, for each of them.
-
-    `engine`, `engine_title` and `references` list all engines. Assumptions and parameters that
-    differ are stated by engine, common ones once. `arrangement` is a list, one for each engine or
-    arrangement that lies along an axis.
-    """
+    """Attributes of an archive of several engines: those of one engine, for each of them."""
+    # `engine`, `engine_title` and `references` list all engines. Assumptions and parameters that
+    # differ are stated by engine, common ones once. `arrangement` is a list, one for each engine or
+    # arrangement that lies along an axis.
     each = [_about_engine(part.plan) for part in (plan.whole or plan).parts]
     first = {attributes["engine"]: attributes for attributes in each}
     names = list(first)
@@ -381,11 +379,9 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
 
 
 def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
-    """Texts of an axis; engines by their names.
-
-    A scene may name an engine by the path of its file, which says less. A table of designs keeps
-    paths, because it is read back where the archive is computed again.
-    """
+    """Texts of an axis; engines by their names."""
+    # A scene may name an engine by the path of its file, which says less. A table of designs keeps
+    # paths, because it is read back where the archive is computed again.
     if name != ENGINE:
         return list(texts)
     names: dict[str, str] = {}
@@ -463,11 +459,9 @@ def _of_engine(engine: Engine) -> dict[str, str]:
 
 
 def _arrangements(scene: Scene) -> str:
-    """JSON of the cylinders of the scene; empty where their throws are not known.
-
-    It is a list where the arrangement is an axis, and empty where a firing angle or the number of
-    cylinders is.
-    """
+    """JSON of the cylinders of the scene; empty where their throws are not known."""
+    # It is a list where the arrangement is an axis, and empty where a firing angle or the number of
+    # cylinders is.
     keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
     if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
         return ""
@@ -482,10 +476,8 @@ def _arrangements(scene: Scene) -> str:
 
 
 def _shaft(scene: Scene) -> str:
-    """JSON of the discs joined by shafts and gears, and of the throws' discs, counted from 1.
-
-    It is empty without a shaft.
-    """
+    """JSON of the discs joined by shafts and gears, and of the throws' discs, counted from 1."""
+    # It is empty without a shaft.
     shaft = scene.engine.shaft
     if shaft is None:
         return ""

@@ -357,10 +357,8 @@ def _is_given(name: str, scene: Scene) -> bool:
 
 
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:
-    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa].
-
-    A diagram of torque has torques [N m] in place of pressures.
-    """
+    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa]."""
+    # A diagram of torque has torques [N m] in place of pressures.
     curves: list[Diagram | TorqueOverAngle] = []
     for one in scene.ordinary_scenes:
         curves += one.engine.family.diagrams if one.indicator is None else (one.indicator,)

@@ -110,10 +110,8 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
 
 
 def _check_reached(address: str) -> None:
-    """Connect once: dask's client does not end after a failure that it does not expect.
-
-    Such failures are `tls://` without dask's TLS settings, and protocols that need a package.
-    """
+    """Connect once: dask's client does not end after a failure that it does not expect."""
+    # Such failures are `tls://` without dask's TLS settings, and protocols that need a package.
     from distributed.comm.core import connect
     from distributed.security import Security
 

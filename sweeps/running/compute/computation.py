@@ -175,12 +175,11 @@ class Computation:
         return results
 
     def _of_parts(self, block: Block) -> Results:
-        """Outputs of a block of several plans: those of each plan, at their places.
-
-        Results that an engine does not have stay missing: numbers are NaN, and the outcome of a
-        design whose engine lacks a needed part is `invalid_input`. Curves of firing patterns repeat
-        until the longest pattern ends, and orders that do not belong to their period are 0.
-        """
+        """Outputs of a block of several plans: those of each plan, at their places."""
+        # Results that an engine does not have stay missing: numbers are NaN, and the outcome of a
+        # design whose engine lacks a needed part is `invalid_input`. Curves of firing patterns
+        # repeat until the longest pattern ends, and orders that do not belong to their period are
+        # 0.
         plan, results = self.plan, Results()
         outputs = {n: d for n, d in self.dims.items() if self.all_in_each or belongs(block, d)}
         within = {d: slice(0, plan.sizes[d]) for dims in outputs.values() for d in dims} | block
@@ -328,10 +327,8 @@ def _filled(
 
 
 def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
-    """Array with one axis for each of `dims`, of size 1 where the value does not depend on it.
-
-    Points that a kernel takes whole keep their dimension, which follows the axes of designs.
-    """
+    """Array with one axis for each of `dims`, of size 1 where the value does not depend on it."""
+    # Points that a kernel takes whole keep their dimension, which follows the axes of designs.
     if set(value.dims) <= set(DIMENSIONS) - set(dims):
         return value.si
     whole = tuple(d for d in value.dims if d in DIMENSIONS and d not in dims)

@@ -286,11 +286,9 @@ class _Run:
         )
 
     def _all_blocks(self, lengths: dict[str, int], *, one_piece: bool) -> Iterable[_Written]:
-        """Compute the missing blocks; return all, read one by one from the disk.
-
-        A single block is never on the disk. Each of several is written while the next one is
-        computed.
-        """
+        """Compute the missing blocks; return all, read one by one from the disk."""
+        # A single block is never on the disk. Each of several is written while the next one is
+        # computed.
         finished = set(self.partial.finished())
         every = self._every(lengths)
         missing = {n: block for n, block in every.items() if n not in finished}
@@ -344,10 +342,8 @@ class _Run:
         self, lengths: Mapping[str, int], written: Iterable[_Written],
         done: Finished, *, discard: bool,
     ) -> list[int]:  # fmt: skip
-        """Copy all blocks into one file; return the numbers of the damaged ones.
-
-        With `discard`, each block is deleted once it has been copied.
-        """
+        """Copy all blocks into one file; return the numbers of the damaged ones."""
+        # With `discard`, each block is deleted once it has been copied.
         seconds = {"seconds": round(done.computing, 3)}
         labels = replace(self.labels, attributes={**self.labels.attributes, **seconds})
         damaged: list[int] = []
@@ -371,10 +367,8 @@ class _Run:
         return damaged
 
     def _read(self, number: int, block: Block) -> _Written:
-        """Read the arrays of a block; None where they are damaged, or do not belong to the plan.
-
-        The hash of a block is also right where another program has written other arrays.
-        """
+        """Read the arrays of a block; None where they are damaged, or do not belong to the plan."""
+        # The hash of a block is also right where another program has written other arrays.
         expected = {}
         for name in self.plan.outputs:
             dims = self.plan.dims(name)
@@ -452,10 +446,8 @@ class _ReducedRun(_Run):
 
 
 def _one_ahead(jobs: Iterable[Callable[[], T]]) -> Iterator[T]:
-    """Results of jobs in their order; a thread does each job while the result before it is used.
-
-    There is one thread and one job: the next job waits, whether disk or processor is slow.
-    """
+    """Results of jobs in their order; a thread does each job while the result before it is used."""
+    # There is one thread and one job: the next job waits, whether disk or processor is slow.
     with ThreadPoolExecutor(1) as pool:
         before: Future[T] | None = None
         for job in jobs:

@@ -8,8 +8,7 @@ import threading
 import warnings
 from typing import Any
 
-FIRST, BEAT = 2.0, 1.0
-"""Seconds until a bar is shown, and between updates without progress."""
+FIRST, BEAT = 2.0, 1.0  # Seconds until a bar is shown, and between updates without progress
 
 
 def progress_bar(**options: Any) -> Any:

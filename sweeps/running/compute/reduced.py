@@ -24,8 +24,7 @@ from sweeps.scene.plan.shards import Portions
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_UNITS = 256
-"""Most units of a run; an interrupted run loses the unit that it was computing"""
+MOST_UNITS = 256  # Most units of a run; an interrupted run loses the unit that it was computing
 
 
 class Units:

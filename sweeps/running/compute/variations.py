@@ -136,10 +136,8 @@ def elasticities_of(
 def _of_parameter(
     scene: Scene, node: Node, values: Floats, middle: Floats, changed: Sequence[Floats]
 ) -> dict[str, npt.NDArray[Any]]:
-    """Variables of one quantity by one parameter, by their endings.
-
-    `changed` are the results at the changed values, in the order of `changed_values`.
-    """
+    """Variables of one quantity by one parameter, by their endings."""
+    # `changed` are the results at the changed values, in the order of `changed_values`.
     unit, relative = step_unit(node, values)
     steps = [np.broadcast_to(step * unit, middle.shape) for step in STEPS]
     sides = [

@@ -281,10 +281,8 @@ def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
 
 
 def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> None:
-    """Check that designs differ only in what can be chosen, or in the axes that a person named.
-
-    Raises ------ SceneError In one line that says how to ask.
-    """
+    """Check that designs differ only in what can be chosen, or in the axes that a person named."""
+    # Raises SceneError with a line that says how to ask.
     points = [d for d in own if d in NOT_CHOSEN and d not in named and archive.sizes[d] > 1]
     if points:
         axes, first = ",".join(points), points[0]

@@ -161,10 +161,8 @@ class Indices:
         return {key: estimates[i].reshape(shape) for i, key in enumerate(NAMES)}
 
     def _of(self, sums: npt.NDArray[Any], groups: int) -> Floats:
-        """First-order and total indices, shape (2, parameters), rounded once.
-
-        The sums are whole numbers, so `variance` is V times (2 groups UNITS_IN_ONE)^2.
-        """
+        """First-order and total indices, shape (2, parameters), rounded once."""
+        # The sums are whole numbers, so `variance` is V times (2 groups UNITS_IN_ONE)^2.
         many = self.many
         values, products, changes = np.split(sums[:-1], [many + 2, 2 * many + 2])
         a, mixed, b = values[0], values[1:-1], values[-1]
@@ -178,11 +176,9 @@ class Indices:
 
 
 def _squares(values: Floats) -> Floats:
-    """Squares and their rounding errors, next to each other: constant values have no variance.
-
-    T. J. Dekker (1971), Numerische Mathematik 18, 224: a number is split into two halves, whose
-    products are exact.
-    """
+    """Squares and their rounding errors, next to each other: constant values have no variance."""
+    # T. J. Dekker (1971), Numerische Mathematik 18, 224: a number is split into two halves, whose
+    # products are exact.
     shifted = 134217729.0 * values  # The factor is 2^27 + 1
     high = shifted - (shifted - values)
     low = values - high

@@ -175,11 +175,9 @@ class Search:
         return unbeaten(least, values)
 
     def _keep(self, *designs: *Designs) -> None:
-        """Keep the best of the kept and other designs; the first one of equals.
-
-        As many designs are compared at a time as are kept, so that each is compared only a few
-        times in a long front.
-        """
+        """Keep the best of the kept and other designs; the first one of equals."""
+        # As many designs are compared at a time as are kept, so that each is compared only a few
+        # times in a long front.
         self._waiting.append(designs)
         many = sum(places.size for _, places, _ in self._waiting)
         if self.asked.number or many >= max(AT_ONCE, self._kept[1].size):

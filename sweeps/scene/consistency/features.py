@@ -53,10 +53,8 @@ def _other_load(scene: Scene) -> bool:
 
 
 def _given(one: GivenFeature) -> Feature:
-    """Feature of scenes that give a table or key of `sweeps.scene.features`.
-
-    A scene also has the feature where its engine has the part, and the scene does not replace it.
-    """
+    """Feature of scenes that give a table or key of `sweeps.scene.features`."""
+    # A scene also has the feature where its engine has the part, and the scene does not replace it.
     return lambda scene: (
         (one.given_in(scene.source) or one.part_of(scene) is not None) and one.written
     )

@@ -247,10 +247,8 @@ def check_offset(scene: Scene, extremes: Sequence[Cylinders], name: str) -> None
 
 
 def _worst(values: GivenValues, parameter: str) -> list[Floats]:
-    """Values of a parameter that may be worst: columns of designs, row by row, or the extremes.
-
-    NaN where neither scene nor engine has a value.
-    """
+    """Values of a parameter that may be worst: columns of designs, row by row, or the extremes."""
+    # NaN where neither scene nor engine has a value.
     default = 0.0 if parameter.endswith("offset") else np.nan
     found = values.given_or_own(parameter, default)
     if found.table == "designs":

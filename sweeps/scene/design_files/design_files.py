@@ -41,8 +41,7 @@ from sweeps.scene.design_files.design_columns import (
     take_numbers,
 )
 
-MOST = 1 << 28
-"""Most bytes of a file with designs."""
+MOST = 1 << 28  # Most bytes of a file with designs
 
 PIECE = 1 << 20
 """Bytes of a CSV file that are parsed at a time; line by line this takes fifty times as much

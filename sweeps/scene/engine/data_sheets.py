@@ -32,39 +32,20 @@ KNOWN_OF_CYCLE = tuple(
 )
 """Keys of [data_sheet.cycle]: those of [[diagram]] kind = "first_law" without the fitted ones."""
 
-PERIOD = PERIODS["four-stroke"]
-"""Period of the engines that a data sheet may describe [rad]."""
+PERIOD = PERIODS["four-stroke"]  # Period of the engines that a data sheet may describe [rad]
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A data sheet, checked.
+    """A data sheet, checked."""
 
-    Attributes
-    ----------
-    name : str
-        The file as messages call it.
-    path : Path
-        The file.
-    values : dict
-        [values] as they are given, in the units of files.
-    published : DataSheet
-        [data_sheet]; empty where there is none.
-    known : dict
-        What is known of the cycle, in the units of files.
-    rest : dict
-        All other keys that the file gives, as they are, but for its diagrams.
-    diagrams : int
-        Number of its diagrams.
-    """
-
-    name: str
-    path: Path
-    values: Mapping[str, float]
-    published: DataSheet
-    known: Mapping[str, float]
-    rest: Mapping[str, Any]
-    diagrams: int
+    name: str  # The file as messages call it
+    path: Path  # Path of the file
+    values: Mapping[str, float]  # Table [values] as it is given, in the units of files
+    published: DataSheet  # Table [data_sheet]; empty where there is none
+    known: Mapping[str, float]  # Known numbers of the cycle, in the units of files
+    rest: Mapping[str, Any]  # Other keys of the file as they are, without diagrams
+    diagrams: int  # Number of diagrams in the file
 
 
 def read_data_sheet(path: str | Path) -> Sheet:

@@ -166,11 +166,9 @@ def torque_warnings(tables: Sequence[Mapping[str, Any]], where: str) -> tuple[st
 
 
 def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
-    """Torque whose areas between crossings with its mean are given; each is a squared sine.
-
-    The energy at the crossings, and thus its swing, depends on the areas alone, see
-    docs/torque_diagrams.md.
-    """
+    """Torque whose areas between crossings with its mean are given; each is a squared sine."""
+    # The energy at the crossings, and thus its swing, depends on the areas alone, see
+    # docs/torque_diagrams.md.
     areas, mean = np.array(given.areas), float(given.mean or 0.0)
     left, most = abs(areas.sum()), np.abs(BALANCE_ROUNDED * areas).sum()
     if left > (most if given.rounded else BALANCE * np.abs(areas).max()):

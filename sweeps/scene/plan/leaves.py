@@ -192,11 +192,8 @@ def mean_of(node_of: Callable[[str], Node], leaves: Mapping[str, Value], name: s
 def _with_cycles(
     scene: Scene, family: Family | FamilyGrid, leaves: Mapping[str, Value]
 ) -> tuple[Family, Value]:
-    """Family with the modelled cycles of the scene, and the number of each design's cycle.
-
-    Raises ------ SceneError Where none of the first `LOOKED_AT` combinations of parameters is a
-    cycle.
-    """
+    """Family with the modelled cycles of the scene, and the number of each design's cycle."""
+    # Raises SceneError where none of the first `LOOKED_AT` combinations of parameters is a cycle.
     if isinstance(family, FamilyGrid):
         family = family.at_speeds(leaves["speed"].si)
     keys = scene.cycle_keys
@@ -242,10 +239,8 @@ def _check_some_cycle(scene: Scene, table: CycleTable, leaves: Mapping[str, Valu
 
 
 def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:
-    """Axes of the values, their distinct combinations, and the number of each on these axes.
-
-    The combinations are rows of a table.
-    """
+    """Axes of the values, their distinct combinations, and the number of each on these axes."""
+    # The combinations are rows of a table.
     dims = tuple(d for d in scene.dimensions if any(d in value.dims for value in values))
     shaped = [
         np.asarray(value.si).reshape([-1 if d in value.dims else 1 for d in dims])
@@ -255,10 +250,8 @@ def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], F
 
 
 def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
-    """Number of each design's set of cylinders, and the sets by these numbers.
-
-    Sets that differ only in the number of cylinders have it as their number.
-    """
+    """Number of each design's set of cylinders, and the sets by these numbers."""
+    # Sets that differ only in the number of cylinders have it as their number.
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
     if not (arrangements or keys or np.any(misfire.data) or patterns):

@@ -180,22 +180,14 @@ class Plan:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One ordinary scene out of several, and where its results belong.
+    """One ordinary scene out of several, and where its results belong."""
 
-    Attributes
-    ----------
-    plan : Plan
-        Its plan.
-    places : mapping of ndarray
-        Its positions among those of all parts, rising, along each dimension of which it may not
-        have all: those of designs that tell the parts apart, and those that quantities add.
-    own : mapping of ndarray
-        Where its results repeat along such a dimension: its own point for each of all points, -1
-        where its results are 0.
-    """
-
-    plan: Plan
+    plan: Plan  # Plan of the ordinary scene
+    # Ascending positions among those of all parts, along each dimension of which the part may lack
+    # some: those of designs on which parts differ, and those that quantities add.
     places: Mapping[str, Integers]
+    # For dimensions along which results repeat: the part's own point for each of all points, -1
+    # where results are 0.
     own: Mapping[str, Integers] = field(default_factory=dict)
 
 
@@ -266,10 +258,8 @@ def _portions(scene: Scene) -> range:
 
 
 def _check_reduced(plan: Plan) -> None:
-    """Check that reduced results have one number for each design, and are small enough.
-
-    Raises ------ SceneError For curves; for too many points of the axes that statistics leave.
-    """
+    """Check that reduced results have one number for each design, and are small enough."""
+    # Raises SceneError for curves; for too many points of the axes that statistics leave.
     scene = plan.scene
     assert scene.reduce is not None
     for name in plan.outputs:
@@ -316,10 +306,8 @@ def _with_variation(plan: Plan, variation: Variation) -> Plan:
 
 
 def _plan_of_several(scene: SeveralEngines) -> Plan:
-    """Plan of a scene of several engines: all their plans, and the dimensions of their results.
-
-    An engine is not asked for quantities that it does not have: see `sweeps.scene.reading`.
-    """
+    """Plan of a scene of several engines: all their plans, and the dimensions of their results."""
+    # An engine is not asked for quantities that it does not have: see `sweeps.scene.reading`.
     plans = [make_plan(one) for one in scene.each]
     points, places = _points_of_several([made.points for made in plans])
     apart = frozenset(scene.places[0])

@@ -303,8 +303,7 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
     return [f"{DIAGRAM_SPEEDS}: speed = {worst:g} rpm; {whose} for {low:g} to {high:g} rpm{of}"]
 
 
-MOST_SHARE = 0.3
-"""Largest share of reciprocating masses in the inertia of a throw without a remark."""
+MOST_SHARE = 0.3  # Largest share of reciprocating masses in the inertia of a throw without a remark
 
 
 def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:

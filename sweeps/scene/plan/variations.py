@@ -53,8 +53,7 @@ class Variation:
     # Plans with the changed values. Their type is `Plan` in `sweeps.scene.plan.plan`, which imports
     # this module.
     plans: tuple[Any, ...]
-    # Drawn values in the units of files; shape (plan, key)
-    draws: Floats | None = None
+    draws: Floats | None = None  # Drawn values in the units of files; shape (plan, key)
 
 
 def ordinary(scene: Scene, quantities: tuple[str, ...]) -> Scene:
@@ -75,8 +74,7 @@ def with_values(scene: Scene, values: Mapping[str, Floats]) -> Scene:
     return replace(scene, axes=axes, designs=designs, settings=settings)
 
 
-QUANTILES = (0.025, 0.975)
-"""Quantiles at the ends of the bands."""
+QUANTILES = (0.025, 0.975)  # Quantiles at the ends of the bands
 
 
 def _variables(base: Node, number: int) -> list[Node]:
@@ -105,11 +103,9 @@ def _variables(base: Node, number: int) -> list[Node]:
 def _plan_uncertainty(
     scene: Scene, stages: Mapping[str, Any], make_plan: Callable[[Scene], Any], name: str
 ) -> Variation:
-    """Plan the draws of a scene with [uncertainty]; `stages` are those of its plan.
-
-    Raises ------ SceneError Where no result with one number for each design depends on uncertain
-    values; where a draw is impossible for the engine.
-    """
+    """Plan the draws of a scene with [uncertainty]; `stages` are those of its plan."""
+    # Raises SceneError where no result with one number for each design depends on uncertain values;
+    # where a draw is impossible for the engine.
     assert scene.uncertainty is not None
     quantities = tuple(
         quantity
@@ -155,8 +151,7 @@ def _check(scene: Scene, uncertain: Iterable[str], name: str) -> None:
         raise SceneError(text) from None
 
 
-RATIO = 4.0
-"""Ratio of one step to the next smaller one."""
+RATIO = 4.0  # Ratio of one step to the next smaller one
 
 STEPS = (0.02, 0.02 / RATIO, 0.02 / RATIO**2)
 """Relative steps, the largest first. Results bend at rows of the load family, 10 % or more apart: a
@@ -197,11 +192,9 @@ def _variables_of(base: Node) -> list[Node]:
 
 
 def _changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -> list[str]:
-    """Continuous parameters that scene or engine give and that results depend on.
-
-    `leaves` are the names of given values in force: values of the scene may replace those of the
-    engine.
-    """
+    """Continuous parameters that scene or engine give and that results depend on."""
+    # `leaves` are the names of given values in force: values of the scene may replace those of the
+    # engine.
     given = {*scene.settings, *scene.axes, *scene.designs, *scene.engine.values}
     family = scene.engine.family
     if "double_acting" in scene.words:
@@ -252,12 +245,9 @@ def _plan_elasticities(
     scene: Scene, stages: Mapping[str, Any], leaves: Mapping[str, Value], keys: list[str],
     make_plan: Callable[[Scene], Any], name: str,
 ) -> Variation:  # fmt: skip
-    """Plan the changed scenes of a scene; `stages` and `leaves` are those of its plan.
-
-    For each of the parameters `keys` in turn, plans follow step by step below and above.
-
-    Raises ------ SceneError Where a quantity is a curve, or depends on no continuous parameter.
-    """
+    """Plan the changed scenes of a scene; `stages` and `leaves` are those of its plan."""
+    # For each of the parameters `keys` in turn, plans follow step by step below and above.
+    # Raises SceneError where a quantity is a curve, or depends on no continuous parameter.
     for quantity in scene.elasticities:
         where = f"{name}: [output] quantities: {shown(quantity + ELASTICITY)}"
         curve = [d for d in stages[quantity].dims if d in DIMENSIONS]

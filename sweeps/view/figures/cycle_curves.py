@@ -242,10 +242,8 @@ def indicator_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
 def _stacked(
     study: Study, base: str, title: str, drawn: Sequence[str], one_turn: bool = False
 ) -> NamedFigures:
-    """Panels above each other with one crank angle, and a line for each value of an axis.
-
-    A positive variable that is drawn twice has a logarithmic ordinate the second time.
-    """
+    """Panels above each other with one crank angle, and a line for each value of an axis."""
+    # A positive variable that is drawn twice has a logarithmic ordinate the second time.
     names = list(dict.fromkeys(drawn))
     views = study.views_by_axis(names)
     for whole, along in views:

@@ -219,10 +219,8 @@ def draw(
 
 @contextmanager
 def _together(folder: Path) -> Iterator[dict[Path, Path]]:
-    """Files that get their names when all of them are written; otherwise all are removed.
-
-    A link with such a name is replaced: its target must not be written.
-    """
+    """Files that get their names when all of them are written; otherwise all are removed."""
+    # A link with such a name is replaced: its target must not be written.
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     unfinished: dict[Path, Path] = {}
     try:

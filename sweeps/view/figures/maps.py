@@ -199,10 +199,8 @@ def _light_map() -> Colormap:
 
 
 def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
-    """The middle of each contour that is long enough for a label, in data coordinates.
-
-    The straightest part, which matplotlib takes, is often at the border, which cuts the label.
-    """
+    """The middle of each contour that is long enough for a label, in data coordinates."""
+    # The straightest part, which matplotlib takes, is often at the border, which cuts the label.
     places = []
     for segments in lines.allsegs:
         for segment in segments:

@@ -297,8 +297,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
     return replace(view, data=data.assign(new)) if new else view
 
 
-MAIN = ("delta",)
-"""Main results of a study, drawn along each axis even where there is a map."""
+MAIN = ("delta",)  # Main results of a study, drawn along each axis even where there is a map
 
 UNIT_CHANGES = {"load_coefficient": "load_exponent"}
 """Variables whose unit depends on a parameter, along which they are not drawn."""
@@ -333,10 +332,8 @@ def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def _is_level(view: View, name: str) -> bool:
-    """Whether one number describes a variable: it has no axis, or no axis has an effect.
-
-    So does "no value", if all values are missing and no design failed.
-    """
+    """Whether one number describes a variable: it has no axis, or no axis has an effect."""
+    # So does "no value", if all values are missing and no design failed.
     axes, array = view.axes([name]), view.array(name)
     if not axes:
         return True

@@ -272,10 +272,8 @@ def _style_file(path: Path, name: str) -> dict[str, Any]:
 
 
 def _check_style(style: Mapping[str, Any], name: str) -> None:
-    """Check that matplotlib takes the settings, that no figure becomes huge, and that it draws.
-
-    matplotlib accepts unknown markers and colours, and fails as it draws them.
-    """
+    """Check that matplotlib takes the settings, that no figure becomes huge, and that it draws."""
+    # matplotlib accepts unknown markers and colours, and fails as it draws them.
     import matplotlib
     from matplotlib.figure import Figure
 

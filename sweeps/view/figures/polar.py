@@ -121,10 +121,8 @@ def _loops(
 def _frame(
     view: View, names: Sequence[str], ratio: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Lower left corner and size of a frame for all curves and zero, with one scale.
-
-    It is widened towards `ratio`, width over height of the room, so that the axes fill the page.
-    """
+    """Lower left corner and size of a frame for all curves and zero, with one scale."""
+    # It is widened towards `ratio`, width over height of the room, so that the axes fill the page.
     ranges = []
     for name in names:
         values = view.numbers(name)

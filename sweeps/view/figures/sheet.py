@@ -58,8 +58,7 @@ WIDTH = 7.0
 
 GREY = "#555555"
 OWN_ORDINATES = "each panel has its own scale"
-Entries = dict[str, "Artist"]
-"""Entries of a legend: each text, and its line or mark."""
+Entries = dict[str, "Artist"]  # Entries of a legend: each text, and its line or mark
 
 NamedFigures = Iterator[tuple[str, "Figure"]]
 """Names of the files without extension, each with its figure."""

@@ -35,8 +35,7 @@ MOST_PANELS = 9  # Most panels of one figure
 
 MOST_ROWS = 45  # Most rows of a chart with a row for each case
 
-MISFIRE = "misfire"
-"""Axis of the cylinder that does not burn; its value 0 means normal running."""
+MISFIRE = "misfire"  # Axis of the cylinder that does not burn; its value 0 means normal running
 
 RUNNING = ("crank_angle", "order", "crossing")
 """Dimensions that curves run along; all others are axes of the study."""

@@ -13,8 +13,7 @@ from sweeps.base.files.libraries import library
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
 
-CELLS = ("x", "y", "left", "right", "bottom", "top", "value", "told")
-"""Columns of a map's cells."""
+CELLS = ("x", "y", "left", "right", "bottom", "top", "value", "told")  # Columns of a map's cells
 
 MISSING = "#c8c8c8"
 """Colour of cells without a value."""

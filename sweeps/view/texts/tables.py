@@ -225,11 +225,9 @@ def _upright(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
 
 
 def _wide(columns: Mapping[str, _Column], rows: Rows, width: int) -> str:
-    """Table with a column for each quantity, or several tables below each other.
-
-    If the columns that name a design take more than half of a line, they stand in a table of their
-    own, and the others repeat one column as the row's name.
-    """
+    """Table with a column for each quantity, or several tables below each other."""
+    # If the columns that name a design take more than half of a line, they stand in a table of
+    # their own, and the others repeat one column as the row's name.
     given = [c for n, c in columns.items() if n in rows.given]
     others = [c for n, c in columns.items() if n not in rows.given]
     texts = []
