@@ -37,16 +37,16 @@ RATED = {
     "v8_cross_plane_93x86": 175.2e3,
     "v8_flat_plane_94x93": 392.2e3,
 }
-"""Brake power at the engine's own speed [W]."""
+"""Brake power at each engine's own speed [W]."""
 
 PEAK = {"marine_80x345": 171e5, "compressor_79x83": 132.0 * 6894.757}
-"""Largest pressure [Pa]."""
+"""Largest pressure of each engine's cycle [Pa]."""
 
 TAKEN = {"compressor_79x83": 26.0 * 6894.757}
 """Indicated mean effective pressure that a driven machine takes [Pa]."""
 
 HEAT_OF_CHARGE = 0.97 * 44.0e6 / (1.0 + 14.7)
-"""Of a kilogram of gasoline and air, stoichiometric, 3 % unburnt [J/kg]."""
+"""Heat of a kilogram of gasoline and air, stoichiometric, 3 % unburnt [J/kg]."""
 
 
 def cycle_of(table: dict[str, Any], values: dict[str, float]) -> Any:
@@ -100,10 +100,10 @@ def main() -> None:
         text = path.read_text(encoding="utf-8")
         engine = tomllib.loads(text)
         head, *parts = text.split("[[diagram]]\n")
-        if name in TAKEN:  # its clearance is one of [values]
+        if name in TAKEN:  # the clearance is one of the file's [values]
             head, parts = "", [text]
         ratio = math.nan
-        for place in reversed(range(len(parts))):  # the rated point comes last
+        for place in reversed(range(len(parts))):  # the rated point is the last one
             found = fit(name, engine["diagram"][place], engine["values"], ratio)
             ratio = float(found.get("compression_ratio", ratio))
             parts[place] = with_numbers(parts[place], found)

@@ -42,11 +42,11 @@ Usual = Mapping[str, tuple[float, float]]
 Measure = Callable[[Diagram], Floats]
 
 PERIOD = 4.0 * math.pi
-STEP = 0.5  # degree, of the tabulated diagrams
+STEP = 0.5  # degree between points of the tabulated diagrams
 DECIMALS = 6
 
 OWN = load_engine("ntua").values
-"""Kakaitsas, Table 4.1 and section 4.1; friction by (3.9)."""
+"""Values of the thesis's engine: Kakaitsas, Table 4.1 and section 4.1; friction by (3.9)."""
 
 OMEGA = OWN["speed"] * RPM
 MASS = float(
@@ -61,7 +61,7 @@ MASS = float(
 
 DISPLACEMENT = 0.25 * math.pi * OWN["bore"] ** 2 * OWN["stroke"]
 
-# Not varied: with these too, the figures would leave even more open.
+# Parameters that are not varied: otherwise the figures would leave even more open.
 FIXED: Parameters = {
     "crank_ratio": OWN["crank_ratio"],
     "premixed_form": 2.0,
@@ -69,7 +69,7 @@ FIXED: Parameters = {
     "valve_lag": 8.0,
 }
 USUAL = csv_rows(Path(__file__).with_name("ntua_usual.csv"))
-"""Usual values and spreads of what is varied."""
+"""Usual values and spreads of the varied parameters."""
 
 
 def friction_of(diagram: Diagram, speed: float = OMEGA) -> float:
@@ -189,7 +189,7 @@ def together(usual: Usual, fixed: Mapping[str, float], place: Floats) -> Paramet
     found = dict(fixed)
     for (name, (value, spread)), units in zip(usual.items(), place, strict=True):
         found[name] = value + spread * float(units)
-    # Both parts of the combustion start together.
+    # Both parts of the combustion start at the same angle.
     found["diffusion_start"] = found["premixed_start"]
     return found
 

@@ -23,7 +23,7 @@ DOCUMENT = DOCS / "data_sheet.md"
 BESIDE = DOCS / "data_sheet"
 
 Rows = list[list[str]]
-"""A table, heads first."""
+"""A table as rows of cells, heads first."""
 
 POWER, SPEED, BORE, STROKE = 36.4, 2700, 87.0, 102.4
 """Data sheet of the Kubota V2403: kW, rpm, mm, mm; four cylinders in line."""
@@ -34,7 +34,7 @@ EDITS = {
     "bore": "0.087                            # m",
     "stroke": "0.1024                         # m",
 }
-"""Lines of the file that `new --engine` writes, and what they become."""
+"""Lines of the file that `new --engine` writes, each with the line that replaces it."""
 
 COMMANDS = {
     "new_engine": "engine-dyn new --engine v2403.toml",
@@ -44,13 +44,13 @@ COMMANDS = {
     "run": "engine-dyn run flywheel.toml -o flywheel.nc",
     "export": "engine-dyn export flywheel.nc -o flywheel.csv",
 }
-"""The five commands, in their order."""
+"""The five commands of the page, in their order."""
 
 REFUSED = "engine-dyn calibrate v2403.toml --power 80kW --speed 2700rpm -o other.toml"
 PLOT = "engine-dyn plot flywheel.nc -o figures"
 
 WIDTH = 150
-"""Characters of a line of output that are shown; refusals are shown whole."""
+"""Characters that are shown of an output line; refusals are shown whole."""
 
 
 def shell(command: str, folder: Path, status: int = 0) -> str:
@@ -83,7 +83,7 @@ def session(folder: Path) -> dict[str, str]:
     return found
 
 
-# --- what the assumptions do ----------------------------------------------------------------------
+# --- effect of the assumptions --------------------------------------------------------------------
 
 
 def fluctuation(

@@ -38,14 +38,14 @@ LOAD = 50
 POINTS = catalogue()["ntua_all_rows"].with_name("ntua_all_rows_pressure.csv")
 
 KNOTS = np.arange(-360.0, 360.0, 10.0)
-"""Degrees at which the correction has a value of its own."""
+"""Crank angles [degree] at which the correction has a value of its own."""
 
 ROUGHNESS = 0.005
 """Usual second derivative of the correction [bar/degree^2]. With 0.003 the row of four cylinders
 stays 0.18 % off, with 0.01 the expansion gets a second wave; between them little changes."""
 
 BLOW_DOWN = (130.0, 200.0)
-"""Degrees between which the pressure depends on valves that nothing is known of."""
+"""Crank angles [degree] between which the pressure depends on unknown valves."""
 
 CYLINDERS = (1, 2, 4, 6, 8)
 SHARP = 0.2
@@ -112,7 +112,7 @@ def computed(diagram: Diagram, sharp: float = SHARP) -> Floats:
 
 
 def _largest(values: Floats, sharp: float) -> float:
-    """Largest value; within `sharp` of it, others count as well (logarithm of a sum)."""
+    """Largest value; values within `sharp` of it count as well (logarithm of a sum)."""
     top = float(values.max())
     if sharp == 0.0:
         return top

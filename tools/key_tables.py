@@ -14,12 +14,12 @@ from sweeps.scene.json_schema import Schema, engine_schema, scene_schema
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, default_text, values_text
 
 Row = dict[str, str]
-"""A key, by the heads of the file."""
+"""A key as a row of the file: cell by head."""
 
 HEADS = (
     "key", "unit", "meaning", "synonyms", "default", "allowed", "needed by", "taken by", "stands in"
 )  # fmt: skip
-"""Kinds of a table need or take a key; all, where there are no kinds."""
+"""Heads of a table of keys; kinds of the table, or all without kinds, need or take a key."""
 
 
 def number_rows() -> list[Row]:
@@ -141,7 +141,7 @@ def _resolved(schema: Schema, part: Schema) -> Schema:
 
 
 def _about(one: Schema) -> str:
-    """What a key is, with the words it may have."""
+    """Meaning of a key, with the words that it may have."""
     about = str(one.get("description", ""))
     if any(word not in about for word in one.get("enum", ())):
         about += f"; one of {', '.join(f'`{word}`' for word in one['enum'])}"
@@ -149,7 +149,7 @@ def _about(one: Schema) -> str:
 
 
 def _default(one: Schema) -> str:
-    """The value that holds without a key; nothing where there is none to show."""
+    """Default value of a key; empty where there is none to show."""
     default = one.get("default")
     empty = default in (None, [], {}) or isinstance(default, dict)
     return "" if empty else f"`{json.dumps(default)}`"
@@ -201,7 +201,7 @@ def _text(found: Mapping[str, Sequence[Row]], known: Mapping[str, str]) -> str:
     headed = set()
     for place, of_table in others:
         part, inner, _ = place.strip("`").partition("s` of ")
-        name = re.findall(r"\w+", place)[-1]  # of "`discs` of `[shaft]`": shaft
+        name = re.findall(r"\w+", place)[-1]  # such as `shaft`, from "`discs` of `[shaft]`"
         if name in again and name not in ("arrangement", "articulated_rods"):
             continue
         before = {row["key"]: listed_in[row["key"], row["meaning"]] for row in of_table

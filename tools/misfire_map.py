@@ -52,17 +52,17 @@ BESIDE = DOCS / "misfire"
 ENGINES = {"si_four_87x101": "four cylinders", "v6_96x81": "six cylinders"}
 WHEEL = wheel_from_text("60-2")
 GAP = 78.0 * DEGREE
-"""Where the first tooth passes after the dead centre of cylinder 1; any place would do."""
+"""Crank angle after dead centre of cylinder 1 at which the first tooth passes; any would do."""
 
 SAMPLES = 1440
 PERIOD = 4.0 * np.pi
 IDLE, IDLE_DISPERSION, FULL_DISPERSION = 1.0 * BAR, 0.10, 0.03
 FALSE_ALARMS, WANTED = 1e-4, 0.99
 EARLIER = 100
-"""Cycles of the engine's own mean, and cycles over which a dead cylinder is looked for."""
+"""Number of cycles in the engine's own mean, and in which a dead cylinder is searched."""
 
 EARLIER_DRAWN = 20
-"""The same of the drawn speeds, to save time."""
+"""Number of such cycles with drawn speeds, less to save time."""
 
 HEAVIER = (2.0, 4.0)
 """Factors on the inertia whose limits the figure shows too."""
@@ -74,9 +74,9 @@ SEED = 21
 class Case(NamedTuple):
     """What is looked for, and what is known of the wheel."""
 
-    title: str  # for figure and tables
-    constant: float  # errors of intervals that repeat every turn and are not known, over the size
-    passage: float  # errors of each passage of a tooth, over the size that the map gives
+    title: str  # title in figure and tables
+    constant: float  # errors of intervals that repeat every turn, unknown, over the size
+    passage: float  # errors of each passing tooth, over the size that the map gives
     reference_cycles: float = np.inf  # see `work_estimator`
     averaged: int | None = None  # see `work_estimator`
 
@@ -163,7 +163,7 @@ class Motor:
         torque = torque - torque.mean()
         work = np.cumsum(torque + np.roll(torque, 1)) * (0.5 * PERIOD / SAMPLES)
         energy = 0.5 * self.inertia.mean() * speed**2
-        for _ in range(60):  # the mean speed is given, not the energy
+        for _ in range(60):  # the mean speed is given instead of the energy
             with np.errstate(invalid="ignore"):
                 omega = np.sqrt(2.0 * (energy + work - work.mean()) / self.inertia)
             if not np.all(omega > 0.1 * speed):
@@ -202,7 +202,7 @@ def largest_errors(motor: Motor, speed: float, imep: float, case: Case) -> float
         now = margin(motor, speed, imep, case, float(size))
         if now < wanted:
             if not np.isfinite(last):
-                return float(size)  # less than the smallest size that is tried
+                return float(size)  # below the smallest size that is tried
             share = (last - wanted) / (last - now)
             return float(at * (size / at) ** share)
         last, at = now, float(size)
@@ -256,7 +256,7 @@ def drawn_speeds(
     times, speeds = [np.zeros((recordings, 1))], [np.full((recordings, 1), cycle.speed[0])]
     for number in range(cycles):
         following = torque_of(min(number + 1, cycles - 1))
-        # a slow governor: the load follows the energy from cycle to cycle, not within one
+        # The governor is slow: the load follows the energy from cycle to cycle, not within one.
         load = mean + 0.05 * (energy - steady) / PERIOD
         rise = np.hstack([torque, following[:, :1]]) - load[:, None]
         left, middle, right = rise[:, :-1:2], rise[:, 1::2], rise[:, 2::2]
@@ -323,13 +323,13 @@ def counted(
     estimator, lacking = estimator_at(motor, speed, imep, case, size)
     wanted = detection(estimator, lacking, false_alarms)
     ninety = NORMAL.inv_cdf(0.9) * (lacking + wanted.threshold) / wanted.margin
-    share = float(np.max((ninety - wanted.threshold) / lacking))  # of a cycle's combustion
+    share = float(np.max((ninety - wanted.threshold) / lacking))  # share of a cycle's combustion
     wanted = detection(estimator, share * lacking, false_alarms)
     cycles, number = first + 14, len(motor.firing)
     dispersion = motor.dispersion(imep) * imep / lacking
     factors = 1.0 + dispersion * rng.standard_normal((recordings, cycles, number))
     missed = np.zeros(factors.shape, dtype=bool)
-    spoilt = range(recordings // 2, recordings)  # the others have normal cycles alone
+    spoilt = range(recordings // 2, recordings)  # the other recordings have normal cycles only
     for one in spoilt:
         missed[one, first + 3 :: 4, rng.integers(number)] = True
     missed[:, -2:] = False
@@ -356,7 +356,7 @@ def counted(
 # Document -----------------------------------------------------------------------------------------
 
 Rows = list[list[str]]
-"""A table, heads first."""
+"""A table as rows of cells, heads first."""
 
 Motors = dict[str, Motor]
 
@@ -475,7 +475,7 @@ def example(motor: Motor) -> None:
     """Figure of the command: one weak cylinder and three missed cycles, at 2500 rpm."""
     rng = np.random.default_rng(SEED)
     factors = 1.0 + 0.05 * rng.standard_normal((1, 101, len(motor.firing)))
-    factors += np.array([1.0, -3.0, 1.0, 1.0]) * 0.06  # so that the mean speed is kept
+    factors += np.array([1.0, -3.0, 1.0, 1.0]) * 0.06  # keeps the mean speed
     for cycle, cylinder in ((20, 2), (60, 0), (61, 3)):
         factors[0, cycle, cylinder] = 0.0
     speed, row = 2500.0 * RPM, len(motor.rows) // 2

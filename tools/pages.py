@@ -33,7 +33,7 @@ sys.path.append(str(ROOT))
 """The folder `oracle` is not installed."""
 
 WIDTH = 900
-"""Pixels of a picture that is scaled."""
+"""Width in pixels of a scaled picture."""
 
 
 def csv_text(rows: Iterable[Sequence[str]]) -> str:

@@ -29,7 +29,7 @@ PATH = Path(__file__).resolve().parents[1] / "tests" / "reference" / "torsional_
 DATA = tomllib.loads(PATH.read_text(encoding="utf-8"))
 SYSTEMS: dict[str, dict[str, Any]] = {system["id"]: system for system in DATA["system"]}
 SI = {"Hz": 2.0 * np.pi, "1/min": RPM, "degree": DEGREE}
-"""Units that are no SI units; a frequency is an angular one."""
+"""SI value of units that are not SI units; a frequency is an angular one."""
 
 TORQUE = DATA["diesel_torque"]
 THROWS = TORQUE["throws"]

@@ -31,7 +31,7 @@ from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.view.texts.lists import LISTS, OTHER_WORDS, SUBJECTS, symbol_text
 
 OUTCOMES = {row["name"]: row for row in csv_rows(Path(__file__).with_name("outcomes.csv"))}
-"""What the outcomes of `engine_dyn.status` mean for a person, and what to do about each."""
+"""Meaning of each outcome of `engine_dyn.status` for a user, and what to do about it."""
 
 
 def quantities() -> str:
@@ -48,7 +48,7 @@ def quantities() -> str:
 
 
 TURNING = ", positive in the sense of rotation"
-"""Said once for all torques, at the top of the page."""
+"""Words that hold for all torques, said once at the top of the page."""
 
 
 OF_ORDERS = ("_phase", "_largest_order")
@@ -82,7 +82,7 @@ def _quantity_table(names: Iterable[str]) -> str:
     for name in (n for n in listed if n not in inside):
         node = QUANTITIES[name]
         unit = node.unit or "N m s^alpha"
-        symbol = node.symbol.replace("|", r"\vert ")  # which would end the cell
+        symbol = node.symbol.replace("|", r"\vert ")  # `|` would end the cell
         over = ", ".join(f"`{d}`" for d in DIMENSIONS if d in dimensions(name))
         also = [word for word in OTHER_WORDS.get(name, "").split(", ") if word != node.long_name]
         meaning = node.long_name.replace(TURNING, "") + (f", ${symbol}$" if symbol else "")
@@ -217,7 +217,7 @@ def friction() -> str:
 
 
 EXAMPLES = ("printed", "by the formula", "ours", "who is wrong, and why")
-"""Columns of worked examples behind example and value; the file has all."""
+"""Columns of worked examples after example and value; the file has all columns."""
 
 
 def examples() -> str:
@@ -249,7 +249,7 @@ def crossings() -> str:
         [("what a scene has", "is refused with", "why, and what to do"), *refused],
         [("what a scene gives", "replaces"), *REPLACED],
     )
-    # Names of tables would be links.
+    # Names of tables in brackets would become links.
     return re.sub(r"(\[\[?\w+\]\]?)", r"`\1`", "\n\n".join(markdown(rows) for rows in tables))
 
 
@@ -288,7 +288,7 @@ FILES: Mapping[Path, Callable[[], str]] = {
     DOCS / "sources.csv": source_file,
     DOCS / "plausibility_ranges.csv": range_file,
 }
-"""Files that are made whole."""
+"""Files whose whole text is made."""
 
 
 def updated(text: str, tables: Mapping[str, Callable[[], str]]) -> str:

@@ -48,7 +48,7 @@ def number(value: float) -> str:
 
 
 FIGURES = {row["figure"]: row for row in csv_rows(TOOLS / "figures_of_runs.csv")}
-"""Words of each figure, and the part that has its numbers."""
+"""Words of each figure, and the part of the results that has its numbers."""
 
 
 def numbers_of(part: Part) -> dict[str, Any]:

@@ -25,12 +25,12 @@ ENGINES = ROOT / "sweeps" / "catalogue" / "engines"
 DIGITISED = ENGINES / "diesel_105x137_digitised.csv"
 SMOOTHED = ENGINES / "diesel_105x137_pressure.csv"
 
-ANGLE_STEP = 0.61  # degree, of the digitising
-PRESSURE_STEP = 0.155  # bar
-SMOOTHED_FROM, SMOOTHED_TO = -30.0, 60.0  # degree
+ANGLE_STEP = 0.61  # degree between digitised points
+PRESSURE_STEP = 0.155  # bar between digitised pressures
+SMOOTHED_FROM, SMOOTHED_TO = -30.0, 60.0  # degree: range of smoothing
 RISE_FROM, RISE_TO = -3.0, 8.0  # degree: from the end of compression to the peak
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard error of a number rounded to a step, in steps
-HELD = 1e-3  # bar: a thousandth of the error of a smoothed point
+HELD = 1e-3  # bar: error of points that are held, a thousandth of the others
 REPETITIONS = 30
 HEAD = """\
 # Cylinder pressure of one cycle of a six-cylinder diesel engine 105/137 mm at full load.

@@ -30,7 +30,7 @@ UNITS = {
     "kN": 1e3, "kN m": 1e3, "lb": 0.45359237, "long ton": 1016.0469088, "lbf": 4.4482216152605,
     "lbf ft": 1.3558179483314004, "ft lbf": 1.3558179483314004, "kW": 1e3,
 }  # fmt: skip
-"""Units of the sources that are not those of archives, in these."""
+"""Units of the sources that archives do not use, with the units that archives use."""
 
 USUAL_TOLERANCE = 1e-6
 
@@ -80,9 +80,9 @@ def pressure_rows(example: dict[str, Any]) -> list[str]:
     angle = np.arange(-half, half + 1)
     crank_ratio = 0.5 * values["stroke"] / values["rod_length"]
     low, high, exponent = given["low"], given["high"], given.get("exponent", 1.0)
-    clearance = 1.0 / (given.get("compression_ratio", np.inf) - 1.0)  # as travel, over the stroke
+    clearance = 1.0 / (given.get("compression_ratio", np.inf) - 1.0)  # travel over the stroke
     volume = clearance + 0.5 * position(np.radians(angle), crank_ratio)
-    end = clearance + given.get("cut_off", 1.0)  # of the admission or injection
+    end = clearance + given.get("cut_off", 1.0)  # end of the admission or injection
     pressure = high * (end / np.maximum(volume, end)) ** exponent
     rise = [-1, 0] if clearance else [-40, -20]
     # Steps would make the curve through the points swing below zero.
@@ -154,7 +154,7 @@ def of_scene(example: dict[str, Any], value: dict[str, Any]) -> float:
     if "between" in value:
         found = found.sel(crank_angle=slice(*value["between"]))
     asked = found[value["ask"]].interp(at)
-    if value.get("pick") == "speed of no force":  # the force of the masses grows with its square
+    if value.get("pick") == "speed of no force":  # the masses' force grows with its square
         *others, masses = (float(asked[name]) for name in value["ask"])
         return values["speed"] * math.sqrt(-sum(others) / masses)
     total = sum(asked[name] for name in value["ask"])

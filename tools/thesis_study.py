@@ -28,7 +28,7 @@ from sweeps.scene.reading import built_in_scenes
 if TYPE_CHECKING:
     import xarray as xr
 
-SLIP = 57.32  # printed in (4.2b) for 180/pi
+SLIP = 57.32  # printed in (4.2b) in place of 180/pi
 CUT_SPEED = 125.6  # omega_n of 1200 rpm as the thesis cuts it, rad/s
 
 SPEEDS = ("omega_max", "omega_min", "omega_mean")
@@ -40,7 +40,7 @@ LIMITS = (
     (("2 cylinders",), 2.0),
     (("4 cylinders", "6 cylinders", "8 cylinders"), 3.0),
 )
-"""How the names of predicted rows begin, and how far delta as published may be off [percent]:
+"""Beginning of the names of predicted rows, and largest error of the published delta [percent]:
 fixed before the diagrams were calibrated."""
 
 AGREEMENT = {
@@ -50,7 +50,7 @@ AGREEMENT = {
     "omega_mean": 1e-7,
     "torque_mean": 2e-6,
 }
-"""Relative differences allowed to the independent solver, fixed before it was written."""
+"""Largest relative differences from the independent solver, fixed before it was written."""
 
 WITHOUT_SPEED = "without a speed"
 
@@ -112,7 +112,7 @@ def range_of(text: str) -> tuple[float, float]:
     """Values that a printed number may stand for, whether it was cut or rounded."""
     unit = 10.0 ** -len(text.partition(".")[2])
     value = float(text)
-    # Cutting goes towards zero.
+    # Cutting digits goes towards zero.
     low, high = (-1.0, 0.5) if text.startswith("-") else (-0.5, 1.0)
     return value + low * unit, value + high * unit
 
@@ -236,7 +236,7 @@ def nominal(method: str = "auto", **columns: Any) -> xr.Dataset:
     `columns` are keys of scenes: of each a number, or one number for each design.
     """
     count = max((np.size(column) for column in columns.values()), default=1)
-    given = {"reciprocating_mass": 6.67, **columns}  # rounded, as in the thesis
+    given = {"reciprocating_mass": 6.67, **columns}  # rounded to two decimals, as in the thesis
     return sweeps.run(
         engine="ntua",
         set={"crankcase_pressure": 0.0},

@@ -22,7 +22,7 @@ TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "torsional_vibration.md"
 ENGINE = "diesel_105x137"
 CAR_SPEEDS = [800, 1200, 1600, 2000, 3000]
-SPEEDS = np.arange(1000.0, 2501.0, 5.0)  # rpm
+SPEEDS = np.arange(1000.0, 2501.0, 5.0)  # speeds in rpm
 Rows = list[list[str]]
 
 

@@ -48,7 +48,7 @@ ITEMS = ROWS / "items.csv"
 """Every item of the sources, with what covers it: the one table that is written by hand."""
 
 MARK = " †"
-"""Of numbers that are fitted."""
+"""Mark of numbers that are fitted."""
 
 CYCLES = (1, 10, 100, 1000, 5000, 10000, 20000)
 NAMED = 0.5  # percent: larger differences are listed
@@ -64,14 +64,14 @@ FIGURES_OF_FIT = {
          "omega_max - omega_min, rad/s", "p_min, bar"),
     90: ("p_max, bar", *(f"{name}, rad/s" for name in SPEEDS)),
 }  # fmt: skip
-"""What the calibration script's figures are called here, in its order."""
+"""Names here of the calibration script's figures, in its order."""
 
 REASONS = {
     "torque_ratio": "the diagram's shape; the mean torque is fitted",
     "torque_range": "the diagram's shape",
     "delta": "the diagram's shape, as for the torque range of the same engine",
 }
-"""What is known about differences of a quantity in the rows with several cylinders."""
+"""Known reasons for differences of a quantity in rows with several cylinders."""
 
 # --- text -----------------------------------------------------------------------------------------
 

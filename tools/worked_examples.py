@@ -25,7 +25,7 @@ SUBJECTS = {
     "forces": "Motion and forces",
     "balance": "Balance",
 }
-"""Headings of the page."""
+"""Headings of the page of examples, by subject."""
 
 
 def number(value: Any) -> str:
