@@ -161,8 +161,7 @@ def plain(value: Any, name: str, depth: int = 0) -> Any:
         return value
     if isinstance(value, list | tuple):
         kinds = set(map(type, value))
-        # A test of all types at once, quick for lists of millions too
-        if kinds <= {int, float, str}:
+        if kinds <= {int, float, str}:  # A test of all types at once, quick for long lists
             if str in kinds:
                 _check_length(max((item for item in value if isinstance(item, str)), key=len), name)
             return list(value)
@@ -399,8 +398,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
     if set(map(type, raw)) <= {float, int}:  # a list may be long: no code of Python for each value
         try:
             values = np.array(raw, dtype=np.float64)
-        # Each value is checked by itself below, which names the one that is too large
-        except OverflowError:
+        except OverflowError:  # A number is too large: the check of each value below names it
             values = np.array([np.nan])
         if (np.abs(values) <= LARGEST).all():
             return values

@@ -56,8 +56,7 @@ class WordAxis(NamedTuple):
     name: str
     long_name: str
     column: bool = True  # Whether [designs] may have it as a column
-    # Words that titles of figures put before a word of the axis that would be unclear alone.
-    title: str = ""
+    title: str = ""  # Words in titles of figures before a word that is unclear alone
 
 
 WORD_AXES = {

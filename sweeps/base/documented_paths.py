@@ -20,8 +20,7 @@ class _SameModule(Loader):
         return self.module
 
     def exec_module(self, module: Any) -> None:
-        # The import has put the second name's specification in its place
-        module.__spec__ = self.spec
+        module.__spec__ = self.spec  # The import has replaced the specification
 
 
 class _Paths(MetaPathFinder):

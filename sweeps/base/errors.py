@@ -175,8 +175,7 @@ def shown(value: object, limit: int = 60) -> str:
         return one_line(f"'{value}'", limit)
     try:
         return one_line(repr(value), limit)
-    # An integer of thousands of digits, or a list that contains itself
-    except (ValueError, RecursionError):
+    except (ValueError, RecursionError):  # An integer of thousands of digits, or a list in itself
         return f"<{type(value).__name__}>"
 
 

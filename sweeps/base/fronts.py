@@ -54,8 +54,7 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
     _, second, third = numbers
     count = second.size
     beaten = np.zeros(count, dtype=bool)
-    # Designs next to each other that are compared one by one; a power of two
-    near = 16
+    near = 16  # Designs next to each other that are compared one by one; a power of two
     for back in range(1, min(near, count)):
         below = (second[:-back] <= second[back:]) & (third[:-back] <= third[back:])
         beaten[back:] |= below
@@ -63,8 +62,7 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
     along = np.argsort(second, kind="stable")
     size = near
     while size < count:
-        # The point that beats a design also beats all that this design beats
-        along = along[~beaten[along]]
+        along = along[~beaten[along]]  # Designs beaten by a beaten one are beaten by this one too
         pairs = along // (2 * size)
         along_pairs = np.argsort(pairs.astype(np.min_scalar_type(count // size)), kind="stable")
         here = along[along_pairs]

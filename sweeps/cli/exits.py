@@ -46,8 +46,7 @@ def open_closed_streams() -> None:
         try:
             os.fstat(number)
         except OSError:
-            # The new handle takes the lowest free number, that of the closed stream
-            os.open(os.devnull, os.O_RDWR)
+            os.open(os.devnull, os.O_RDWR)  # The new handle gets the lowest free number, 1 or 2
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
 
@@ -98,8 +97,7 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
 def _message_and_status(error: Exception) -> tuple[str, int]:
     if isinstance(error, SceneError):
         text = one_line(error, sys.maxsize)
-        # A name may have thousands of letters; the reason comes last
-        if len(text) > LONGEST_MESSAGE:
+        if len(text) > LONGEST_MESSAGE:  # Names may have thousands of letters; the reason is last
             text = f"{text[: LONGEST_MESSAGE // 2]}...{text[-LONGEST_MESSAGE // 2 :]}"
         return text, BAD_INPUT
     missing = no_laboratory(error) if isinstance(error, ModuleNotFoundError) else None
@@ -118,8 +116,7 @@ _PAGE = "see 'Another package named sweeps' on the page 'Install'"
 
 def replaced() -> str:
     """One line where `import sweeps` gives another package's module, or none; otherwise empty."""
-    # Importing it would make this file depend on all modules that the package names
-    module = sys.modules["sweeps"]
+    module = sys.modules["sweeps"]  # An import would make this file depend on all of the package
     if "read_scene" in getattr(module, "__all__", ()):
         return ""
     what = f"another package's, {module.__file__}" if module.__file__ else "gone"

@@ -365,8 +365,7 @@ def _print_numbers(plan: Plan, output: Path) -> None:
     if plan.scene.reduce is not None:
         tell(f"results: engine-dyn info {shlex.quote(str(output))}")
         return
-    # Designs up to which `run` prints their numbers
-    shown = 10
+    shown = 10  # Designs up to which `run` prints their numbers
     if plan.designs > shown:
         tell(f"values: engine-dyn show {shlex.quote(str(output))}")
         return

@@ -89,8 +89,7 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
     )
     if with_unit.fullmatch(limit):
         unit = units(name) if units is not None else None
-        # An unknown name is refused where it is looked up.
-        where = f"condition on {name}: limit"
+        where = f"condition on {name}: limit"  # An unknown name is refused where it is looked up
         number = math.nan if unit is None else number_with_unit(limit, where, unit or "1")
         return Constraint(name, sign, number, one_line(limit))
     if named and limit[:1].isalpha() and limit != "nan":

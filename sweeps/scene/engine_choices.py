@@ -140,8 +140,7 @@ def _engine_axis(given: SceneFile, name: str, base: Path) -> list[str] | None:
         path, _ = engine_path(text, base, f"{where} number {number}")
         try:
             real = path.resolve()
-        # Opening the file then raises an error that says why
-        except (OSError, ValueError, RuntimeError):
+        except (OSError, ValueError, RuntimeError):  # Opening the file then says why
             real = path
         if real in seen:
             raise SceneError(

@@ -49,8 +49,7 @@ class FiringPattern:
     """One pattern."""
 
     name: str  # Text of the pattern as its name; the beginning of a long one
-    # Factor on the pressure of each firing; empty for a random pattern
-    firings: tuple[float, ...] = ()
+    firings: tuple[float, ...] = ()  # Factor on the pressure of each firing; empty if random
     # Standard deviation of a random factor around 1, independent from firing to firing.
     deviation: float = 0.0
     cycles: int = 1  # Cycles after which a random pattern repeats

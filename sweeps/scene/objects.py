@@ -72,8 +72,7 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
     text = _text(given.get("file"), f"{name}: [indicator]", tables)
     if text is None:
         return tables, {}
-    # Name in the archive of the file of a diagram that was given as an object
-    called = "indicator_given_in_python.csv"
+    called = "indicator_given_in_python.csv"  # Name of a diagram's file that was an object
     tables["indicator"] = {**given, "file": called}
     return tables, {called: text}
 
@@ -93,8 +92,7 @@ def _is_table(value: Any) -> bool:
 def _values(item: Any, where: str, key: Any) -> Any:
     """Value or values of one key; pandas and xarray as arrays, quantities in the key's unit."""
     node = PARAMETERS.get(key) if isinstance(key, str) else None
-    # A range may have units at start and stop
-    if isinstance(item, Mapping) and not _is_table(item):
+    if isinstance(item, Mapping) and not _is_table(item):  # A range may have units
         return {
             k: v if isinstance(v, Mapping) else _values(v, f"{where} {one_line(k, 60)}", key)
             for k, v in item.items()

@@ -266,8 +266,7 @@ def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
         return path, name, path.parent, parse_toml(path, name, WHAT)
     if text == "-":  # The sign for the standard input, where a file may be named
         return None, "standard input", Path(), _of_stream(sys.stdin.buffer, "standard input")
-    # The function is false for a name too long, and for a null character
-    if not os.path.exists(scene):
+    if not os.path.exists(scene):  # False also for names too long or with nulls
         raise SceneError(
             f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
         )

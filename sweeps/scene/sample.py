@@ -128,8 +128,7 @@ def with_sample(
     tables: dict[str, Any] = {}
     for key, table in raw.items():
         tables[key] = table
-        # The place of [sample] among the tables decides which dimension varies slowest
-        if key == "sample":
+        if key == "sample":  # Its place among the tables sets the slowest dimension
             count = sample.portion if reduced else sample.number
             tables["designs"] = drawn(sample, count) if columns is None else dict(columns)
     return tables, sample

@@ -33,8 +33,7 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     """
     del path
     found = sheets(data, label, choices.sheet)
-    # Rows that are searched for names and units
-    head = 200
+    head = 200  # Rows that are searched for names and units
     starts = {title: start_of_numbers(_sheet_texts(rows[:head])) for title, rows in found.items()}
     tables = {title: start for title, start in starts.items() if start is not None}
     # Sheets that are named in a message

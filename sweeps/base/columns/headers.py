@@ -159,8 +159,7 @@ def split_unit(text: str) -> tuple[str, str]:
         return text.strip(), ""
     unit = found["a"] if found["a"] is not None else found["b"]
     if found["a"] is None and not _is_unit(unit):
-        # A name with its cylinder such as "p (cylinder 1)" is no unit in parentheses
-        return text.strip(), ""
+        return text.strip(), ""  # A name such as "p (cylinder 1)" has no unit in parentheses
     return found["name"].strip(), in_latin(unit.strip())
 
 
@@ -204,8 +203,7 @@ def names_and_units(
             continue
         filled = sum(map(bool, fields))
         one_unit = filled == 1 and bool(fields[-1]) and _are_units(fields)
-        # A single word between names and numbers is a note
-        if filled == 1 < width and not (alone or one_unit):
+        if filled == 1 < width and not (alone or one_unit):  # A single word there is a note
             alone = True
             continue
         if (width > 1 and filled < 2 and not one_unit) or (alone and not _are_names(fields, width)):

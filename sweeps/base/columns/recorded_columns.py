@@ -38,8 +38,7 @@ class Contents(NamedTuple):
     """Columns and notes that the reader of a format finds in a file."""
 
     columns: list[Column]  # Columns in the order of the file
-    # Number of the line (of a sheet: of the row) of the first sample; None for other files
-    first_line: int | None = None
+    first_line: int | None = None  # Line (row of a sheet) of the first sample, from 1; None without
     # How the file was read where there was a choice: encoding, sheet, rows left out.
     said: tuple[str, ...] = ()
     marks: tuple[int, ...] = ()
@@ -52,13 +51,11 @@ class Recording:
     label: str  # The file as messages call it
     sha256: str  # Hash of the file's bytes
     columns: dict[str, Column] = field(repr=False)  # Columns by name, in the order of the file
-    # Number of the line (of a sheet: of the row) of the first sample; None for other files.
-    first_line: int | None = None
+    first_line: int | None = None  # Line (row of a sheet) of the first sample, from 1; None without
     # How the file was read where there was a choice: encoding, sheet, rows left out.
     said: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()  # Choices of the user that had no meaning for the file
-    # Samples (from 0) before which a line MARK stood: time may have passed there.
-    marks: tuple[int, ...] = ()
+    marks: tuple[int, ...] = ()  # Samples (from 0) before which a line MARK stood
 
     def place(self, sample: int) -> str:
         """Return the place of a sample (from 0), as editors and sheets show it: "line 12"."""

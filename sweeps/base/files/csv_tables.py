@@ -29,8 +29,7 @@ class CsvTable:
 
     name: str  # The file as messages call it
     header: tuple[str, ...]  # Unique column names
-    # Fields of each row without surrounding blanks, as many as the header has.
-    rows: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[str, ...], ...]  # Fields without surrounding blanks, as many as in the header
     lines: tuple[int, ...]  # Line number of each row in the file, from 1
 
     def texts(self, column: str) -> tuple[str, ...]:

@@ -43,8 +43,7 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
     """
     before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
-    # Objects whose making failed raise errors again when they are freed
-    sys.unraisablehook = lambda _: None
+    sys.unraisablehook = lambda _: None  # Objects that were not completed raise errors when freed
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

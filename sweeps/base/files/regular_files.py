@@ -20,8 +20,7 @@ import psutil
 from sweeps.base.errors import SceneError, counted, one_line, shown, size_text
 from sweeps.catalogue import PACKAGE
 
-# Most bytes of a scene, an engine file or a table, of which an archive keeps a copy
-MOST_TEXT = 1 << 27
+MOST_TEXT = 1 << 27  # Most bytes of a scene, engine file or table; archives keep copies
 
 MOST_ROWS = 10**8  # Most rows of a table of designs
 
@@ -178,16 +177,14 @@ def referred(base: Path, text: str, where: str) -> Path:
     """
     path = base / text
     collected = _FILES.get()
-    # A table that a program gives is not read from the disk
-    given = collected is not None and collected.closed
+    given = collected is not None and collected.closed  # A table from a program is not on the disk
     if given or Path(text).is_absolute() or base.is_relative_to(PACKAGE):
         return path
     homes = [base] if collected is None or collected.home is None else [base, collected.home]
     try:
         real = path.resolve()
         inside = any(real.is_relative_to(home.resolve()) for home in homes)
-    # A null character in a path or links in a circle raise these
-    except (OSError, ValueError, RuntimeError):
+    except (OSError, ValueError, RuntimeError):  # A null character in a path, or links in a circle
         return path  # Opening the file then raises an error that says why
     if not inside:
         raise SceneError(

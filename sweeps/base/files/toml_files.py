@@ -64,8 +64,7 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         if not isinstance(error, tomllib.TOMLDecodeError):
             raise SceneError(f"{name}: not TOML: {message}") from None
         found = re.search(r"\(at line (\d+)", message)
-        # "at end of document" has no number: the last line is meant.
-        lines = text.splitlines()
+        lines = text.splitlines()  # "at end of document" has no number: the last line is meant
         number_of_line = int(found.group(1)) if found else max(len(lines), 1)
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
         key, _, value = (part.strip() for part in on_it.partition("="))

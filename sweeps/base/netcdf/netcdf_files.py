@@ -179,8 +179,7 @@ def opened_archive(path: Path, *, own: bool = False) -> Iterator[Any]:
             file.set_auto_maskandscale(False)
             yield file
         finally:
-            # All wanted values have been read before a file fails to close
-            with suppress(RuntimeError):
+            with suppress(RuntimeError):  # Values are read by now; the file may fail to close
                 close(file)
 
 

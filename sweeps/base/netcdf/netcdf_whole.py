@@ -136,8 +136,7 @@ def _reason(path: Path, seconds: float, whole: bool, opened: Callable[[], object
 def main() -> None:
     """Read the files that come as lines, each with the seconds it may take; answer in lines."""
     answers = os.fdopen(os.dup(1), "w", encoding="ascii")
-    # The libraries may print, so that standard output leads nowhere
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Standard output leads nowhere: libraries print
 
     def answer(line: str) -> None:
         answers.write(line)

@@ -40,8 +40,7 @@ class Difference:
     # where there is none.
     largest: float = 0.0
     relative: float = 0.0
-    # Values of the axes at the two largest differences.
-    largest_at: dict[str, Any] = field(default_factory=dict)
+    largest_at: dict[str, Any] = field(default_factory=dict)  # Axes' values at these differences
     relative_at: dict[str, Any] = field(default_factory=dict)
     # The two values at the places of the largest differences.
     pair: tuple[float, float] = (math.nan, math.nan)
@@ -58,8 +57,7 @@ class Comparison:
     # not compared.
     axes: list[str]
     made: list[str]  # Other differences in how the archives were made, such as versions, in words
-    # Quantities that one archive alone has.
-    only_first: list[str]
+    only_first: list[str]  # Quantities that one archive alone has
     only_second: list[str]
     # Quantities that both archives have, over other axes or with another unit, and why.
     not_compared: list[str]

@@ -232,8 +232,7 @@ def _ranked_by(archive: xr.Dataset, by: str, order: float | None) -> Any:
             raise SceneError(f"order: only with a quantity over orders; {by} is none")
         orders = array["order"].values
         place = int(np.argmin(np.abs(orders - order)))
-        # An order that is given as 0.3333 means a third
-        if not math.isclose(orders[place], order, rel_tol=2e-4):
+        if not math.isclose(orders[place], order, rel_tol=2e-4):  # 0.3333 means a third
             raise SceneError(f"order = {order:g}: must be one of the orders of the patterns")
         array = array.isel(order=place)
     if FIRING_PATTERN not in array.dims or array.dtype.kind != "f" or (

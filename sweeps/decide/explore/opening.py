@@ -149,8 +149,7 @@ def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequenc
     size = 1 + max(int(here.max()) for here in places)
     owner = np.full(size, -1)
     place = np.zeros(size, dtype=np.int64)
-    # The first archive that has a point is written last, so that it counts
-    for number in reversed(range(len(places))):
+    for number in reversed(range(len(places))):  # The first archive is set last, to count
         owner[places[number]] = number
         place[places[number]] = np.arange(len(places[number]))
     kind = variables[0].dtype

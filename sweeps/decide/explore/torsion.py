@@ -103,8 +103,7 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
             f"archive: has no {', '.join(missing)}; ask for {', '.join(QUANTITIES)} in [output]"
         )
     data = nearest(archive, **select)[list(QUANTITIES)]
-    # Archives before version 0.3 have no dimension `throw`
-    throw = "throw" if "throw" in data.dims else "cylinder"
+    throw = "throw" if "throw" in data.dims else "cylinder"  # "cylinder" before version 0.3
     several = [str(d) for d in data.dims if d not in (throw, "order") and data.sizes[d] > 1]
     if several:
         raise SceneError(f"archive: more than one design along {', '.join(several)}; choose one")

@@ -108,8 +108,7 @@ def evaluated(
          r"\varphi_{max}"),
     ):  # fmt: skip
         data[name] = _named(CYCLE, values, said, unit, symbol)
-    # A motored cycle has work near 0: the ratio of works says nothing.
-    motored = looks_motored(cycles)
+    motored = looks_motored(cycles)  # A motored cycle has work near 0
     variation = np.nan if motored else abs(coefficient_of_variation(works.net))
     for name, value, said, unit, symbol in (
         ("imep", works.net.mean() / BAR, "indicated mean effective pressure", bar, "p_i"),

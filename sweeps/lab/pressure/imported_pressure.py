@@ -120,8 +120,7 @@ class ImportedPressure:
         if cycles:
             (only,) = self.cylinders.values()
             for number, pressure in enumerate(only.pressure, start=1):
-                # Each of several recorded cycles has a column
-                columns[f"cycle_{number}_bar"] = pressure / BAR
+                columns[f"cycle_{number}_bar"] = pressure / BAR  # One column for each cycle
         lines.append(",".join(columns))
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
         lines += [",".join(f"{value:.10g}" for value in row) for row in rows]

@@ -119,8 +119,7 @@ def imported(
                 level = level_of(cycles, name, geometry, said)
                 if level is not None:
                     levels[name] = level
-                # An angle is known no better than the level of the pressure
-                elif not looks_motored(cycles):
+                elif not looks_motored(cycles):  # An angle is known no better than the level
                     silent.append("dead_centre")
             found = examine(cycles, geometry, silenced=silent, level=level)
             warnings += [f"{before}{one}{offer_of(one, cycles, level, options)}" for one in found]
@@ -478,8 +477,7 @@ def _describe(
         imep = mean_pressures(cycles, geometry).net / BAR
         peak, at = peak_pressures(cycles)
         works[name], highest[name] = float(imep.mean()), float(peak.mean()) / BAR
-        # Motored cycles have work near 0: its coefficient of variation says nothing.
-        motored = looks_motored(cycles)
+        motored = looks_motored(cycles)  # A motored cycle has a mean near 0
         varies = f"; {cycles.cycles} cycles" if cycles.cycles > 1 else ""
         if cycles.cycles > 1 and not motored:
             varies += (

@@ -104,8 +104,7 @@ def with_loop_angles(
     else:
         _check_strokes(travel, strokes, source, period)
         angle = _angles(travel, (strokes == 1) | (strokes == 3), geometry)
-        # Angle 0, the firing dead centre, ends compression
-        if period > 360.0 and strokes[0] in (1, 4):
+        if period > 360.0 and strokes[0] in (1, 4):  # Compression ends at 0
             angle = angle + 360.0
     columns = {name: recording.numbers(name)[order] for name in names}
     _check_cycle(angle, period, source, said)
@@ -166,8 +165,7 @@ def _travel(
         "ccm": CUBIC_CENTIMETRE, "cc": CUBIC_CENTIMETRE, "ml": CUBIC_CENTIMETRE, "mm3": 1e-9,
         "in3": 0.0254**3,
     }  # fmt: skip
-    # Metres in each unit of lengths
-    lengths = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+    lengths = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # Metres in each unit of lengths
     # Factor to parts of the stroke of each unit
     parts = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
     known = volumes if over_volume else {**parts, **lengths}
@@ -290,8 +288,7 @@ def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down
 
 def _check_turn(travel: float, at_top: bool, source: _Source, place: int) -> None:
     apart = travel if at_top else 1.0 - travel
-    # Part of the stroke within which a loop must approach a dead centre to turn back
-    near = 0.02
+    near = 0.02  # Part of the stroke within which a loop must approach a dead centre to turn back
     if apart > near:
         raise SceneError(
             f"{source.at(place)}, column '{one_line(source.name, 60)}': turns back at {travel:.4g} "

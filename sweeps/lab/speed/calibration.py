@@ -48,8 +48,7 @@ from sweeps.scene.engine.modelled_diagrams import modelled_cycle
 
 __all__ = ["Calibration", "calibrate", "fit"]
 
-# Range of the factor on Woschni's heat transfer by which a fuel consumption is fitted
-WALL_FACTORS = 0.2, 5.0
+WALL_FACTORS = 0.2, 5.0  # Range of the factor on Woschni's heat transfer in a fit
 
 GRAMS_PER_KWH = 1e-3 / 3.6e6  # One g/kWh in kg/J
 
@@ -349,8 +348,7 @@ class _Fitting:
         """Error that names the power, or the fuel consumption, that could be reached."""
         fuel = self.given.fuel_consumption
         if fuel is not None:
-            # At equal heat, a smaller loss to the walls needs less fuel.
-            if error.most <= 0.0:
+            if error.most <= 0.0:  # With a smaller loss to the walls, less fuel is needed
                 return SceneError(
                     f"{self.given.places['fuel_consumption']} = {fuel:g} g/kWh: must be higher: "
                     "friction consumes all the work of this much fuel"

@@ -345,8 +345,7 @@ def _inside(raw: Any, where: str, name: str, unit: str) -> float:
 def _loads(raw: Any, where: str) -> tuple[float, ...]:
     """Loads, ascending and each once, with the rated one."""
     if raw is None:
-        # Loads with a diagram by default [percent]
-        return (10.0, 25.0, 50.0, 75.0, 100.0)
+        return (10.0, 25.0, 50.0, 75.0, 100.0)  # Loads with a diagram by default [percent]
     if not isinstance(raw, list) or not 1 <= len(raw) <= MOST_LOADS:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")
     found = {100.0}

@@ -331,8 +331,7 @@ def _dataset(
     raw_delta = [fluctuation(c[:, s]) for c, s in zip(curves.cycles, curves.sound, strict=True)]
     delta = [_corrected(one, curves, i) for i, one in enumerate(curves.cycles)]
     by_inertia = np.array([_by_inertia(one, curves, i) for i, one in enumerate(curves.cycles)])
-    # Orders of the crank's turn that are compared
-    most_orders = 0.5 * np.arange(1, 13)
+    most_orders = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
     orders = most_orders[most_orders * round(period / TURN) % 1 == 0]
     size, phase = orders_of_samples(
         corrected[:, sound], curves.middle[sound], curves.width[sound], orders

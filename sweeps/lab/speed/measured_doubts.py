@@ -175,8 +175,7 @@ def far_speed_remark(label: str, measured: float, computed: float, changing: str
     ratio = measured / computed
     if abs(ratio - 1.0) <= FAR_SPEED:
         return []
-    # Ratio of the mean speeds from which the unit of the times seems wrong
-    wrong_unit = 50.0
+    wrong_unit = 50.0  # Ratio of the mean speeds from which the unit of the times seems wrong
     return [
         f"{label}: measured at {measured / RPM:.1f} rpm, computed at {computed / RPM:.1f} rpm: "
         f"{changing} with the square of the speed; "

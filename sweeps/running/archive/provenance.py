@@ -298,8 +298,7 @@ MOST = 1 << 28
 def _inflated(data: bytes, room: int) -> bytes:
     stream = zlib.decompressobj()
     try:
-        # A `room` of 0 would set no limit for the decompressor.
-        content = stream.decompress(data, room + 1)
+        content = stream.decompress(data, room + 1)  # A `room` of 0 would set no limit
     except zlib.error as error:
         raise ValueError(str(error)) from None
     if len(content) > room:

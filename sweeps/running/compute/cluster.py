@@ -295,8 +295,7 @@ class DaskWorkers:
             _wait_for(partial, numbers)
         finally:
             if self.client.status == "running":
-                # A worker may end at any moment
-                with suppress(OSError, TimeoutError, CancelledError):
+                with suppress(OSError, TimeoutError, CancelledError):  # Workers may end
                     self.client.cancel([future for future, _ in futures.values()])
 
     def _any_worker(self) -> bool:

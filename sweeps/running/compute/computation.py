@@ -99,8 +99,7 @@ class Computation:
         self.known = {name: v if v.dims else Value(v.si) for name, v in given}
         self.varying = [s for s in self.stages if not lengths.keys().isdisjoint(s.dims)]
         self.common: set[str] = set()
-        # Results that are the same in all blocks are needed in each of them
-        if lengths or all_in_each:
+        if lengths or all_in_each:  # Common results are needed in all blocks
             self.known = {name: _read_only(value) for name, value in self.known.items()}
             once = [stage for stage in self.stages if stage not in self.varying]
             again = {need for stage in self.varying for need in stage.node.needs}
@@ -318,8 +317,7 @@ def _filled(
         return array
     short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
     if any(short):
-        # A block may lack the engines with most cylinders, and so the last throws.
-        padded = np.full(shape, np.nan)
+        padded = np.full(shape, np.nan)  # A block may lack the last throws
         ends = zip(short, array.shape, strict=True)
         padded[tuple(slice(n) if fewer else slice(None) for fewer, n in ends)] = array
         return padded

@@ -466,8 +466,7 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
             before = json.loads(file.getncattr("identity"))
             told = getattr(file, ATTRIBUTE) if ATTRIBUTE in file.ncattrs() else ""
             done = Finished(already=True, warnings=tuple(str(told).splitlines()))
-            # The variable counts all designs, while `status` has only the kept ones
-            if "outcomes" in file.variables:
+            if "outcomes" in file.variables:  # Counts of all designs; `status` has the kept ones
                 counts = np.asarray(file.variables["outcomes"][...])
                 codes = [MEANINGS.index(word) for word in file.variables["outcome"][...]]
                 done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)

@@ -94,8 +94,7 @@ class Finished:
     def count(self, status: npt.NDArray[Any]) -> None:
         """Add the outcomes of some designs."""
         codes = status.reshape(-1)
-        # Outcomes that are counted at a time
-        most_counted = 1_000_000
+        most_counted = 1_000_000  # Outcomes that are counted at a time
         for begin in range(0, codes.size, most_counted):
             # Pieces are counted one by one: counting makes an index of eight bytes out of each
             # code.

@@ -52,5 +52,4 @@ def _width(file: Any) -> int | None:
         columns = os.get_terminal_size((file or sys.stderr).fileno()).columns
     except (OSError, ValueError, AttributeError):
         return None
-    # Characters of a bar on a terminal that does not know its width
-    return None if columns else 79
+    return None if columns else 79  # Characters of a bar on a terminal that does not know its width

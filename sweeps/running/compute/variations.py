@@ -111,8 +111,7 @@ def elasticities_of(
     elasticities: Results = {}
     count = 2 * len(STEPS)
     for quantity in variation.quantities:
-        # The quantity depends on no divided axis: the first block has it
-        if quantity not in results:
+        if quantity not in results:  # No divided axis: the first block has it
             continue
         middle = results[quantity]
         for ending in ENDINGS:
@@ -208,8 +207,7 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     deviation = draws.std(axis=0)
     places = (draws - draws.mean(axis=0)) / np.where(deviation > 0.0, deviation, 1.0)
     known = np.isfinite(results)
-    # Subtracting a level keeps differences of large numbers accurate
-    level = np.where(known, results, 0.0).max(axis=0)
+    level = np.where(known, results, 0.0).max(axis=0)  # Differences of large numbers stay accurate
     size = np.where(np.abs(level) > 0.0, np.abs(level), 1.0)
     count, total, squares = (np.zeros(results.shape[1]) for _ in range(3))
     sums, crossed = (np.zeros((results.shape[1], many)) for _ in range(2))

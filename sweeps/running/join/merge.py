@@ -204,8 +204,7 @@ class _Source:
         )
 
     def _values(self, name: str, place: Any) -> npt.NDArray[Any]:
-        # Reading is apart from writing, so that a failure names the right file
-        with damaged_values(self.archive.path, name):
+        with damaged_values(self.archive.path, name):  # A failure of reading is none of writing
             return np.asarray(self.file.variables[name][place])
 
 

@@ -67,8 +67,7 @@ class Statistics:
         """
         here = np.arange(math.prod(self.shape)).reshape(self.shape)[tuple(place)].reshape(-1)
         rows = np.asarray(values, np.float64).reshape(here.size, -1)
-        # Values that are added at a time
-        step = max(1, (1 << 20) // here.size)
+        step = max(1, (1 << 20) // here.size)  # Values that are added at a time
         for begin in range(0, rows.shape[1], step):
             self._add(np.ascontiguousarray(rows[:, begin : begin + step]), here)
 

@@ -138,8 +138,7 @@ def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) ->
     gears = np.ones(1)
     if curve.own_speed:
         of_gear, gears, _ = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
-        # Columns are not compared row by row here, but each value with all values
-        if not of_gear == table == "designs":
+        if not of_gear == table == "designs":  # All values are compared with all
             speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
     there = gears * speeds
     bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))
@@ -193,8 +192,7 @@ def check_rod(values: GivenValues, name: str) -> None:
         return
     table, rods, _ = given
     of_stroke, strokes, _ = values.given_or_own("stroke", 0.0)
-    # Columns are not compared row by row here, but each value with all values
-    if not of_stroke == table == "designs":
+    if not of_stroke == table == "designs":  # All values are compared with all
         rods, strokes = rods.min(keepdims=True), strokes.max(keepdims=True)
     short = np.flatnonzero(rods <= strokes / 2.0)
     if short.size:

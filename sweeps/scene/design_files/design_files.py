@@ -217,8 +217,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
             # Columns are read one by one, so that only one column of a group of rows is in memory.
             for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
                 values = batch.column(0)
-                # The check covers places of texts, and lengths, that the file claims
-                values.validate(full=True)
+                values.validate(full=True)  # Places and lengths of texts are claims
                 if node is None:
                     columns.take(key, _labels_of(values))
                 else:
@@ -296,8 +295,7 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
             f"{name}: no variable is named as a parameter; found: {listed}; allowed: see "
             "`engine-dyn list keys`"
         )
-    # An unknown name is reported before a wrong shape
-    known_columns(list(variables), name, "variable")
+    known_columns(list(variables), name, "variable")  # Unknown names come before wrong shapes
     first, expected = "", ""
     for key, variable in variables.items():
         if variable.ndim != 1:

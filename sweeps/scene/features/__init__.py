@@ -110,8 +110,7 @@ def with_features(engine: Engine, given: Strict, folder: Path, where: str) -> En
     for name, feature in GIVEN_FEATURES.items():
         if feature.read is None:
             continue
-        # Engine files have no table [set]
-        settings = getattr(given, "set", None) if feature.key else None
+        settings = getattr(given, "set", None) if feature.key else None  # Only scenes have [set]
         tables = getattr(given, name, None) if settings is None else settings.get(name)
         if tables is not None:
             place = where if settings is None else f"{where}[set] "

@@ -149,8 +149,7 @@ def _read(values: GivenValues, table: Indicator, folder: Path, where: str) -> In
         recording = read_recording(path, where, table)
         pressure = _laboratory(where)(recording, path.name, table, period, values.engine)
         text = pressure.text(cycles=cycles)
-        # The part of the recording that a scene needs is kept
-        add_files_read({kept_name(path): text.encode()})
+        add_files_read({kept_name(path): text.encode()})  # The part that a scene needs is kept
         diagram, notes = indicator_of_text(text, where, period), notes_in(text)
     each = cycles_of_text(text, where, period) if cycles else ()
     notes = without_pressures(notes) if secret else notes

@@ -126,14 +126,12 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         # A given diagram holds for any load.
         load = [float(leaves["load"].data) if "load" in leaves else 100.0]
         family = family_from_diagrams(load, [scene.indicator])
-        # Nothing is interpolated between the rows of recorded cycles
-        if "over_cycles" in scene.words:
+        if "over_cycles" in scene.words:  # Recorded cycles are not interpolated
             cycles = scene.recorded_cycles
             family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
     family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
-        # The scale then shows whether the load is reached
-        follows = scene.characteristic is not None
+        follows = scene.characteristic is not None  # The scale shows whether the load is reached
         leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
     driven = scene.driven
     if not driven.geared:
@@ -199,7 +197,7 @@ def _with_cycles(
     keys = scene.cycle_keys
     if not keys:
         if scene.characteristic is not None and type(family) is Family:
-            # The load may vary along several axes, for which only rows of a stack serve.
+            # Rows of a stack serve for several axes.
             family = FamilyStack.of([family])
         return family, Value(np.zeros(()))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
@@ -333,8 +331,7 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     # Frequencies up to this factor above the range of orders count: a mode responds below its
     # resonance too, and varying masses count with their mean
     count = _below(soft, 1.25 * scene.highest_order * speed) - free
-    # Fewest modes that are computed by default, even above the range of orders
-    at_least = 6
+    at_least = 6  # Fewest modes that are computed by default, even above the range of orders
     if count >= total or total <= at_least:
         return ModesKept(total, total, "")
     why = f"all that orders up to {scene.highest_order:g} can excite at {speed / RPM:.5g} rpm"

@@ -154,8 +154,7 @@ class _Given:
             if name in PARAMETERS:
                 return (name,)
             return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
-        # Unless they are given, these values take a solution
-        if name in ("inertia_required", "load"):
+        if name in ("inertia_required", "load"):  # These need a solution, if not given
             return None
         node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:

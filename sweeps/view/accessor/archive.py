@@ -44,8 +44,7 @@ class ArchiveAccessor:
 
     def __init__(self, archive: xr.Dataset) -> None:
         self._archive = archive
-        # A plain attribute, because notebooks complete names without calling properties.
-        self.plot = Plots(archive)
+        self.plot = Plots(archive)  # Plain, because names are completed without calling properties
 
     def __repr__(self) -> str:
         from sweeps.base.errors import one_line

@@ -178,8 +178,7 @@ def label(panel: Axes, angle: float, radius: float, members: list[int], **style:
     """Write the numbers of cylinders at an angle [degree] and a distance from the shaft."""
     x, y = point(angle, radius)
     names = [str(i + 1) for i in members]
-    # A long list has two rows.
-    half = len(names) if len(names) <= 4 else -(-len(names) // 2)
+    half = len(names) if len(names) <= 4 else -(-len(names) // 2)  # A long list has two rows
     text = ",\n".join(", ".join(row) for row in (names[:half], names[half:]) if row)
     sideways, above = point(angle, 1.0)
     panel.text(

@@ -170,8 +170,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     _, panels = _pair_of_panels()
     entries: Entries = {}
     every: list[Floats] = []
-    # More values of a second axis could not be distinguished.
-    for rank, index in enumerate(other.picked(3)):
+    for rank, index in enumerate(other.picked(3)):  # More values could not be distinguished
         place = other.place(index)
         curves = view.numbers(name, place), view.numbers(name + COMPARED, place)
         said = f", {other.tag(index)}" if other else ""

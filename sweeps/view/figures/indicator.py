@@ -170,8 +170,7 @@ def _near(view: View) -> Booleans:
 def _pressure_lines(panel: Axes, view: View, entries: Entries, at: Booleans, band: bool) -> None:
     """Draw single cycles and their mean at some angles; `band` has 90 % of many cycles."""
     angle, every = view.numbers("crank_angle")[at], _cycles(view)[:, at]
-    # More lines of single cycles would become one grey surface.
-    some = every[pick(len(every), 60)]
+    some = every[pick(len(every), 60)]  # More lines of single cycles would become one grey surface
     if len(every) > 1:
         lines = panel.plot(angle, some.T, color="#b0b0b0", linewidth=0.4, rasterized=True, zorder=1)
         entries.setdefault(f"single cycles ({len(some)} shown)", lines[0])
@@ -241,8 +240,7 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
         start, end = (float(view.array(name).attrs[key]) for key in ("from_angle", "to_angle"))
         at = (angle >= start) & (angle <= end) & (p > 0.0)
         level = np.exp(np.mean(np.log(p[at] * v[at] ** exponent)))
-        # The line extends beyond the fitted part, so that a bend shows
-        wide = np.geomspace(np.nanmin(v), np.nanmax(v), 2)
+        wide = np.geomspace(np.nanmin(v), np.nanmax(v), 2)  # Drawn further, so that a bend shows
         (line,) = panel.plot(wide, level * wide**-exponent, color=colour, linestyle=dashes,
                              linewidth=0.9, zorder=4)  # fmt: skip
         word = name.split("_")[0]

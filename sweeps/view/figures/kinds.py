@@ -281,8 +281,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 for name in names_of[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
-                # A verdict is a word, not a number
-                and "flag_meanings" not in study.view.array(name).attrs
+                and "flag_meanings" not in study.view.array(name).attrs  # Verdicts are words
                 and name not in statistics
                 and (name in chosen if chosen else name not in taken)
                 and (kind.draw is not numbers.numbers or numbers.says_something(study.view, name))

@@ -290,8 +290,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
         }
         for key in (name, name + PUBLISHED):
             if key in data.data_vars and set(nominal.dims) <= set(view.array(key).dims):
-                # Named arrays line up by their dimensions
-                ratio = view.array(key) / (nominal * unit)
+                ratio = view.array(key) / (nominal * unit)  # Named arrays line up
                 values = (100.0 * (ratio - 1.0)).transpose(*view.array(key).dims)
                 new[key] = xr.Variable(values.dims, values.values, attributes)
     return replace(view, data=data.assign(new)) if new else view

@@ -43,8 +43,7 @@ class Line:
     x: Floats | None = None  # Abscissas, if not the axis's own values
     strong: bool = False
     band: tuple[Floats, Floats] | None = None  # Ends of the uncertainty
-    # Style of the line in place of that of its rank
-    look: Mapping[str, Any] = field(default_factory=dict)
+    look: Mapping[str, Any] = field(default_factory=dict)  # Style, by default that of its rank
 
 
 @dataclass(frozen=True)
@@ -80,8 +79,7 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
         x = axis.values if line.x is None else line.x
         if not axis.joined:
             style |= {"linestyle": "none", "markersize": 5.0}
-            # Marks stand side by side, as values are often the same
-            if axis.words or axis.name in COUNTED:
+            if axis.words or axis.name in COUNTED:  # Side by side, as values are often equal
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
         elif x.size < 5 and not line.look:
             style["linewidth"] = 0.7  # Between so few points the curve is not known

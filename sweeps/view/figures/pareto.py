@@ -127,8 +127,7 @@ def _searched_figure(
     conditions = conditions.replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
     every = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
     notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "", *common]
-    # The caption belongs to a single design
-    return finish(figure, title_of_front(view, pair), notes, entries)
+    return finish(figure, title_of_front(view, pair), notes, entries)  # A caption is for one design
 
 
 def number_design(panel: Axes, number: int, here: Floats, text: str, entries: Entries) -> None:

@@ -148,8 +148,7 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     low, high = axes.get_xlim()
-    # The angle is counted from this place, after firing
-    zero = float(angle.attrs.get("zero_at", 0.0))
+    zero = float(angle.attrs.get("zero_at", 0.0))  # Place from which the angle is counted
     four_stroke = high - low > 360 or low + zero >= 0
     per_degree = room * room_scale() / max(high - low, 1.0)
     gap = " " if 180 * per_degree > 0.62 else "\n"

@@ -86,8 +86,7 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
     entries: Entries = {}
     shapes = view.array(SHAPE).transpose(MODE, DISC).values.astype(float)
     finite = [number for number, shape in enumerate(shapes) if np.isfinite(shape).all()]
-    # Strong orders seldom reach higher modes.
-    shown = finite[:3]
+    shown = finite[:3]  # Strong orders seldom reach higher modes
     joined = joined_neighbours(view, shapes.shape[1])
     for rank, number in enumerate(shown):
         shape = shapes[number] / np.abs(shapes[number]).max()

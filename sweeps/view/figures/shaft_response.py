@@ -330,8 +330,7 @@ def _over_angle(
     order, amplitude, phase = (
         view.numbers(name, place) for name in (ORDER, f"{what}_order", f"{what}_phase")
     )
-    # All orders have whole periods in this number of turns
-    turns = round(1.0 / np.diff(order, prepend=0.0).min())
+    turns = round(1.0 / np.diff(order, prepend=0.0).min())  # All orders repeat in so many turns
     cycle = 360.0 * turns
     # At this step a period of order 12 has 120 points.
     degrees = np.arange(-0.5 * cycle, 0.5 * cycle, 0.25)

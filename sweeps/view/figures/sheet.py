@@ -69,8 +69,7 @@ class Setting:
     """Subject, size and panel of all figures that are drawn at one time."""
 
     subject: str = ""  # Engine and speed, at the beginning of the second line of each figure
-    # Width and height; by default they follow from the panels
-    inches: tuple[float, float] | None = None
+    inches: tuple[float, float] | None = None  # Width and height; by default from the panels
     ax: Axes | None = None  # Panel of another program's figure, in place of a new sheet
 
 

@@ -49,8 +49,7 @@ class Family:
     parameter: str
     members: tuple[int, ...]  # Numbers of the designs by ascending value
     followers: tuple[str, ...] = ()
-    # Other parameters in which the family differs from the first design
-    differs: tuple[str, ...] = ()
+    differs: tuple[str, ...] = ()  # Parameters that differ from the first design
 
 
 @dataclass(frozen=True)

@@ -116,8 +116,7 @@ def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> 
     mean = float(np.mean(torque[:-1]))
     load = load_at(view, x) if "load_torque" in names else None
     if load is not None and abs(np.mean(load[:-1]) - mean) <= 1e-3 * np.ptp(torque):
-        # Rounding errors must not add up over the cycle
-        load = load + (mean - np.mean(load[:-1]))
+        load = load + (mean - np.mean(load[:-1]))  # Rounding must not add up
         return load, view.title("load_torque")
     return np.full(x.size, mean), "Mean torque"
 
@@ -177,8 +176,7 @@ def _levels(panel: Axes, diagram: Turning, entries: Entries) -> None:
     swing = diagram.swing / _unit(diagram.swing)[0]
     for level in (0.0, swing):
         panel.axhline(level, color=GREY, linewidth=0.7, linestyle=(0, (4, 3)))
-    # Between the extremes the curve leaves most room for the arrow
-    place = 0.5 * (low + high)
+    place = 0.5 * (low + high)  # The arrow has most room there
     arrow = {"arrowstyle": "<->", "shrinkA": 0.0, "shrinkB": 0.0, "linewidth": 1.0}
     panel.annotate("", (place, swing), (place, 0.0), arrowprops=arrow)
     panel.set_title(

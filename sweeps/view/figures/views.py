@@ -186,8 +186,7 @@ class View:
     others: tuple[str, ...] = ()  # Parameters with one value in the whole view
     tolerance: float = 0.0  # Relative tolerance of the solver
     own: Mapping[str, float] = field(default_factory=dict)  # Values of the scene's engine itself
-    # Remarks on variables that are equal to others
-    equals: Mapping[str, str] = field(default_factory=dict)
+    equals: Mapping[str, str] = field(default_factory=dict)  # Remarks on equal variables
     options: Options = field(default_factory=Options)
 
     @property

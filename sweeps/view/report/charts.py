@@ -90,8 +90,7 @@ def lines(count: int = 1, *, stems: bool = False, height: int = 330, **options: 
         label_text_font_size="12px", margin=2, padding=2, spacing=8, location="top_left",
     )  # fmt: skip
     made.add_layout(legend, "below")
-    # Lines through the origin of a locus
-    for name, along in (("across", "width"), ("up", "height")):
+    for name, along in (("across", "width"), ("up", "height")):  # Lines through the origin
         made.add_layout(
             bokeh.Span(name=name, dimension=along, location=0.0, line_color="#aaa", visible=False)
         )

@@ -43,8 +43,7 @@ class Embedded:
     axes: dict[str, dict[str, Any]] = field(default_factory=dict)
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
     quantities: dict[str, dict[str, Any]] = field(default_factory=dict)
-    # Sentences on values that are not in the page
-    left_out: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)  # Sentences on values left out of the page
     flat: set[str] = field(default_factory=set)  # Quantities that vary by rounding alone
     planes: set[str] = field(default_factory=set)  # Quantities that vary in two directions
 
@@ -94,10 +93,8 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     numbers = [n for n in names if not set(archive[n].dims) & {"crank_angle", "order"}]
     curves = [n for n in names if n not in numbers]
     columns = columns_along(archive, names)
-    # A float32 takes 16/3 bytes in base64.
-    budget = room / (4.0 * 4.0 / 3.0)
-    # Curves get the rest of the room.
-    share = 0.6 if curves else 1.0
+    budget = room / (4.0 * 4.0 / 3.0)  # A float32 takes 16/3 bytes in base64
+    share = 0.6 if curves else 1.0  # Curves get the rest of the room
     numbers, counts = _thinned(archive, numbers, columns, budget * share, page)
     places = {dim: _places(archive, dim, count) for dim, count in counts.items()}
     used = _cost(archive, numbers, columns, counts)
@@ -336,8 +333,7 @@ def _flat(page: Embedded, spans: Mapping[str, tuple[float, float]]) -> set[str]:
     for name, (low, high) in spans.items():
         unit = page.quantities[name]["unit"]
         size = max(abs(low), abs(high))
-        # Numbers without a unit are not compared with each other.
-        key = unit or name
+        key = unit or name  # Numbers without a unit are not compared with each other
         largest[key] = max(largest.get(key, 0.0), size)
     return {
         name for name, (low, high) in spans.items()
@@ -365,8 +361,7 @@ def _quantity(
 
 
 def _base64(values: npt.NDArray[Any], kind: str) -> str:
-    # Archives of other programs may hold such numbers
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):  # Other programs may store such numbers
         stored = np.ascontiguousarray(values).astype(kind)
     return base64.b64encode(stored.tobytes()).decode("ascii")
 

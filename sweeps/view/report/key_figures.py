@@ -129,8 +129,7 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
     names = [
         n for n, q in page.quantities.items()
         if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
-        # Next to the mean it would be a line at zero
-        and n not in page.flat and not n.endswith("_std")
+        and n not in page.flat and not n.endswith("_std")  # Next to the mean, a line at zero
     ]  # fmt: skip
     kind = _kind(over)
     figures: list[Specification] = []

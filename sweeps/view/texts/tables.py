@@ -94,8 +94,7 @@ def rows_text(
     lines = []
     if rows.fixed:
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
-    # Characters of a line where the output is no terminal
-    line_width = 100
+    line_width = 100  # Characters of a line where the output is no terminal
     if rows.number <= 3:  # So few designs are columns of one table
         lines.append(_upright(columns, rows, width or line_width))
     else:
