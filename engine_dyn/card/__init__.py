@@ -1,9 +1,4 @@
-"""Solving on an NVIDIA card; all but this file is imported where one is asked for.
-
-card       the way to the card and back
-kernel     what the card runs: the functions of the batch solver
-device     functions compiled for a card, and what of numba.cuda solvers need
-"""
+"""Solving on an NVIDIA card; all other files here are imported only where a card is asked for."""
 
 from __future__ import annotations
 

@@ -10,33 +10,11 @@ Without offset, with phi from top dead centre and everything over the crank radi
 crank's axis: his A_2n is -a_2n for n > 0, and his A_0 is 1 + 1/lambda - a_0. Derivatives make
 gamma_nu = -nu a_nu and beta_nu = nu gamma_nu; a_1 = -1; there are no other odd orders.
 
-Derivation
-----------
-docs/method.md (15) to (18). With k' = sqrt(1 - lambda^2), q = (1 - k')/(1 + k') and z = exp(2 i
-phi),
-
-    1 - lambda^2 sin^2(phi) = ((1 + k')/2)^2 (1 + q z)(1 + q/z),
-
-so the root W is a product of two binomial series, and the coefficient of z^n in it is
-
-    (1 + k')/2 sum_j binom(1/2, n + j) binom(1/2, j) q^(n + 2 j)
-        = (1 + k')/2 binom(1/2, n) q^n 2F1(-1/2, n - 1/2; n + 1; q^2),
-
-A_2n is twice that over lambda. It converges as q^2j, where q is 0.07 at lambda = 0.5: what is
-left out is below `REMAINDER` of the sum, which is why these are called exact. Power series in
-lambda, which the sources print, are the expansion of these sums; `truncated` has them.
-
-The inertia torque at constant speed is -m r^2 omega^2 b v, and b v is half the slope of v^2. With
-v = sin(phi) + (lambda/2) sin(2 phi)/W,
-
-    v^2 = sin^2 + 2 sin(phi) sum gamma_2n sin(2 n phi) + cos^2 (1/W^2 - 1),
-    1/W^2 = (1 + 2 sum (-q)^n cos(2 n phi))/k',
-
-which leaves a closed form for every order of T_l/(m r omega^2) = sum_n t_n sin(n phi):
-
-    t_n = n/2 (gamma_(n+1) - gamma_(n-1))  for odd n (gamma_0 = 0)
-    t_2 = -(1 + q^2)/2
-    t_n = n/2 (-1)^(n/2 + 1) 2 k' q^(n/2 - 1)/(1 + k')^2  for even n > 2.
+docs/method.md (15) to (18) derives them, and the closed forms of the inertia torque's orders. Its
+rho is q = (1 - k')/(1 + k') here, with k' = sqrt(1 - lambda^2). The sums converge as q^2j, where q
+is 0.07 at lambda = 0.5: the rest is below `REMAINDER` of the sum, which is why these are called
+exact. Power series in lambda, which the sources print, are the expansion of these sums:
+`truncated_position` and its derivatives have them.
 
 An offset cylinder has all orders, sines and cosines; its series are not here (`harmonics` takes
 the transform of the curves).

@@ -2,7 +2,8 @@
 
 Angle zero is top dead centre; the piston's travel, velocity and acceleration are positive towards
 bottom dead centre. All three are reduced: they depend on the crank ratio lambda = r/l and on the
-offset e/r alone.
+offset e/r alone. docs/method.md (2) to (11) derives them, with the conditions under which the crank
+turns; tests compare them with the closed triangle of crank, rod and line of the pin.
 
 Offset
 ------
@@ -21,32 +22,8 @@ an offset pin gives the gas force, which acts on the cylinder's axis, a moment F
 the pin, which the skirt takes up. Travel, velocity, acceleration, torque and size of the side
 thrust depend on e only.
 
-Derivation
-----------
-docs/method.md (2) to (11). With the crank at theta from the direction of the cylinder, all over the
-crank radius and e/r = E, the crank pin stands at (sin(theta), cos(theta)) and the piston pin at (E,
-y). The rod's length closes the triangle: with u = sin(theta) - E, sin(beta) = lambda u and W =
-cos(beta) = sqrt(1 - lambda^2 u^2),
-
-    y = cos(theta) + W/lambda.
-
-Dead centres are where crank and rod lie on one line, stretched or folded:
-
-    sin(theta_T) = e/(l + r),    sin(theta_B - pi) = e/(l - r),
-
-so the crank turns if |e| + r < l, and the stroke is sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2), more
-than 2 r. The engine's angle is phi = theta - theta_T. With x = y(theta_T) - y and derivatives over
-phi, u' = cos(theta), u'' = -sin(theta):
-
-    v = sin(theta) + lambda u u'/W
-    b = cos(theta) + lambda (u'^2 + u u'' W^2)/W^3
-
-The mechanism is that of textbooks (Norton, Design of Machinery: the offset fourbar slider-crank;
-Mettig, Die Konstruktion schnellaufender Verbrennungsmotoren, as series in lambda and e; neither was
-compared page by page): everything here is derived above and tested against the closed triangle.
-Rods that hang on a master rod (radial engines, some V engines) move otherwise: not covered.
-
-Volume of a cylinder over the crank angle.
+Sources: Norton, Design of Machinery (the offset fourbar slider-crank); Mettig, Die Konstruktion
+schnellaufender Verbrennungsmotoren (series in lambda and e); neither was compared page by page.
 """
 
 from __future__ import annotations

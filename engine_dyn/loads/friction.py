@@ -1,7 +1,10 @@
 """Friction of the engine: mean effective pressure, mean torque, its shape over the crank angle.
 
 Friction torque is positive and subtracted. A motored engine has the friction that its motored
-diagram gives: `friction_mean_effective_pressure` with that diagram's p_max.
+diagram gives: `friction_mean_effective_pressure` with that diagram's p_max. Functions of components
+take SI values, as numbers or arrays that broadcast, and give a mean effective pressure [Pa]. Their
+law was fitted to warm spark-ignition car engines of the 1980s with oil of 10W-30, at some 1000 to
+6000 rpm, and holds no pumping work; it is printed, with constants as here, in kPa, mm, rpm and m/s.
 
 Sources
 -------
@@ -11,20 +14,11 @@ friction as a sum of parts that grow with no, the first and the second power of 
 Henein, SAE paper 840179, 1984: instantaneous friction of rings and skirt (forms as they are
 usually quoted; the paper itself was not compared).
 
-Friction of four-stroke engines by component: the law of Patton, Nitschke and Heywood.
-
-Each function gives the friction mean effective pressure of one component [Pa] from SI values, as
-numbers or arrays that broadcast. The law was fitted to engines of cars of the 1980s with spark
-ignition, warm, with oil of 10W-30, at some 1000 to 6000 rpm; it holds no pumping work. The formulas
-below are printed with kPa, mm, rpm and m/s, and so are their constants here.
-
-Sources
--------
 K. J. Patton, R. C. Nitschke and J. B. Heywood, Development and evaluation of a friction model for
-spark-ignition engines, SAE paper 890836, 1989 (not seen). The equations and their constants were
-compared in three transcriptions that are independent of each other: those of two programs after
-D. Sandoval, An improved friction model for spark ignition engines, thesis, MIT 2002, equations 7.a
-to 11 and table 4.2, and that of a third program. They agree in all numbers that are used here.
+spark-ignition engines, SAE paper 890836, 1989 (not seen): components of four-stroke engines. The
+equations and constants were compared in three independent transcriptions, which agree: those of two
+programs after D. Sandoval, An improved friction model for spark ignition engines, thesis, MIT 2002,
+equations 7.a to 11 and table 4.2, and that of a third program.
 """
 
 from __future__ import annotations

@@ -1,13 +1,4 @@
-r"""Torsional vibration of shafts: discs on shafts without mass, excited by the orders of torques.
-
-system     what a shaft system is, referred to the speed of one disc; stress of round
-           shafts, limits of propulsion shafts
-modes      natural frequencies and shapes, critical speeds, what excites and damps a mode;
-           complex modes with all losses
-graded     the same where stiffnesses or inertias are far apart
-forced     steady response to each order of the torques, at each speed
-synthesis  its extremes over the cycle, all orders together
-dampers    optimum dampers, pendulums, the damping of a load
+"""Torsional vibration of shafts: discs on shafts without mass, excited by the orders of torques.
 
 The convention is that of `engine_dyn.forces.cylinder_harmonics`: whatever vibrates is
 

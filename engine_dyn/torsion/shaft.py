@@ -1,19 +1,14 @@
-r"""The shaft of an engine as people describe it: discs by name, and numbers that vary.
+"""The shaft of an engine as people describe it: discs by name, and numbers that vary.
 
 What is the same for all designs (names, what joins what, where the throws, the flywheel and the
 load are) is a `Shaft`. Its numbers go by keys, such as `disc_inertia_3`, which scenes may vary;
 they and a `Shaft` make a `ShaftSystem`.
 
-Dampers, pendulums, and loads that damp.
-
-A ring of inertia J_d on a hub is a disc, and what holds it a shaft: with viscous damping alone
-(Houdaille), with stiffness and loss factor (rubber), or with both. Here are the values that are
-best for one mode of modal inertia J_m and natural frequency omega_m, mu = J_d/J_m, and what makes
-a pendulum a disc on a shaft.
-
-What the cylinders of an engine put on the discs of its throws, besides the orders of the torque.
-
-The orders themselves are those of `engine_dyn.forces.harmonics.of_throws`.
+A damper's ring of inertia J_d on a hub is a disc, and what holds it a shaft: with viscous damping
+alone (Houdaille), with stiffness and loss factor (rubber), or with both. Here are the values that
+are best for one mode of modal inertia J_m and natural frequency omega_m, mu = J_d/J_m; what makes
+a pendulum a disc on a shaft; and what cylinders put on the discs of their throws besides the orders
+of the torque (`engine_dyn.forces.harmonics.of_throws`).
 """
 
 from __future__ import annotations
