@@ -141,10 +141,7 @@ def between(curve: Any, slope: Any, step: float, place: Floats) -> Floats:
 
 
 def _tops(curve: Any, slope: Any, step: float) -> Floats:
-    """The largest value from each point to the next.
-
-    At x = a/(sqrt(b^2 - 3 a c) - b) of a x + b x^2 + c x^3, 0 < x < 1.
-    """
+    """Largest value from each point on, of a x + b x^2 + c x^3 at a/(sqrt(b^2 - 3 a c) - b)."""
     values, slopes = np.array(curve, dtype=float), np.asarray(slope)
     inside = np.nonzero((slopes > 0.0) & (np.roll(slopes, -1, axis=-1) < 0.0))
     behind = (*inside[:-1], (inside[-1] + 1) % values.shape[-1])

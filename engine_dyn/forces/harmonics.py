@@ -173,10 +173,7 @@ INERTIA = Part(
 
 
 def _where(there: Booleans, nu: Floats, of: Callable[[Floats], Complexes]) -> Complexes:
-    """Harmonics of the orders that `there` marks, and 0 for all others.
-
-    Firing patterns bring orders that a cylinder which repeats sooner does not have.
-    """
+    """Harmonics of the orders that `there` marks; 0 of others, by firing patterns alone."""
     if not there.any():
         return 0.0 * of(nu)
     along = int(np.argmax(nu.shape)) - nu.ndim  # all orders lie along one axis

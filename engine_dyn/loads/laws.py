@@ -114,10 +114,7 @@ _slip_torque = inlined(slip_torque)
 
 @inlined
 def _table_torque(omega: float, table: Floats) -> tuple[float, float]:
-    """Torque of a table, docs/method.md (43), and its slope.
-
-    Iterates may leave a table, so it is continued by straight lines; a solution there is refused.
-    """
+    """Torque and slope, docs/method.md (43); straight lines continue the table for iterates."""
     speeds, torques, slopes = table[0], table[1], table[2]
     last = len(speeds) - 1
     if omega <= speeds[0]:

@@ -344,10 +344,7 @@ def _question(
     check: Check, point: Mapping[str, Any], value: float,
     measured: Callable[[Mapping[str, Any]], Any], units: Mapping[str, tuple[str, float]],
 ) -> tuple[Sequence[str], str]:  # fmt: skip
-    """The parameters that may be wrong, and the values that may be meant.
-
-    The unit of the first comes before a decimal place of any, and that before units of the others.
-    """
+    """Parameters that may be wrong, and values that may be meant: a unit before a decimal place."""
     keys = [key for key in check.blames if key in point]
     for place, key in enumerate(keys):
         size = units.get(key, ("", 1.0))[1]

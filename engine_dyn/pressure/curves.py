@@ -233,10 +233,7 @@ def morphed(
 
 @lru_cache(maxsize=16)
 def _elimination(count: int) -> tuple[Floats, Floats]:
-    """Diagonal after elimination, and the corner solution, for equally spaced knots.
-
-    The system of `periodic_spline.periodic_spline_slopes`, divided by the step: 1, 4, 1.
-    """
+    """Diagonal and corners after elimination of 1, 4, 1 (see `periodic_spline_slopes`)."""
     diagonal, corner = np.full(count, 4.0), np.zeros(count)
     diagonal[0], diagonal[-1] = 8.0, 4.25
     corner[0], corner[-1] = -4.0, 1.0

@@ -105,10 +105,7 @@ def without_cylinders(period: float) -> dict[str, Any]:
 
 
 def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
-    """Speed at the point nearest to the start angle.
-
-    Nothing is interpolated: a march that is not closed yet jumps there.
-    """
+    """Speed at the point nearest to the start angle, where a march that is not closed jumps."""
     angles = np.asarray(crank_angle).reshape(-1)
     turns = (np.asarray(start_angle) - angles[0]) / (angles[1] - angles[0])
     place = np.rint(turns).astype(np.int64) % angles.size

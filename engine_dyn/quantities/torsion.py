@@ -40,10 +40,7 @@ def _slope(name: str) -> Any:
 
 
 def _table_slope(driven: Any, speed: Any, ratio: Any = 1.0) -> Any:
-    """Slope of a table's torque at nominal speed over that torque; `ratio`: speed over crank's.
-
-    By a difference over a ten-thousandth of the speed, within the table.
-    """
+    """Slope over torque of a table at `ratio` times the nominal speed, by a small difference."""
     table, omega = driven.over_speed, np.asarray(ratio * speed)
     low, high = np.maximum(0.9999 * omega, table.low), np.minimum(1.0001 * omega, table.high)
     return ratio * quotient((table(high) - table(low)) / (high - low), table(omega))
@@ -103,10 +100,7 @@ def _system(
     shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any, of_tables: Any,
     load_damping: Any = 0.0,
 ) -> tuple[ShaftSystem, Any]:  # fmt: skip
-    """The shaft system, and designs without one: no flywheel left, end of a table, no damping.
-
-    Such designs get a system without the excess, with another stiffness, or undamped by the load.
-    """
+    """The shaft system, and the designs without one, which get a system with other values."""
     unknown = np.asarray(of_tables) == 0.0
     bad: Any = unknown.any(axis=-1) if unknown.ndim else unknown
     of_tables = np.where(unknown, 1.0, of_tables)

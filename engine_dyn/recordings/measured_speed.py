@@ -452,10 +452,7 @@ def _going_on(width: Floats, speed: Floats, last: float, times: Floats) -> Float
 
 
 def _level(speed: Floats, width: Floats, n: int) -> tuple[Floats, Drift | None]:
-    """Mean square of the speed over a cycle around each interval, and the drift; None if unknown.
-
-    The intervals are consecutive and fill at least a cycle of `n` of them.
-    """
+    """Mean square of consecutive speeds over `n` around each, and the drift; None if unknown."""
     square, edges = speed**2, np.concatenate([[0.0], np.cumsum(width)])
     period, middle = float(edges[n]), 0.5 * (edges[1:] + edges[:-1])
     total = np.concatenate([[0.0], np.cumsum(square * width)])

@@ -198,10 +198,7 @@ def _misfit(gaps: Floats, wheel: Wheel) -> Floats:
 
 
 def _starts(gaps: Floats, wheel: Wheel) -> Integers:
-    """First intervals of the turns that fit, none within another turn.
-
-    On a wheel that repeats these are the beginnings of all its equal groups.
-    """
+    """First intervals of the turns that fit, none within another; all equal groups' beginnings."""
     misfit, apart = _misfit(gaps, wheel), wheel.teeth // wheel.symmetry
     fits = np.flatnonzero(misfit < np.log(FACTOR))
     chosen: list[int] = []

@@ -207,10 +207,7 @@ class Grouping:
                 yield (count, *others), alike, Source(family, cylinders, box, nodes, torques)
 
     def _repeats(self, chosen: Chosen) -> Integers:
-        """Number of repetitions of each design's load in the cycles of `cycles_of`.
-
-        0 without a load over an angle; together with the auxiliaries.
-        """
+        """Repetitions of each design's load and auxiliaries, see `cycles_of`; 0 with neither."""
         load, gear, period = self.driven.over_angle, chosen.take("gear_ratio"), self.family.period
         own = self.driven.auxiliaries
         times = 0 if own is None else own.repeats * cycles_of(load, period)

@@ -134,10 +134,7 @@ def _store_curves(
 
 
 def _periodic(call: Call, designs: Designs, task: Task, chosen: Booleans) -> Floats:
-    """Delta of the periodic solution and its error, (2, design), for chosen designs; else NaN.
-
-    The general solver, whose compilation dominates a first run, is compiled only for these.
-    """
+    """Delta and its error by the general solver, (2, design), for chosen designs; else NaN."""
     compared, nothing = ("delta", "delta_error"), np.empty((1, 0))
     results = Results(
         np.array([compared.index(n) if n in compared else -1 for n in SCALAR_NAMES]),

@@ -104,10 +104,7 @@ def torque_extremes(
 
 @inlined
 def _top(sign: float, width: float, value: Floats, slope: Floats, missed: Floats) -> float:
-    """Largest sign * value of a curve, docs/solver.md (98) and (99).
-
-    `missed` is the error of the cubics through values and slopes in the middle of intervals.
-    """
+    """Largest sign * value, docs/solver.md (98), (99); cubics miss `missed` between nodes."""
     best = largest(sign, value)
     for j in range(len(value)):
         n = (j + 1) % len(value)
@@ -166,10 +163,7 @@ def _candidates(sign: float, v: Floats, place: Floats) -> None:
 def _places(
     count: int, columns: Columns, designs: Designs, high: Floats, low: Floats, torque: Floats
 ) -> None:
-    """Places in nodes where the torque of the first designs may be largest and smallest.
-
-    `high` and `low` have a row for each design, or none; `torque` is scratch.
-    """
+    """Places in nodes where torques may be largest and smallest, by design; `torque` is scratch."""
     for which in range(count):
         for j in range(len(torque)):
             torque[j] = 0.0

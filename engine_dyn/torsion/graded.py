@@ -111,10 +111,7 @@ def _factor(matrix: Floats, left: Floats, right: Floats) -> int:
 
 @inlined
 def _orthogonalise(vectors: Floats, turned: Floats) -> None:
-    """Rotate pairs of vectors until all are orthogonal, and the lines of `turned` with them.
-
-    Vectors of any lengths keep the digits of the short ones.
-    """
+    """Rotate pairs of vectors, of any lengths, until orthogonal, and lines of `turned` likewise."""
     count, size = vectors.shape
     right_angle = size * 2.2e-16
     # Each sweep rotates all pairs; some ten sweeps are enough.

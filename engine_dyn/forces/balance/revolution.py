@@ -342,10 +342,7 @@ def _value(parabola: Parabola, fraction: float) -> float:
 
 @inlined
 def _lowest_of_two(one: Parabola, other: Parabola) -> float:
-    """Fraction at which the larger of two parabolas is smallest: at a vertex, or where they meet.
-
-    They meet once between their vertices, as each is higher at the vertex of the other.
-    """
+    """Fraction at which the larger of two parabolas is least: a vertex, or where they meet once."""
     foot = -one[1] / one[2] if one[2] > 0.0 else 0.0
     foot_of_other = -other[1] / other[2] if other[2] > 0.0 else 0.0
     if _value(one, foot) >= _value(other, foot):

@@ -153,10 +153,7 @@ def _load_of_characteristic(
     *, characteristic_torque: Any, characteristic_share: Any, variant_of: Callable[[str], Node],
     **needs: Any,
 ) -> Any:  # fmt: skip
-    """Load at which the engine's mean torque, with all parts, is the characteristic's.
-
-    NaN where the engine's diagrams do not give that torque, and where there is no torque.
-    """
+    """Load with the characteristic's mean torque; NaN where no diagram gives a torque as large."""
     wanted = np.asarray(characteristic_torque) * characteristic_share
     arrays = {n: v for n, v in needs.items() if isinstance(v, np.ndarray) and v.ndim}
     wanted = np.broadcast_to(

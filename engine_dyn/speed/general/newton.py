@@ -139,10 +139,7 @@ def _fill_recurrence(mu: float, fixed: bool, width: float, design: Design, motio
 def _ends(
     mu: float, fixed: bool, closure: int, design: Design, motion: Motion
 ) -> tuple[float, float]:
-    """Changes delta_0 and delta_mu from the two means that close the system; one if mu is `fixed`.
-
-    docs/solver.md (83) and docs/method.md (66).
-    """
+    """Changes delta_0 and delta_mu: docs/solver.md (83), docs/method.md (66); mu may be `fixed`."""
     a11 = a12 = r1 = a21 = r2 = 0.0
     a22 = 1.0 if fixed else 0.0
     for j in range(len(motion.d)):

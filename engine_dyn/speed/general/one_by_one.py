@@ -135,10 +135,7 @@ def follow_designs(
 
 @inlined
 def _must_stall(width: float, design: Design, motion: Motion) -> bool:
-    """Whether a power law with the power mean has no periodic speed above zero.
-
-    docs/method.md (94): the mean of F of the bound q >= (w - min w - kappa Phi)/tau exceeds 1.
-    """
+    """Whether a power law with the power mean stalls always: docs/method.md (94)."""
     most = largest(1.0, motion.w)
     least = design.kappa * width * len(motion.w) - largest(-1.0, motion.w)
     # A bound below 1 cannot have a mean above 1, unless tau is small: the usual case.
@@ -154,10 +151,7 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
 
 @inlined
 def _falls_short(width: float, design: Design, motion: Motion) -> bool:
-    """Whether a solution near 0 falls far below 0 even if the load vanishes there.
-
-    For loads so strong that they, and not the closure, determine the energy before.
-    """
+    """Whether a solution near 0 under a dominating load falls far below 0 even without it."""
     nodes = len(motion.w)
     if design.flat or not (design.kappa > 0.0):
         return False
@@ -226,10 +220,7 @@ negligible. Above it, that error is estimated, docs/solver.md (103)."""
 
 @inlined
 def _peak(sign: float, j: int, width: float, motion: Motion) -> tuple[float, float]:
-    """Largest sign * q in the interval behind node j, between a rise and a fall, and its error.
-
-    docs/solver.md (98) to (100).
-    """
+    """Largest sign * q between nodes j and j + 1, and its error: docs/solver.md (98) to (100)."""
     q, tau = motion.q, motion.tau
     n = (j + 1) % len(q)
     left, right, d_left, d_right = q[j], q[n], width * motion.rate[j], width * motion.rate[n]
@@ -248,10 +239,7 @@ def _peak(sign: float, j: int, width: float, motion: Motion) -> tuple[float, flo
 
 @inlined
 def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
-    """Largest (sign 1) or smallest (-1) q, and its error.
-
-    Every interval is searched in which a local maximum may exceed the highest node.
-    """
+    """Largest (sign 1) or smallest (-1) q, and its error, over all intervals that may have it."""
     q, rate, node = motion.q, motion.rate, 0
     for j in range(len(q)):
         node = j if sign * q[j] > sign * q[node] else node
@@ -271,10 +259,7 @@ def _extreme(sign: float, width: float, motion: Motion) -> tuple[float, float]:
 
 @inlined
 def _mean(closure: int, design: Design, motion: Motion) -> tuple[float, float]:
-    """Mean of sqrt(q), and error by unresolved nodes: docs/solver.md (102).
-
-    The error is the relative difference of the means over even and odd nodes, of speed and closure.
-    """
+    """Mean of sqrt(q), and its error by even and odd nodes: docs/solver.md (102)."""
     q, total, speed, closed = motion.q, 0.0, 0.0, 0.0
     for j in range(len(q)):
         sign = 1.0 if j % 2 == 0 else -1.0
