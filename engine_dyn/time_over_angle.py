@@ -181,8 +181,7 @@ def _mean(curve: Any) -> Any:
     return np.ascontiguousarray(curve).mean(axis=-1)
 
 
-EXCITED = 1e-3
-"""Fraction of the free rotor's largest swing above which an order counts as excited."""
+EXCITED = 1e-3  # Fraction of the free rotor's largest swing above which an order counts as excited
 
 
 def torque_from_power(power: Any, pole_pairs: Any, speed: Any) -> Any:

@@ -43,8 +43,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Booleans, Complexes, Floats, Integers
 
-ORDERS_AT_ONCE = 64
-"""Number of orders whose weights are held at the same time."""
+ORDERS_AT_ONCE = 64  # Number of orders whose weights are held at the same time
 
 SERIES_UP_TO = 2.0
 """Largest z at which the integrals A and B are computed as power series, whose error is 1e-17;
@@ -156,8 +155,7 @@ def _add_up(
                 real[row, begin + order], imaginary[row, begin + order] = one, other
 
 
-MOST = 1024
-"""Highest order of the series of smooth curves with an offset."""
+MOST = 1024  # Highest order of the series of smooth curves with an offset
 
 
 def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:

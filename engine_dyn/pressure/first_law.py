@@ -58,8 +58,7 @@ from engine_dyn.units import BAR, DEGREE
 
 REFERENCE = 300.0
 
-WIEBE = math.log(1000.0)
-"""Wiebe's factor for a duration that ends when 99.9 % have burnt."""
+WIEBE = math.log(1000.0)  # Wiebe's factor for a duration that ends when 99.9 % have burnt
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,11 +27,9 @@ from engine_dyn.pressure.file_fields import FileField, file_units
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 
-POLYTROPIC, WOSCHNI = 1, 2
-"""Codes of wall models with heat transfer; 0 is adiabatic."""
+POLYTROPIC, WOSCHNI = 1, 2  # Codes of wall models with heat transfer; 0 is adiabatic
 
-HOTTEST = 4000.0
-"""Temperature [K] above which nothing supports a gamma that falls linearly."""
+HOTTEST = 4000.0  # Temperature [K] above which nothing supports a gamma that falls linearly
 
 # Woschni (1967) as in Heywood, section 12.4: h = 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8 with p in kPa, w =
 # 2.28 c_m + 3.24e-3 (V_h T_r)/(p_r V_r) (p - p_m); the second part counts from combustion on.
@@ -42,8 +40,7 @@ WOSCHNI_COMBUSTION = 3.24e-3
 # Angle on both sides of dead centre over which a polytrope's exponent changes.
 EXPONENT_REACH = 30.0 * DEGREE
 
-BURNT = 40.0
-"""A combustion ends where the fraction exp(-BURNT) of it is left."""
+BURNT = 40.0  # A combustion ends where the fraction exp(-BURNT) of it is left
 
 # Durations over which Wiebe functions are followed: nothing is left, and powers stay finite.
 BURNT_OUT = 4.0
@@ -234,8 +231,7 @@ def manifold(phi: float, growth: float, case: Case) -> float:
     return exhaust + (intake - exhaust) * share
 
 
-WALLS = ("adiabatic", "polytropic", "woschni")
-"""Models of the heat transfer to the walls."""
+WALLS = ("adiabatic", "polytropic", "woschni")  # Models of the heat transfer to the walls
 
 
 _GAS = {

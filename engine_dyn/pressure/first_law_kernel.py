@@ -50,8 +50,7 @@ from engine_dyn.pressure.first_law_formulas import (
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-MOST_BREAKS = 32
-"""Largest number of angles at which integration intervals have to end."""
+MOST_BREAKS = 32  # Largest number of angles at which integration intervals have to end
 
 # Largest widths of an interval: an angle, parts of a combustion, of a valve's lag and of its ramp,
 # and part of the distance to the complex angle where the volume would be 0 or the rod would stand
@@ -68,8 +67,7 @@ MOST_IMPROVEMENTS = 20
 NEAR = 1e-10
 """Change of values below which Newton's method ends; its next step would be lost in rounding."""
 
-MOST_PASSES = 60
-"""Largest number of cycles that are followed until the pressure repeats."""
+MOST_PASSES = 60  # Largest number of cycles that are followed until the pressure repeats
 
 
 Blown = tuple[float, float, float]

@@ -20,8 +20,7 @@ from engine_dyn.units import DEGREE
 
 NOTES = "Rakopoulos notes"
 
-EVERY = "every_"
-"""Prefix of names of harmonics of all orders, which the vibration of a shaft needs."""
+EVERY = "every_"  # Prefix of names of harmonics of all orders, which the vibration of a shaft needs
 
 
 def _motion(every: str = "") -> tuple[str, ...]:

@@ -168,8 +168,7 @@ OF_CYLINDERS = (
 )  # fmt: skip
 """Nodes needed by an engine whose torque follows from its pressure."""
 
-OF_TORQUE = ("period", "torque_factor", "driven")
-"""Nodes needed by an engine whose torque is given."""
+OF_TORQUE = ("period", "torque_factor", "driven")  # Nodes needed by an engine whose torque is given
 
 
 def _solution(law: str, angle: str, by_torque: bool = False) -> Node:

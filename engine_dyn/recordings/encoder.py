@@ -17,8 +17,7 @@ from engine_dyn.recordings.teeth import PassedTeeth, find_turns
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-FEWEST_SAMPLES = 4.0
-"""Samples between teeth below which pulses may be missed."""
+FEWEST_SAMPLES = 4.0  # Samples between teeth below which pulses may be missed
 
 LARGEST = 1e50
 """Largest value of a signal, in whatever unit; its swing must exceed the inverse of this."""
@@ -291,8 +290,7 @@ def _clipped(signal: Floats) -> list[str]:
     return said
 
 
-ASIDE = 5.0 * DEGREE
-"""How far a mark may pass from its usual place on the wheel [rad]."""
+ASIDE = 5.0 * DEGREE  # How far a mark may pass from its usual place on the wheel [rad]
 
 
 class MarkedTeeth(NamedTuple):

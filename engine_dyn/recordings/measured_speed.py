@@ -345,8 +345,7 @@ def speed_over_angle(means: Floats, edges: Floats, angle: Floats) -> Floats:
     return np.asarray(1.0 / (slow + derivative))
 
 
-FEWEST = 8
-"""Intervals of a single cycle from which a drift can be told."""
+FEWEST = 8  # Intervals of a single cycle from which a drift can be told
 
 
 class Drift(NamedTuple):

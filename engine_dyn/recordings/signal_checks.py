@@ -26,8 +26,7 @@ from engine_dyn.recordings.smoothing import noise
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import BAR, DEGREE
 
-LARGEST = 1e10
-"""Pressure [Pa] beyond which a value is invalid."""
+LARGEST = 1e10  # Pressure [Pa] beyond which a value is invalid
 
 LEAST_SAMPLES = 16
 

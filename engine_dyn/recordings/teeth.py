@@ -13,12 +13,10 @@ FACTOR = 1.7
 """Largest ratio of an interval to the expected one. A missing tooth makes at least 2 of it, and
 an extra pulse cuts it to half or less; speed and tooth errors change it far less in a turn."""
 
-NAMED = 5
-"""Largest number of faults that are reported one by one."""
+NAMED = 5  # Largest number of faults that are reported one by one
 
 
-SHORTEST, LONGEST = 1e-9, 1e6
-"""Shortest and longest interval between teeth [s] that is accepted."""
+SHORTEST, LONGEST = 1e-9, 1e6  # Shortest and longest interval between teeth [s] that is accepted
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,7 @@ from engine_dyn.recordings.teeth import PassedTeeth
 from engine_dyn.time_over_angle import time_harmonics
 from engine_dyn.types import Booleans, Floats
 
-AROUND = 5
-"""Neighbours on each side of an interval from which its error is found."""
+AROUND = 5  # Neighbours on each side of an interval from which its error is found
 
 
 @dataclass(frozen=True, eq=False)

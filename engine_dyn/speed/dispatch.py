@@ -92,11 +92,9 @@ def compare(
 NOWHERE = np.zeros(0)
 
 
-FINEST = 16
-"""Designs that miss the tolerance are solved again with more nodes, up to this factor."""
+FINEST = 16  # Designs that miss the tolerance are solved again with more nodes, up to this factor
 
-FINER = 4
-"""Factor on the nodes for the second solution, from which the error follows."""
+FINER = 4  # Factor on the nodes for the second solution, from which the error follows
 
 
 class Card(Protocol):

@@ -31,8 +31,7 @@ from engine_dyn.speed.grouping import Call
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
 
-MOST_CYCLES = 30000
-"""Largest number of cycles that are followed."""
+MOST_CYCLES = 30000  # Largest number of cycles that are followed
 
 
 class Cycle(NamedTuple):

@@ -53,8 +53,7 @@ RESULTS = {
 
 DETUNED = 1e-12  # Least |k* + Z| over the sum of its terms' sizes
 
-SMALL = 1e-6
-"""Part of its terms below which |k* + Z|, with torques behind it, has lost six digits."""
+SMALL = 1e-6  # Part of its terms below which |k* + Z|, with torques behind it, has lost six digits
 
 AT_ONCE = 1024  # Number of cases that a thread takes at once
 

@@ -216,8 +216,7 @@ def fill_extremes(
         write(peaks.missed, side, missed)
 
 
-KINDS = 4
-"""Number of values that `Columns.fine` has for each part."""
+KINDS = 4  # Number of values that `Columns.fine` has for each part
 
 LOAD, SMOOTH, REST, STEEP = range(2 * KINDS, 2 * KINDS + 4)
 """Rows of `Peaks.seen` behind the rows of P and V."""

@@ -20,8 +20,7 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 
-LOWEST = -0.9
-"""Lowest u of a design; slower designs are left to the general solver."""
+LOWEST = -0.9  # Lowest u of a design; slower designs are left to the general solver
 
 
 def solve_in_blocks(

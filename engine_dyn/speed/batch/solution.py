@@ -136,12 +136,10 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
     return missed * 0.5 ** (size - 2) <= 1e-10 * (most - least)
 
 
-MOST_PASSES = 40
-"""Largest number of passes; designs that need more are left to the general solver."""
+MOST_PASSES = 40  # Largest number of passes; designs that need more are left to the general solver
 
 
-ROUNDING = 2e-15
-"""Change of the remainder that is only rounding."""
+ROUNDING = 2e-15  # Change of the remainder that is only rounding
 
 
 @inlined

@@ -25,8 +25,7 @@ from engine_dyn.speed.work.columns import MIDDLE, SLOPE, SQUARE, VALUE, Columns
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
 from engine_dyn.types import Floats
 
-MOST_STEPS = 60
-"""Largest number of Newton's steps."""
+MOST_STEPS = 60  # Largest number of Newton's steps
 
 
 @inlined

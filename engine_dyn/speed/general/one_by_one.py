@@ -30,8 +30,7 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.speed.work.interpolation import cubic_in_middle, largest, max_between
 from engine_dyn.types import Booleans, Floats, Integers
 
-ROUNDED = 1.0 + 1e-9
-"""Factor by which rounding may put the mean speed outside the extremes."""
+ROUNDED = 1.0 + 1e-9  # Factor by which rounding may put the mean speed outside the extremes
 
 
 def solve_one_by_one(

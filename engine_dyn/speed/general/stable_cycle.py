@@ -24,24 +24,19 @@ from engine_dyn.types import Floats
 REPEATS, STANDS, RUNS_AWAY, LOST = CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONVERGED
 """Fates of cycles: they repeat, come to standstill, get ever faster, or cannot be determined."""
 
-HIGHEST = 1e8
-"""Energy over the nominal energy above which a design runs away within a cycle."""
+HIGHEST = 1e8  # Energy over the nominal energy above which a design runs away within a cycle
 
-MOST_STARTS = 14
-"""Largest number of starts between standstill and running away."""
+MOST_STARTS = 14  # Largest number of starts between standstill and running away
 
-PROBABLY = -1.0
-"""Error that is reported where not all starts could be followed."""
+PROBABLY = -1.0  # Error that is reported where not all starts could be followed
 
-MOST_CYCLES = 80
-"""Largest number of cycles that are followed from one start."""
+MOST_CYCLES = 80  # Largest number of cycles that are followed from one start
 
 MOST_STEPS = 600
 """Largest number of Radau's steps for each node of a design; most need less than 100."""
 
 
-GROWTH = 4.0
-"""Margin on the growth of the energy, for curves that are flat near their minimum."""
+GROWTH = 4.0  # Margin on the growth of the energy, for curves that are flat near their minimum
 
 
 @inlined
@@ -263,8 +258,7 @@ END_3 = 1.0 + 1.0 / (1.0 - PLACE_1) + 1.0 / (1.0 - PLACE_2)
 Quartic = tuple[float, float, float, float, float]
 """Coefficients of a polynomial in t from 0 to 1, in ascending order."""
 
-MOST_RADAU_STEPS = 256
-"""Largest number of steps of an interval, a power of two."""
+MOST_RADAU_STEPS = 256  # Largest number of steps of an interval, a power of two
 
 
 class Interval(NamedTuple):

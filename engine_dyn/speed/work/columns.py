@@ -85,8 +85,7 @@ class Parts(NamedTuple):
 FEWEST_NODES = 720
 """Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
 
-FEWEST_COARSE = 60
-"""Least number of coarse nodes of a period."""
+FEWEST_COARSE = 60  # Least number of coarse nodes of a period
 
 WIDE, NARROW, STEEP = 5, 4, 3
 """Fine intervals of a coarse one, where there are many and few, and where the torque answers
@@ -140,14 +139,11 @@ def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> N
     return Nodes(coarse * stride * cycles, stride, times, cycles)
 
 
-ATMOSPHERE = 101325.0
-"""Pressure [Pa] under the piston that the columns of the gas contain."""
+ATMOSPHERE = 101325.0  # Pressure [Pa] under the piston that the columns of the gas contain
 
-SAME_PLACE = 1e-9
-"""Part of an interval by which rounding may displace a phase."""
+SAME_PLACE = 1e-9  # Part of an interval by which rounding may displace a phase
 
-VALUE, SLOPE, MIDDLE, BETWEEN = range(4)
-"""Values of each part in `Columns.fine`."""
+VALUE, SLOPE, MIDDLE, BETWEEN = range(4)  # Values of each part in `Columns.fine`
 
 
 class Columns(NamedTuple):

@@ -18,8 +18,7 @@ MEAN_BY_PAIRS = (802.0 / 1440.0, -93.0 / 1440.0, 11.0 / 1440.0)
 STENCIL = 8
 """Number of nodes of the interpolating polynomial: three before the interval, three behind it."""
 
-BEFORE = STENCIL // 2 - 1
-"""Number of the polynomial's nodes before the interval."""
+BEFORE = STENCIL // 2 - 1  # Number of the polynomial's nodes before the interval
 
 
 def lagrange_weights(t: Floats) -> Floats:
