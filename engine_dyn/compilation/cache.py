@@ -82,7 +82,7 @@ def archive_of(function: Callable[..., Any]) -> Path:
 def unpacked(archive: Path) -> str:
     """Folder that this process alone has, with what is in an archive that is there and whole."""
     folder = tempfile.mkdtemp(prefix="engine-dyn-")
-    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # a fork leaves the folder
+    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # not run in a fork
     whole = False
     with suppress(Exception), zipfile.ZipFile(archive) as content:
         os.utime(archive)

@@ -105,7 +105,7 @@ def geometry(sine: float, cosine: float, case: Case) -> tuple[float, float]:
     if offset == 0.0:
         volume = case.clearance + 0.5 * position_at(sine, cosine, ratio)
         return volume, 0.5 * velocity_at(sine, cosine, ratio)
-    # Over the swept volume, whose stroke exceeds two crank radii with an offset.
+    # Travel over the swept volume: with an offset the stroke exceeds two crank radii.
     share = 0.5 / case.half_stroke
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)

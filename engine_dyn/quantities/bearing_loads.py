@@ -136,7 +136,8 @@ def _load_nodes(
     whole, extreme = f"{load}_components", f"{load}_extremes"
     variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
     if load != "main_journal":
-        plain = " plain_rods" if load == "crank_pin" else ""  # articulated: `each_cylinder`
+        # Nodes for articulated rods are in `each_cylinder`.
+        plain = " plain_rods" if load == "crank_pin" else ""
         variants = ((f"equal{plain}", ()), (f"unequal{plain}", _COUNTED))
     made = [
         node

@@ -126,7 +126,8 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
         return force * component.ratio(**needs)
 
     symbol = f"{component.symbol}_{part.letter}" if part.letter else component.symbol
-    plain = part.prefix + component.name == "wall_thrust"  # articulated: `each_cylinder`
+    # Nodes for articulated rods are in `each_cylinder`.
+    plain = part.prefix + component.name == "wall_thrust"
     of_part = f"{component.short}{part.whose}{component.behind}"
     return _force(
         part.prefix + component.name, symbol, of_part if part.prefix else component.long_name,

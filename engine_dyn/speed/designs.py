@@ -46,7 +46,8 @@ def take_unknown(inputs: dict[str, Any]) -> Booleans:
     unknown = np.isnan(inputs["scale"])
     if unknown.any():
         inputs["scale"] = np.where(unknown, 1.0, inputs["scale"])
-        for name in inputs.keys() & {"mean_torque", "friction_torque"}:  # follow from the diagram
+        # A torque of NaN follows from the diagram.
+        for name in inputs.keys() & {"mean_torque", "friction_torque"}:
             inputs[name] = np.nan_to_num(inputs[name])
     return np.asarray(unknown)
 

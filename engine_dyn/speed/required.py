@@ -44,7 +44,7 @@ class Required(NamedTuple):
     status: Codes
     # Largest delta found below the wanted one; for a design that fails, the largest possible delta.
     largest: Floats
-    lightest: Floats  # Inertia with that largest delta [kg m2]
+    lightest: Floats  # Inertia at which delta is `largest` [kg m2]
 
 
 def solve_for_inertia(
