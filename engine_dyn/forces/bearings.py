@@ -88,6 +88,8 @@ PARTS = 5  # Parts of a load: gas and crankcase pressure, reciprocating and rota
 
 DESIGNS_AT_ONCE = 65536
 
+BYTES_OF_TABLE = 32e6  # Of the pressures that are tabulated at a time
+
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Extremes of a load: largest and mean size [N], angle of the largest [rad], rms [N]."""
 
@@ -445,8 +447,7 @@ def _of_engine(
     along = load == "main_journal"
     below = np.floor(columns[2]).astype(np.int64)
     curves = len({(m.phase, m.pressure_factor) for m in engine.members}) if along else 1
-    # Pressures of at most 32 MB are tabulated at a time.
-    at_once = max(1, int(32e6 // (16 * curves * phi.size)))
+    at_once = max(1, int(BYTES_OF_TABLE // (16 * curves * phi.size)))
     order = np.argsort(below, kind="stable")
     begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::at_once]
     for some in np.split(order, begins[1:]) if order.size else ():

@@ -179,6 +179,85 @@ def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
     return pressure * pressure_scale / components.ATMOSPHERE
 
 
+COMPONENT_NODES: tuple[Node, ...] = (
+    hidden("mean_stroke", "m", "mean stroke of the cylinders", product, ("stroke", "stroke_share")),
+    hidden(
+        "intake_ratio", "1",
+        "pressure in the cylinder before compression over that of the atmosphere",
+        _intake_ratio,
+    ),
+    _sized(
+        "crankshaft_seals", "S", "the seals of the crankshaft", ("main_journal_diameter",),
+        components.crankshaft_seals,
+    ),
+    _sized(
+        "main_bearings", "H", "the main bearings, including turbulent dissipation",
+        ("speed", "main_journal_diameter", "main_journal_width", "main_bearings"),
+        components.main_bearings,
+    ),
+    _sized(
+        "crank_pin_bearings", "C", "the connecting-rod bearings",
+        ("speed", "crank_pin_diameter", "crank_pin_width"), components.crank_pin_bearings,
+    ),
+    _part(
+        "skirt", "K", "the skirts of the pistons", ("bore", "mean_piston_speed"),
+        lambda bore, mean_piston_speed: components.skirt(bore, mean_piston_speed),
+    ),
+    _part(
+        "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
+        components.rings,
+    ),
+    hidden(
+        "ring_gas_pressure_unthrottled", "Pa",
+        "ring friction added by gas pressure at full throttle",
+        lambda geometric_compression_ratio, mean_piston_speed: components.ring_gas_pressure(
+            geometric_compression_ratio, mean_piston_speed
+        ),
+    ),
+    _part(
+        "ring_gas_pressure", "G", "the piston rings due to gas pressure",
+        ("ring_gas_pressure_unthrottled", "intake_ratio"), product,
+    ),
+    _sized(
+        "valve_train", "V", "the valve train",
+        ("speed", "valve_train", "valve_lift", "valves_per_cylinder", "camshaft_bearings"),
+        components.valve_train,
+    ),
+    _part(
+        "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
+        ("speed",),
+        components.auxiliaries,
+    ),
+    hidden(
+        "fmep_without_gas", "Pa",
+        "friction mean effective pressure of all that does not depend on gas pressure",
+        _in_order(_UNTHROTTLED), _UNTHROTTLED,
+    ),
+    Node(
+        "fmep_components", "p_{fr,\\Sigma}", "bar",
+        "friction mean effective pressure of all components, by the law of Patton, Nitschke and "
+        "Heywood", PATTON, si=BAR,
+        make=lambda fmep_without_gas, ring_gas_pressure_unthrottled, intake_ratio:
+        fmep_without_gas + ring_gas_pressure_unthrottled * intake_ratio,
+    ),
+    *(
+        Node(
+            f"friction_share_{group}", f"s_{{fr,{group[0].upper()}}}", "1",
+            f"share of {text} in the friction of all components", PATTON,
+            needs=(*names, "fmep_components"), make=_share(names),
+        )
+        for group, text, names in (
+            ("bearings", "the bearings and seals of the crankshaft",
+             ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings")),
+            ("rings", "the piston rings", ("fmep_rings", "fmep_ring_gas_pressure")),
+            ("skirt", "the skirts of the pistons", ("fmep_skirt",)),
+            ("valve_train", "the valve train", ("fmep_valve_train",)),
+            ("auxiliaries", "the auxiliaries", ("fmep_auxiliaries",)),
+        )
+    ),
+)  # fmt: skip
+"""Friction by components, for four-stroke engines."""
+
 NODES: tuple[Node, ...] = (
     Node(
         "rubbing", "", "Pa",
@@ -274,79 +353,5 @@ NODES: tuple[Node, ...] = (
                *FRICTION_NAMES),
         make=_friction_over_stroke,
     ),
-    hidden("mean_stroke", "m", "mean stroke of the cylinders", product, ("stroke", "stroke_share")),
-    hidden(
-        "intake_ratio", "1",
-        "pressure in the cylinder before compression over that of the atmosphere",
-        _intake_ratio,
-    ),
-    _sized(
-        "crankshaft_seals", "S", "the seals of the crankshaft", ("main_journal_diameter",),
-        components.crankshaft_seals,
-    ),
-    _sized(
-        "main_bearings", "H", "the main bearings, including turbulent dissipation",
-        ("speed", "main_journal_diameter", "main_journal_width", "main_bearings"),
-        components.main_bearings,
-    ),
-    _sized(
-        "crank_pin_bearings", "C", "the connecting-rod bearings",
-        ("speed", "crank_pin_diameter", "crank_pin_width"), components.crank_pin_bearings,
-    ),
-    _part(
-        "skirt", "K", "the skirts of the pistons", ("bore", "mean_piston_speed"),
-        lambda bore, mean_piston_speed: components.skirt(bore, mean_piston_speed),
-    ),
-    _part(
-        "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
-        components.rings,
-    ),
-    hidden(
-        "ring_gas_pressure_unthrottled", "Pa",
-        "ring friction added by gas pressure at full throttle",
-        lambda geometric_compression_ratio, mean_piston_speed: components.ring_gas_pressure(
-            geometric_compression_ratio, mean_piston_speed
-        ),
-    ),
-    _part(
-        "ring_gas_pressure", "G", "the piston rings due to gas pressure",
-        ("ring_gas_pressure_unthrottled", "intake_ratio"), product,
-    ),
-    _sized(
-        "valve_train", "V", "the valve train",
-        ("speed", "valve_train", "valve_lift", "valves_per_cylinder", "camshaft_bearings"),
-        components.valve_train,
-    ),
-    _part(
-        "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
-        ("speed",),
-        components.auxiliaries,
-    ),
-    hidden(
-        "fmep_without_gas", "Pa",
-        "friction mean effective pressure of all that does not depend on gas pressure",
-        _in_order(_UNTHROTTLED), _UNTHROTTLED,
-    ),
-    Node(
-        "fmep_components", "p_{fr,\\Sigma}", "bar",
-        "friction mean effective pressure of all components, by the law of Patton, Nitschke and "
-        "Heywood", PATTON, si=BAR,
-        make=lambda fmep_without_gas, ring_gas_pressure_unthrottled, intake_ratio:
-        fmep_without_gas + ring_gas_pressure_unthrottled * intake_ratio,
-    ),
-    *(
-        Node(
-            f"friction_share_{group}", f"s_{{fr,{group[0].upper()}}}", "1",
-            f"share of {text} in the friction of all components", PATTON,
-            needs=(*names, "fmep_components"), make=_share(names),
-        )
-        for group, text, names in (
-            ("bearings", "the bearings and seals of the crankshaft",
-             ("fmep_crankshaft_seals", "fmep_main_bearings", "fmep_crank_pin_bearings")),
-            ("rings", "the piston rings", ("fmep_rings", "fmep_ring_gas_pressure")),
-            ("skirt", "the skirts of the pistons", ("fmep_skirt",)),
-            ("valve_train", "the valve train", ("fmep_valve_train",)),
-            ("auxiliaries", "the auxiliaries", ("fmep_auxiliaries",)),
-        )
-    ),
+    *COMPONENT_NODES,
 )  # fmt: skip

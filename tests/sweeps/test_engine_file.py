@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from engine_dyn.quantities.friction import NODES as FOUR_STROKE_FRICTION
+from engine_dyn.quantities.friction import COMPONENT_NODES
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import PARAMETERS, QUANTITIES
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
@@ -29,7 +29,7 @@ def test_every_engine_gives_a_value_for_everything(name: str) -> None:
     assert engine.sources
     assert engine.period in (FOUR_STROKE, TWO_STROKE)
     # What any quantity needs: a scene that names only the engine and everything there is.
-    of_four_strokes = {*OF_FOUR_STROKES, *(node.name for node in FOUR_STROKE_FRICTION)}
+    of_four_strokes = {*OF_FOUR_STROKES, *(node.name for node in COMPONENT_NODES)}
     quantities = [
         quantity for quantity in QUANTITIES
         if engine.period == FOUR_STROKE or quantity not in of_four_strokes

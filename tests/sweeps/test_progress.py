@@ -29,17 +29,19 @@ def printed(columns: int, times: int, monkeypatch: pytest.MonkeyPatch) -> str:
 
     def read() -> str:
         with contextlib.suppress(BlockingIOError):
-            return os.read(ours, 100_000).decode()
+            return os.read(ours, 100_000).decode(errors="replace")
         return ""
 
-    with os.fdopen(theirs, "w") as terminal:
-        with progress_bar(total=10, file=terminal) as bar:
-            bar.update(3)
-            ends = time.monotonic() + HANG
-            while text.count("3/10") < times and time.monotonic() < ends:
-                time.sleep(0.02)
-                text += read()
-        text += read()
+    with os.fdopen(theirs, "w") as terminal, progress_bar(total=10, file=terminal) as bar:
+        bar.update(3)
+        ends = time.monotonic() + HANG
+        while text.count("3/10") < times and time.monotonic() < ends:
+            time.sleep(0.02)
+            text += read()
+    os.set_blocking(ours, True)
+    with contextlib.suppress(OSError):  # of a terminal whose other end is closed, when all is read
+        while piece := os.read(ours, 100_000):
+            text += piece.decode(errors="replace")
     os.close(ours)
     return text
 

@@ -24,12 +24,14 @@ def progress_bar(**options: Any) -> Any:
     class Bar(tqdm):
         """One that a thread of its own keeps going."""
 
-        beats: threading.Event | None = None
+        beats: tuple[threading.Event, threading.Thread] | None = None
         shown = False
 
         def close(self) -> None:
             if self.beats is not None:
-                self.beats.set()
+                ended, thread = self.beats
+                ended.set()
+                thread.join()  # It would draw once more what is cleared here
                 if self.shown:  # An empty bar would stay on the terminal
                     self.last_print_t = self._time()
             super().close()
@@ -41,8 +43,10 @@ def progress_bar(**options: Any) -> Any:
 
     bar = Bar(delay=FIRST, leave=False, ncols=_width(options.get("file")), **options)
     if not bar.disable:
-        bar.beats = threading.Event()
-        threading.Thread(target=bar.beat, args=(bar.beats, FIRST), daemon=True).start()
+        ended = threading.Event()
+        thread = threading.Thread(target=bar.beat, args=(ended, FIRST), daemon=True)
+        bar.beats = ended, thread
+        thread.start()
     return bar
 
 

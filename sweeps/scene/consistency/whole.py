@@ -16,7 +16,7 @@ from engine_dyn.loads.driven_machine import DrivenMachine, TorqueOverSpeed, repe
 from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.features import auxiliaries
-from engine_dyn.quantities.friction import NODES
+from engine_dyn.quantities.friction import COMPONENT_NODES
 from engine_dyn.quantities.graph import UNLESS_GIVEN
 from engine_dyn.quantities.parameters import STROKE_SHARES
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
@@ -158,8 +158,7 @@ def check_friction_law(scene: Scene, name: str) -> None:
             f"{name}: [{table}] friction_law: must be one value, in [set] or the engine file; "
             "compare scenes with different laws by `engine-dyn compare`"
         )
-    # Quantities of friction by components
-    of_components = frozenset(node.name for node in NODES if node.public)
+    of_components = frozenset(node.name for node in COMPONENT_NODES if node.public)
     asked = next((q for q in scene.quantities if q in of_components), None)
     if scene.engine.period != FOUR_STROKE and asked:
         where = f"{name}: [output] quantities: '{asked}'"
