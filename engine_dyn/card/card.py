@@ -236,11 +236,11 @@ class Card:
             cards[name].copy_to_host(pinned[name], slot.stream)
         slot.stream.synchronize()
         left[here] = pinned["left"]
-        found = np.flatnonzero(~pinned["left"])
-        target = designs.target[here][found]
-        results.status[target] = pinned["status"][found]
+        finished = np.flatnonzero(~pinned["left"])
+        target = designs.target[here][finished]
+        results.status[target] = pinned["status"][finished]
         if results.scalars.shape[1]:
-            results.scalars[:, target] = pinned["scalars"][:, found]
+            results.scalars[:, target] = pinned["scalars"][:, finished]
         return True
 
 

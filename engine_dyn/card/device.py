@@ -120,10 +120,10 @@ def _with_names(
     function: types.FunctionType, part: Callable[[Any], Any], instead: Mapping[str, Any]
 ) -> Any:
     """A function whose module's names are compiled by `part`; `instead` replaces some of them."""
-    found = function.__globals__
-    names = {name for name in function.__code__.co_names if name in found}
-    own = {name: part(instead.get(name, found[name])) for name in sorted(names)}
-    own |= {name: found[name] for name in ("__name__", "__builtins__")}
+    module_names = function.__globals__
+    names = {name for name in function.__code__.co_names if name in module_names}
+    own = {name: part(instead.get(name, module_names[name])) for name in sorted(names)}
+    own |= {name: module_names[name] for name in ("__name__", "__builtins__")}
     made = types.FunctionType(function.__code__, own, function.__name__, function.__defaults__)
     return functools.update_wrapper(made, function, updated=())
 

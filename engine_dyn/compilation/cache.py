@@ -46,15 +46,15 @@ _imports = cache(lambda text: _IMPORT.findall(re.sub("#.*", "", text)))
 
 def imported(text: str) -> dict[str, str]:
     """Modules that a source imports, directly or not; packages where other names come from them."""
-    found: dict[str, str] = {}
+    sources: dict[str, str] = {}
     waiting = [text]
     while waiting:
         for module, words in _imports(waiting.pop()):
             inner = [f"{module}.{word}" for word in re.findall(r"\w+", words)] or [module]
             names = {name if name in _SOURCES else module for name in inner} & _SOURCES.keys()
-            waiting += [_SOURCES[name] for name in names - found.keys()]
-            found |= {name: _SOURCES[name] for name in names}
-    return dict(sorted(found.items()))
+            waiting += [_SOURCES[name] for name in names - sources.keys()]
+            sources |= {name: _SOURCES[name] for name in names}
+    return dict(sorted(sources.items()))
 
 
 @cache

@@ -126,16 +126,16 @@ class CompressorCycle:
         ValueError
             If the step does not divide the cycle or is over 10 degrees.
         """
-        found = tabulate(self._values(), step_degrees)
-        return found.angle, found.pressure
+        table = tabulate(self._values(), step_degrees)
+        return table.angle, table.pressure
 
     def diagram(self, step_degrees: float = 0.5) -> Diagram:
         """Indicator diagram with the exact slopes at its points.
 
         Its peak lies before dead centre, where `diagram_from_points` would take it for a mistake.
         """
-        found = tabulate(self._values(), step_degrees)
-        return Diagram(found.angle, found.pressure, found.slope, TWO_STROKE, never_burns)
+        table = tabulate(self._values(), step_degrees)
+        return Diagram(table.angle, table.pressure, table.slope, TWO_STROKE, never_burns)
 
     def _values(self) -> dict[str, float]:
         return {name: getattr(self, name) for name in FILE_FIELDS}

@@ -288,9 +288,9 @@ class CycleTable(Family):
         angle, which = np.broadcast_arrays(
             np.asarray(phi, dtype=np.float64), number.reshape(wanted.shape)
         )
-        found = np.empty(angle.shape)
+        pressure = np.empty(angle.shape)
         angles, designs = np.array(angle).reshape(-1), np.array(which).reshape(-1)
-        flat = found.reshape(-1)
+        flat = pressure.reshape(-1)
 
         def work(begin: int, end: int) -> None:
             here = slice(begin, end)
@@ -302,20 +302,20 @@ class CycleTable(Family):
         on_threads(angles.size, work, self.threads, fewest=4096)
         if factor != 1.0:
             base = self.motored.pressures(phi, place)
-            found = base + factor * (found - base)
-        return found
+            pressure = base + factor * (pressure - base)
+        return pressure
 
     def _sampled_between(self, place: Floats, phi: Floats, factor: float) -> Floats:
         """Pressure at the same angles for all places, shape (places, angles)."""
         below, weight = _split(place)
         some = np.flatnonzero(weight)
         self.curves(np.concatenate([below, below[some] + 1]))  # all rows are made at once
-        found = self.sampled(below, phi, factor)[0]
+        pressure = self.sampled(below, phi, factor)[0]
         if some.size:
             share = weight[some, None]
             above = self.sampled(below[some] + 1, phi, factor)[0]
-            found[some] = (1.0 - share) * found[some] + share * above
-        return found
+            pressure[some] = (1.0 - share) * pressure[some] + share * above
+        return pressure
 
     def peak_between(self, place: ArrayLike) -> Floats:
         """Return p_max [Pa] of the diagram at each place in the table, see `between`."""
@@ -328,7 +328,7 @@ class CycleTable(Family):
         """
         wanted = np.asarray(place, dtype=np.float64)
         values, number = np.unique(wanted, return_inverse=True)
-        found = np.empty(values.size)
+        peaks = np.empty(values.size)
         for begin in range(0, values.size, 512):
             here = slice(begin, begin + 512)
             below, weight = _split(values[here])
@@ -339,11 +339,11 @@ class CycleTable(Family):
                 above, rise = self.at_knots(below[some] + 1, factor)
                 pressure[some] = (1.0 - share) * pressure[some] + share * above
                 slope[some] = (1.0 - share) * slope[some] + share * rise
-            found[here] = pressure.max(axis=1)
+            peaks[here] = pressure.max(axis=1)
             if between:
                 step = np.diff(self.angle, append=self.angle[0] + self.period)
-                found[here] = largest_of_rows(pressure, slope, step)
-        return found[number.reshape(-1)].reshape(wanted.shape)
+                peaks[here] = largest_of_rows(pressure, slope, step)
+        return peaks[number.reshape(-1)].reshape(wanted.shape)
 
     def at_knots(self, rows: Integers, factor: float) -> tuple[Floats, Floats]:
         """Pressure [Pa] of rows at the knots, and its slope; `factor` as of `sampled`."""
@@ -444,10 +444,10 @@ class CycleTable(Family):
             cycle = self.cycles[place].cycle
             values = {item.name: getattr(cycle, item.name) for item in fields(cycle)}
             values |= {name: v[combination[here]] for name, v in self.changes.items()}
-            found = tabulate(type(cycle), values, self._step, self.threads)
-            good = found.status == CONVERGED
+            table = tabulate(type(cycle), values, self._step, self.threads)
+            good = table.status == CONVERGED
             chosen = here[good]
-            curves.pressure[chosen], curves.slope[chosen] = found.pressure[good], found.slope[good]
+            curves.pressure[chosen], curves.slope[chosen] = table.pressure[good], table.slope[good]
             curves.known[chosen] = True
         return curves
 

@@ -263,11 +263,11 @@ def values_of_each(diagrams: Sequence[Diagram], which: Integers, phi: Floats) ->
     """Pressure [Pa] of one of some diagrams at each angle [rad], with the bits of their calls."""
     angle = diagrams[0].angle
     if not all(_same(one.angle, angle) for one in diagrams):
-        found = np.empty(phi.shape)
+        values = np.empty(phi.shape)
         for number, one in enumerate(diagrams):
             here = which == number
-            found[here] = one(phi[here])
-        return found
+            values[here] = one(phi[here])
+        return values
     pressure, slope = (np.concatenate([getattr(d, n) for d in diagrams])
                        for n in ("pressure", "slope"))  # fmt: skip
     at, first = diagrams[0]._pieces(phi), which * angle.size
@@ -310,9 +310,9 @@ def largest_of_rows(pressure: Floats, slope: Floats, step: Floats) -> Floats:
     most += np.maximum(pressure, after)
     row, knot = np.nonzero(most >= pressure.max(axis=1, keepdims=True))
     ends = np.stack([values[row, knot] for values in (pressure, after, slope, rise)])
-    found = np.full(len(pressure), np.nan)
-    np.fmax.at(found, row, _tops(ends, step[knot]))
-    return found
+    peaks = np.full(len(pressure), np.nan)
+    np.fmax.at(peaks, row, _tops(ends, step[knot]))
+    return peaks
 
 
 def _tops(ends: Floats, step: Floats) -> Floats:

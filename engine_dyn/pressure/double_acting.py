@@ -137,13 +137,13 @@ class DoubleActingCycle(CompressorCycle):
         half, odd = divmod(head.angle.size, 2)
         if odd:
             raise ValueError(f"step = {step_degrees:g} degree: 180 must be a multiple of it")
-        found = tabulate(self._of_crank_end(), step_degrees, crank_end=True)
+        table = tabulate(self._of_crank_end(), step_degrees, crank_end=True)
 
         def half_a_turn_later(values: Floats) -> Floats:
             return np.asarray(np.roll(values, half))
 
         crank = Diagram(
-            head.angle, half_a_turn_later(found.pressure), half_a_turn_later(found.slope),
+            head.angle, half_a_turn_later(table.pressure), half_a_turn_later(table.slope),
             TWO_STROKE,
         )  # fmt: skip
         share = (self.piston_rod_diameter / self.bore) ** 2

@@ -423,15 +423,15 @@ def largest_between(place: ArrayLike, diagram_of: Callable[[int], Diagram]) -> F
     flat = wanted.reshape(-1)
     below = np.floor(flat)
     fraction = flat - below
-    found = np.empty(flat.size)
+    peaks = np.empty(flat.size)
     order = np.argsort(below, kind="stable")
     for here in np.split(order, np.flatnonzero(np.diff(below[order])) + 1):
         if here.size:
             row, shares = int(below[here[0]]), fraction[here]
             first = diagram_of(row)
             second = diagram_of(row + 1) if shares.any() else first
-            found[here] = largest_of_blends(first, second, shares)
-    return found.reshape(wanted.shape)
+            peaks[here] = largest_of_blends(first, second, shares)
+    return peaks.reshape(wanted.shape)
 
 
 def _filled(parts: Floats, count: int) -> Floats:

@@ -308,14 +308,14 @@ def grid_from_diagrams(entries: Sequence[tuple[float, float, Diagram]]) -> Famil
             raise ValueError(f"speed {speed / RPM:g} rpm is not allowed: it must be positive")
     loads = sorted({load for load, _, _ in entries})
     speeds = sorted({speed for _, speed, _ in entries})
-    found: dict[tuple[float, float], Diagram] = {}
+    diagrams_at: dict[tuple[float, float], Diagram] = {}
     for load, speed, diagram in entries:
-        if (load, speed) in found:
+        if (load, speed) in diagrams_at:
             raise ValueError(f"two diagrams for {_point(load, speed)}: one is allowed")
-        found[load, speed] = diagram
+        diagrams_at[load, speed] = diagram
     for load in loads:
         for speed in speeds:
-            if (load, speed) not in found:
+            if (load, speed) not in diagrams_at:
                 raise ValueError(
                     f"no diagram for {_point(load, speed)}: each of the {len(loads)} loads needs "
                     f"one at each of the {len(speeds)} speeds"
@@ -323,7 +323,7 @@ def grid_from_diagrams(entries: Sequence[tuple[float, float, Diagram]]) -> Famil
     period = entries[0][2].period
     if any(diagram.period != period for _, _, diagram in entries):
         raise ValueError("diagrams of one grid must be all four-stroke or all two-stroke")
-    common = on_common_knots([found[load, speed] for speed in speeds for load in loads])
+    common = on_common_knots([diagrams_at[load, speed] for speed in speeds for load in loads])
     columns = [common[i * len(loads) : (i + 1) * len(loads)] for i in range(len(speeds))]
     places = np.array([[diagram.peak_angle for diagram in column] for column in columns])
     for i, j in np.ndindex(places.shape):

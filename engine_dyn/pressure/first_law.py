@@ -157,8 +157,8 @@ class _ClosedCycle:
             If the step does not divide the cycle or is over 10 degrees; if the pressure does not
             repeat because the cylinder is open too briefly; if the gas becomes too hot.
         """
-        found = self._table(step_degrees)
-        return found.angle, found.pressure
+        table = self._table(step_degrees)
+        return table.angle, table.pressure
 
     def diagram(self, step_degrees: float = 0.5) -> Diagram:
         """Indicator diagram with the exact slopes at its points; parameters and errors as `points`.
@@ -166,23 +166,23 @@ class _ClosedCycle:
         Where a combustion starts between two points it follows the curve closer than the spline
         through the points would.
         """
-        found = self._table(step_degrees)
-        return Diagram(found.angle, found.pressure, found.slope, self.period)
+        table = self._table(step_degrees)
+        return Diagram(table.angle, table.pressure, table.slope, self.period)
 
     def _table(self, step_degrees: float) -> Diagrams:
         values: dict[str, Any] = {item.name: getattr(self, item.name) for item in fields(self)}
-        found = tabulate(type(self), values, step_degrees)
-        if found.status == status.NOT_CONVERGED:
+        table = tabulate(type(self), values, step_degrees)
+        if table.status == status.NOT_CONVERGED:
             raise ValueError(
                 f"valve_lag = {self.valve_lag / DEGREE:.6g} degree: must be shorter; the cylinder "
                 "is not emptied while the valve is open"
             )
-        if found.status == status.INVALID_INPUT:
+        if table.status == status.INVALID_INPUT:
             raise ValueError(
                 f"heat = {self.heat / BAR:.6g} bar: must be lower; the gas would become hotter "
                 f"than {HOTTEST:g} K"
             )
-        return found
+        return table
 
 
 @documented("first_law", FOUR_STROKE_FIELDS)

@@ -133,8 +133,8 @@ def over_cycles(
     """
     number = np.floor(np.asarray(angle) / period + 0.5).astype(np.int64) % len(factors)
     factor, motored_pressure = np.asarray(factors)[number], at(0.0)
-    found = motored_pressure + factor * (at(1.0) - motored_pressure)
-    return np.where(factor == SEALED, at(SEALED), found) if SEALED in factors else found
+    pressure = motored_pressure + factor * (at(1.0) - motored_pressure)
+    return np.where(factor == SEALED, at(SEALED), pressure) if SEALED in factors else pressure
 
 
 def pressures_of_rows(
@@ -149,9 +149,9 @@ def pressures_of_rows(
         return np.asarray(over_cycles(one, angle, factor, family.period))
     if isinstance(family, CycleTable):
         return family.sampled(rows, angle, factor)[0]
-    found = np.empty((rows.size, angle.size))
-    values_at([row_with_factor(family, row, factor) for row in rows.tolist()], angle, found)
-    return found
+    pressure = np.empty((rows.size, angle.size))
+    values_at([row_with_factor(family, row, factor) for row in rows.tolist()], angle, pressure)
+    return pressure
 
 
 def row_with_factor(family: Family, row: int, factor: float) -> Diagram:

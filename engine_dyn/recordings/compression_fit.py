@@ -166,7 +166,7 @@ def fitted_shift(
     if end is not None:
         return _Fit(lines.until(end), geometry, priors).solved()
     # Ever longer compressions are fitted, until an average does not fit those before it.
-    found: list[CompressionFit] = []
+    fits: list[CompressionFit] = []
     angles = lines.angle[lines.compression] - 0.5 * STEP
     # Possible ends of the fitted compression, from the earliest on: combustion begins there.
     for last in np.arange(-40.0 * DEGREE, LAST_END + 0.5 * STEP, STEP):
@@ -175,10 +175,10 @@ def fitted_shift(
         # A larger rise of the sum of squares by one more average is due to combustion, or to noise
         # where noise makes up the deviation. The fit then goes back three averages.
         most = 1.0 + 4.0 * noisy
-        if found and one.misfit - found[-1].misfit > most:
-            return found[max(len(found) - 3, 0)]
-        found.append(one)
-    return found[-1]
+        if fits and one.misfit - fits[-1].misfit > most:
+            return fits[max(len(fits) - 3, 0)]
+        fits.append(one)
+    return fits[-1]
 
 
 class _Fit:

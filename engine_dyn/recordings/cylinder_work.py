@@ -108,8 +108,8 @@ class WheelNoise:
         size = wheel.width.min() / wheel.width[tooth[:-1]]
         same = (tooth[:, None] == tooth).astype(float)
         places = self.place**2 * same + self.passage**2 / cycles * np.eye(intervals + 1)
-        found = np.diff(np.diff(places, axis=0), axis=1) + self.interval**2 * same[:-1, :-1]
-        return np.asarray(size[:, None] * found * size)
+        total = np.diff(np.diff(places, axis=0), axis=1) + self.interval**2 * same[:-1, :-1]
+        return np.asarray(size[:, None] * total * size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,15 +157,15 @@ class WorkEstimator:
                 f"speeds: {intervals} intervals a cycle; the wheel has {self.weights.shape[1]}"
             )
         row = relative.ravel()
-        found = np.full((cycles, len(self.first)), np.nan)
+        deviation = np.full((cycles, len(self.first)), np.nan)
         windows = np.lib.stride_tricks.sliding_window_view(row, intervals)
         for place, (weights, first) in enumerate(zip(self.weights, self.first, strict=True)):
             starts = first + intervals * np.arange(cycles)
             inside = (starts >= 0) & (starts < len(windows))
             # The answer does not depend on the level; removing the level first avoids rounding.
             some = windows[starts[inside]]
-            found[inside, place] = (some - some.mean(axis=1, keepdims=True)) @ weights
-        return found
+            deviation[inside, place] = (some - some.mean(axis=1, keepdims=True)) @ weights
+        return deviation
 
     def mean_deviations(self, relative: Floats) -> Floats:
         """Deviation of the mean imep of every cylinder, for an estimator of persistent ones.
@@ -253,10 +253,10 @@ def mean_of_earlier(raw: Floats, count: int) -> Floats:
     if not 1 <= count < len(raw):
         raise ValueError(f"count = {count}: must be 1 to {len(raw) - 1}, of {len(raw)} cycles")
     total = np.cumsum(raw, axis=0)
-    found = np.full(raw.shape, np.nan)
-    found[count] = total[count - 1]
-    found[count + 1 :] = total[count:-1] - total[: -count - 1]
-    return found / count
+    means = np.full(raw.shape, np.nan)
+    means[count] = total[count - 1]
+    means[count + 1 :] = total[count:-1] - total[: -count - 1]
+    return means / count
 
 
 def work_estimator(
@@ -444,5 +444,5 @@ def _best_row(known: Floats, drawn: Floats, covariance: Floats) -> Floats:
     prior = np.hstack([np.zeros((others, unknowns)), np.eye(others)])
     orthogonal, upper = np.linalg.qr(np.vstack([white, prior]))
     first = np.linalg.solve(upper.T, np.eye(unknowns + others)[0])  # first row of upper^-1
-    found = orthogonal[: len(known)] @ first
-    return np.asarray(np.linalg.solve(lower.T, found) / scale[0])
+    row = orthogonal[: len(known)] @ first
+    return np.asarray(np.linalg.solve(lower.T, row) / scale[0])

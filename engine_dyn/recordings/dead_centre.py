@@ -215,21 +215,21 @@ def dead_centre_of_fired(
     )
 
 
-def text_of(found: DeadCentre | MotoredDeadCentre, imep: float) -> str:
+def text_of(centre: DeadCentre | MotoredDeadCentre, imep: float) -> str:
     """One line about a suspected shift; `imep` [Pa] is that of the cycles."""
-    tenth = f"0.1 degree is worth {found.imep_of_tenth / BAR:+.3g} bar"
+    tenth = f"0.1 degree is worth {centre.imep_of_tenth / BAR:+.3g} bar"
     if imep > 0.0:
-        tenth += f" ({found.imep_of_tenth / imep:+.1%})"
+        tenth += f" ({centre.imep_of_tenth / imep:+.1%})"
     tenth += " of imep"
-    late = "late" if found.shift > 0.0 else "early"
-    size = f"{abs(found.shift) / DEGREE:.1f} degree {late}"
-    sure = f"standard uncertainty {found.uncertainty / DEGREE:.1f}"
-    if isinstance(found, MotoredDeadCentre):
-        loss = (found.shift - found.peak) / DEGREE
+    late = "late" if centre.shift > 0.0 else "early"
+    size = f"{abs(centre.shift) / DEGREE:.1f} degree {late}"
+    sure = f"standard uncertainty {centre.uncertainty / DEGREE:.1f}"
+    if isinstance(centre, MotoredDeadCentre):
+        loss = (centre.shift - centre.peak) / DEGREE
         return (
             f"the motored cycle comes {size} (standard uncertainty "
-            f"{found.uncertainty / DEGREE:.2g}): its largest pressure lies at "
-            f"{found.peak / DEGREE:+.2f} degree, {loss:.2f} degree before the middle of its two "
+            f"{centre.uncertainty / DEGREE:.2g}): its largest pressure lies at "
+            f"{centre.peak / DEGREE:+.2f} degree, {loss:.2f} degree before the middle of its two "
             f"sides; usual is {LOSS_ANGLE[0] / DEGREE:g} to {LOSS_ANGLE[1] / DEGREE:g}; {tenth}"
         )
     return (

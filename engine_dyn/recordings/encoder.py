@@ -203,16 +203,16 @@ def teeth_of_signal(
         band = min(0.06, 0.4 * min(height, 1.0 - height)) * swing
         band = band if hysteresis is None else hysteresis
         for one in edges:
-            found = crossings(signal, low + height * swing, band, one)
-            if found.time.size < wheel.teeth + 1:
+            passages = crossings(signal, low + height * swing, band, one)
+            if passages.time.size < wheel.teeth + 1:
                 continue
-            slowest = max(slowest, float(np.median(np.diff(found.time))))
+            slowest = max(slowest, float(np.median(np.diff(passages.time))))
             try:
-                teeth = find_turns(found.time * interval, wheel, first)
+                teeth = find_turns(passages.time * interval, wheel, first)
             except ValueError as error:
                 refusal = refusal or error
                 continue
-            tried.append((teeth, found))
+            tried.append((teeth, passages))
     if not tried:
         if 0.0 < slowest < FEWEST_SAMPLES:
             raise ValueError(

@@ -277,13 +277,13 @@ def peg_by_compression(
     volume = geometry.volume(cycles.angle[at]) / geometry.swept_volume
     p = cycles.pressure[:, at]
     if exponent is None:
-        found = np.array([_fitted(volume, row) for row in p])
-        if np.isnan(found).any():
+        fits = np.array([_fitted(volume, row) for row in p])
+        if np.isnan(fits).any():
             raise ValueError(
                 "no polytropic exponent between 1 and 1.7 fits the compression between "
                 f"{interval[0] / DEGREE:g} and {interval[1] / DEGREE:g} degree"
             )
-        return _pegged(cycles, found[:, 0], found[:, 1], found[:, 2])
+        return _pegged(cycles, fits[:, 0], fits[:, 1], fits[:, 2])
     offset, spread = _linear(volume, p, exponent)
     high, _ = _linear(volume, p, exponent + exponent_deviation)
     low, _ = _linear(volume, p, exponent - exponent_deviation)

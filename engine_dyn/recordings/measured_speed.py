@@ -197,23 +197,23 @@ def find_gap_angle(
     shifts = (0.0 if gap_angle is None else gap_angle) + step / count * np.arange(count)
     shifts = wrapped(shifts, TURN)
     shifts.sort()
-    found = np.empty((len(raw), possible, count))
+    correlation = np.empty((len(raw), possible, count))
     for place, (measured, computed) in enumerate(zip(raw, speed, strict=True)):
         fine, time = _clock(angle, computed, period)
         for steps in range(possible):
             for number, shift in enumerate(shifts):
                 start = (shift + step * steps - fine[0]) % period + fine[0]
                 seen = width / np.diff(np.interp(start + edges, fine, time))
-                found[place, steps, number] = likeness(measured, seen, share)[0]
-    best = int(np.argmax(found.max(axis=1).mean(axis=0)))
-    steps = found[:, :, best].argmax(axis=1)
+                correlation[place, steps, number] = likeness(measured, seen, share)[0]
+    best = int(np.argmax(correlation.max(axis=1).mean(axis=0)))
+    steps = correlation[:, :, best].argmax(axis=1)
     start = shifts[best] + step * steps
     first = float(shifts[best])
     if gap_angle is None:
         first = float(wrapped(start[0], TURN))
         steps = np.rint((start - first) / step).astype(np.int64) % (turns * groups)
     turn, late = steps // groups, steps % groups * (wheel.teeth // groups)
-    gap = GapAngle(first, turn, found[:, :, best], late, first + step * steps)
+    gap = GapAngle(first, turn, correlation[:, :, best], late, first + step * steps)
     if gap_angle is not None:
         return gap
     in_order = np.array(gap.from_first_tooth(raw))

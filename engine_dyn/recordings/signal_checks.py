@@ -75,23 +75,23 @@ def examine(
     useless = _useless(cycles)
     if useless is not None:
         return [] if useless.check in silenced else [useless]
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for check in (_gaps, _clipped, _noisy, _coarse, _drifting, _gas_exchange):
-        found += check(cycles, geometry)
+        findings += check(cycles, geometry)
     if level is not None:
         cycles, motored, priors = level.corrected(cycles), level.motored, LEVEL_PRIORS
         if level.off:
-            found.append(level.finding)
+            findings.append(level.finding)
     if motored is None:
         motored = looks_motored(cycles)
     try:
-        found += _exponents(cycles, geometry)
-        found += _dead_centre(cycles, geometry, motored, priors)
+        findings += _exponents(cycles, geometry)
+        findings += _dead_centre(cycles, geometry, motored, priors)
     except ValueError as error:
-        found.append(Finding("dead_centre", f"not judged: {error}", math.nan))
+        findings.append(Finding("dead_centre", f"not judged: {error}", math.nan))
     if level is not None and level.shift_change > level.change:
-        found.sort(key=lambda one: one.check == "level")
-    return [one for one in found if one.check not in silenced]
+        findings.sort(key=lambda one: one.check == "level")
+    return [one for one in findings if one.check not in silenced]
 
 
 def _useless(cycles: RecordedCycles) -> Finding | None:
@@ -303,10 +303,10 @@ def _dead_centre(
 ) -> Iterator[Finding]:
     """Finding for a dead centre that differs from the engine's."""
     imep = float(mean_pressures(cycles, geometry).net.mean())
-    found = (
+    centre = (
         dead_centre_of_motored(cycles, geometry)
         if motored
         else dead_centre_of_fired(cycles, geometry, priors)
     )
-    if found.suspected:
-        yield Finding("dead_centre", text_of(found, imep), found.shift / DEGREE, "degree")
+    if centre.suspected:
+        yield Finding("dead_centre", text_of(centre, imep), centre.shift / DEGREE, "degree")

@@ -195,8 +195,8 @@ def without_delay(
     for name, value in (("delay", delay), ("time_constant", time_constant)):
         if not 0.0 <= value < math.inf:
             raise ValueError(f"{name} = {value:g} s: must be 0 or more")
-    found = shifted(cycles, -speed * delay) if delay else cycles
+    corrected = shifted(cycles, -speed * delay) if delay else cycles
     if time_constant:
-        raised = found.pressure + speed * time_constant * slopes(found)
-        found = RecordedCycles(found.angle, raised, found.period)
-    return found
+        raised = corrected.pressure + speed * time_constant * slopes(corrected)
+        corrected = RecordedCycles(corrected.angle, raised, corrected.period)
+    return corrected

@@ -325,22 +325,23 @@ def _what_was_found(time: Floats, wheel: Wheel) -> str:
     groups = _repeated(np.column_stack([np.diff(long), pitches[long[1:]] - 1]))
     text = _pattern(groups, wheel) if groups else ""
     if long.size == 0:
-        found = f"{gaps.size + 1} pulses without a gap"
+        description = f"{gaps.size + 1} pulses without a gap"
     elif text and _fits(time, text):
-        found = f'wheel = "{text}"' + _how_often(groups, wheel)
+        description = f'wheel = "{text}"' + _how_often(groups, wheel)
     else:
         apart = np.diff(long)
-        found = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
-        found += f"{_places(apart)} teeth apart"
+        description = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
+        description += f"{_places(apart)} teeth apart"
     short = int(np.count_nonzero(ratio < 0.6))
     if short:
-        found += f", and {short} pulses closer than 0.6 of a usual interval"
+        description += f", and {short} pulses closer than 0.6 of a usual interval"
     if sorted(teeth for teeth, _ in groups) == [1, wheel.teeth - 1]:
-        found += (
+        description += (
             "; the gap is spread over two intervals, as the wrong edge of an inductive sensor "
             "shows it: take the other edge"
         )
-    return f"wheel: the pulses do not fit {wheel.text} ({wheel.teeth} teeth a turn); found: {found}"
+    fault = f"wheel: the pulses do not fit {wheel.text} ({wheel.teeth} teeth a turn)"
+    return f"{fault}; found: {description}"
 
 
 def _fits(time: Floats, text: str) -> bool:
@@ -361,10 +362,10 @@ def _repeated(groups: Integers) -> list[tuple[int, int]]:
         runs = np.flatnonzero(np.convolve(same, np.ones(count), "valid") > count - 0.5)
         if same.mean() > best and runs.size:
             best, pattern = same.mean(), groups[runs[0] : runs[0] + count]
-    found = [(int(teeth), int(missing)) for teeth, missing in pattern]
+    pairs = [(int(teeth), int(missing)) for teeth, missing in pattern]
     # With faults near an end, a multiple of the period may agree better.
-    periods = (n for n in range(1, len(found) + 1) if found == found[:n] * (len(found) // n))
-    return found[: next(periods, 0)]
+    periods = (n for n in range(1, len(pairs) + 1) if pairs == pairs[:n] * (len(pairs) // n))
+    return pairs[: next(periods, 0)]
 
 
 def _pattern(groups: list[tuple[int, int]], wheel: Wheel) -> str:

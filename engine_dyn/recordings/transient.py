@@ -217,12 +217,12 @@ def fit_train(
     if np.count_nonzero(known) < 2:
         raise ValueError("measured: at least two speeds are needed for first speed and load")
 
-    def defects(found: SpeedOfTrain) -> tuple[Floats, Floats]:
-        slowness, length = 1.0 / found.speed, np.diff(edges)
+    def defects(speed: SpeedOfTrain) -> tuple[Floats, Floats]:
+        slowness, length = 1.0 / speed.speed, np.diff(edges)
         means = length / np.diff(_integral_at(slowness, train, edges))
         slopes = [
             means**2 / length * np.diff(_integral_at(slowness**2 * derivative, train, edges))
-            for derivative in (found.by_start, found.by_coefficient)
+            for derivative in (speed.by_start, speed.by_coefficient)
         ]
         return (means - measured)[known], np.stack(slopes, axis=1)[known]
 
@@ -243,8 +243,8 @@ def close_train(train: TorqueTrain, mean_speed: float) -> SpeedOfTrain:
         raise ValueError(f"mean_speed: {mean_speed:g} rad/s; must be more than 0")
     length = train.angle[-1:]
 
-    def defects(found: SpeedOfTrain) -> tuple[Floats, Floats]:
-        curves = np.stack([found.speed, found.by_start, found.by_coefficient])
+    def defects(speed: SpeedOfTrain) -> tuple[Floats, Floats]:
+        curves = np.stack([speed.speed, speed.by_start, speed.by_coefficient])
         first, last = curves[:, 0], curves[:, -1]
         means = np.stack([_integral_at(one, train, length) for one in curves])[:, 0] / length
         ratios = means / mean_speed
@@ -278,16 +278,16 @@ def _solved(
     """Gauss-Newton method for the first speed and k; steps are halved where they stall."""
     if coefficient is None:
         coefficient = (float(train.torque.mean()) - train.constant) / level**train.exponent
-    found = follow_train(train, start, coefficient)
-    if found.status != status.CONVERGED:
-        return found
+    solution = follow_train(train, start, coefficient)
+    if solution.status != status.CONVERGED:
+        return solution
     for _ in range(MOST_STEPS):
-        misses, slopes = defects(found)
-        scale = np.array([found.start_speed, max(abs(found.load_coefficient), 1e-300)])
+        misses, slopes = defects(solution)
+        scale = np.array([solution.start_speed, max(abs(solution.load_coefficient), 1e-300)])
         step, *_ = np.linalg.lstsq(slopes * scale, -misses, rcond=None)
         worth = float(misses @ misses)
         for _ in range(MOST_STEPS):
-            speed, load = np.array([found.start_speed, found.load_coefficient]) + step * scale
+            speed, load = np.array([solution.start_speed, solution.load_coefficient]) + step * scale
             trial = follow_train(train, speed, load) if speed > 0.0 else None
             if trial is not None and trial.status == status.CONVERGED:
                 now, _ = defects(trial)
@@ -296,8 +296,8 @@ def _solved(
             step = 0.5 * step
         else:
             break
-        found = trial
+        solution = trial
         # The search ends at this relative change of speed and load coefficient.
         if np.max(np.abs(step)) < 1e-12:
-            return found
-    return replace(found, status=status.NOT_CONVERGED)
+            return solution
+    return replace(solution, status=status.NOT_CONVERGED)

@@ -245,13 +245,13 @@ def periodic_speed(
     )  # fmt: skip
     for one in unusual:
         warnings.warn(str(one), ImplausibleWarning, stacklevel=2)
-    found = _solve(engine, load, solver, inertia, angles)
-    if found.delta > MOST_DELTA:
+    solution = _solve(engine, load, solver, inertia, angles)
+    if solution.delta > MOST_DELTA:
         warnings.warn(
-            f"delta: coefficient of speed fluctuation is {found.delta:.3g}; usual is 0 to "
+            f"delta: coefficient of speed fluctuation is {solution.delta:.3g}; usual is 0 to "
             f"{MOST_DELTA:g}", ImplausibleWarning, stacklevel=2,
         )  # fmt: skip
-    return found
+    return solution
 
 
 def _solve(
@@ -269,18 +269,18 @@ def _solve(
         threads=1, inertia=inertia, offset=constant, mean_torque=torque_mean, **engine.inputs(),
         **load.inputs(gear), **solver.inputs(),
     )  # fmt: skip
-    found = {name: float(result[name]) for name in SCALAR_NAMES}
+    scalars = {name: float(result[name]) for name in SCALAR_NAMES}
     code = int(result["status"])
     shape = load.torque_at_nominal(engine.speed, gear)
     with np.errstate(divide="ignore", invalid="ignore"):
-        factor = float(np.float64(found["load_factor"] * (torque_mean - constant)) / shape)
+        factor = float(np.float64(scalars["load_factor"] * (torque_mean - constant)) / shape)
     return PeriodicSpeed(
         status=code,
-        **{n: found[n] for n in ("delta", "delta_error", "omega_max", "omega_min", "omega_mean")},
+        **{n: scalars[n] for n in ("delta", "delta_error", "omega_max", "omega_min", "omega_mean")},
         torque_mean=torque_mean,
         load_coefficient=0.0 if driven.has_driver else factor,
         driver_factor=-factor if driven.has_driver else 0.0,
-        iterations=int(found["iterations"]) if status.has_numbers(code) else 0,
+        iterations=int(scalars["iterations"]) if status.has_numbers(code) else 0,
         crank_angle=angles,
         omega=result["omega"].reshape(-1) if angles.size else np.zeros(0),
     )
@@ -315,9 +315,9 @@ def energy_swing(
     tolerance = given_number("tolerance", tolerance)
     check_positive(tolerance=tolerance)
     load = Load(driven, gear_ratio=gear_ratio, load_phase=load_phase, load_scale=load_scale)
-    found = torque_extremes(
+    torques = torque_extremes(
         family=family_of(diagram), wanted=("energy_swing",), driven=driven, cylinders=cylinders,
         cylinders_by_count={cylinders: engine.cylinders}, tolerance=tolerance, threads=1,
         **engine.inputs(), **load.inputs(load.gear(diagram.period)),
     )  # fmt: skip
-    return float(found["energy_swing"])
+    return float(torques["energy_swing"])

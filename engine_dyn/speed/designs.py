@@ -33,8 +33,8 @@ from engine_dyn.types import Booleans, Floats, Integers
 def codes(names: tuple[str, ...], value: Any) -> Integers:
     """Places of words among the known names."""
     words = np.asarray(value)
-    found = np.array([names.index(word) for word in words.flat], dtype=np.int64)
-    return found.reshape(words.shape)
+    numbers = np.array([names.index(word) for word in words.flat], dtype=np.int64)
+    return numbers.reshape(words.shape)
 
 
 def take_unknown(inputs: dict[str, Any]) -> Booleans:
@@ -46,20 +46,20 @@ def take_unknown(inputs: dict[str, Any]) -> Booleans:
     unknown = np.isnan(inputs["scale"])
     if unknown.any():
         inputs["scale"] = np.where(unknown, 1.0, inputs["scale"])
-        # A torque of NaN follows from the diagram.
+        # Both torques follow from the diagram, and are NaN without one.
         for name in inputs.keys() & {"mean_torque", "friction_torque"}:
             inputs[name] = np.nan_to_num(inputs[name])
     return np.asarray(unknown)
 
 
-def discard(found: dict[str, Any], unknown: Booleans) -> dict[str, Any]:
+def discard(results: dict[str, Any], unknown: Booleans) -> dict[str, Any]:
     """Results without those of designs without a diagram, which have the status "invalid input"."""
     if unknown.any():
-        for name, array in found.items():
+        for name, array in results.items():
             here = unknown[..., None] if name in CURVE_NAMES else unknown
             lost = INVALID_INPUT if name == "status" else np.nan
             np.copyto(array, lost, where=here, casting="unsafe")
-    return found
+    return results
 
 
 LEVELS = FRICTION_NAMES[:FRICTION_PARTS]
@@ -136,13 +136,13 @@ class Chosen:
 
     def places_in(self, shape: tuple[int, ...]) -> Integers:
         """Flat places of the designs in an array of a shape that broadcasts to that of all."""
-        found, stride, step = np.zeros(1, dtype=np.int64), 1, 1
+        places, stride, step = np.zeros(1, dtype=np.int64), 1, 1
         for length, own in zip(self.inputs.shape[::-1], shape[::-1], strict=True):
             if own > 1:
-                found = found + self.places // stride % length * step
+                places = places + self.places // stride % length * step
                 step *= own
             stride *= length
-        return found
+        return places
 
     def take(self, name: str) -> npt.NDArray[Any]:
         """Values of an input, shape (designs,), or (1,) where all have the same."""
@@ -191,27 +191,27 @@ def needs_of(chosen: Chosen, torques: Sequence[TorqueOverAngle | None], row_coun
         whole = whole[whole < row_count]
         rows = whole if whole.size <= 1.25 * rows.size else rows
     parts, place = Parts(rows), FIRST_GAS + np.searchsorted(rows, low)
-    found: list[tuple[Any, Any]] = [(place, scale * (1.0 - weight))]
+    shares: list[tuple[Any, Any]] = [(place, scale * (1.0 - weight))]
     if between:
-        found.append((place + (weight > 0.0), scale * weight))
-    found.append((UNIT, scale * ATMOSPHERE - chosen.take("crankcase_pressure")))
+        shares.append((place + (weight > 0.0), scale * weight))
+    shares.append((UNIT, scale * ATMOSPHERE - chosen.take("crankcase_pressure")))
     if any(chosen.take(name).any() for name in LEVELS):
         table, number = chosen.distinct("row", "scale", "crankcase_pressure", "ring_pressure")
         parts = parts._replace(rubbed=tuple(RubbedDiagram(*one) for one in table.tolist()))
         first = parts.first_rubbed + FRICTION_PARTS * number
-        found += [(first + i, np.maximum(chosen.take(name), 0.0)) for i, name in enumerate(LEVELS)]
+        shares += [(first + i, np.maximum(chosen.take(name), 0.0)) for i, name in enumerate(LEVELS)]
     load, *others = torques
     if load is not None:
         table, number = chosen.distinct("gear_ratio", "load_phase")
         parts = parts._replace(torques=tuple((0, gear, phase) for gear, phase in table.tolist()))
-        found.append((parts.first_torque + number, chosen.take("load_scale") / chosen.lever()))
+        shares.append((parts.first_torque + number, chosen.take("load_scale") / chosen.lever()))
     for which, factor in enumerate((-chosen.take("torque_factor"), np.ones(1)), start=1):
         if others[which - 1] is not None:
             parts = parts._replace(torques=(*parts.torques, (which, 1.0, 0.0)))
-            found.append((parts.number - 1, factor / chosen.lever()))
-    part = np.empty((len(found), chosen.places.size), dtype=np.int64)
+            shares.append((parts.number - 1, factor / chosen.lever()))
+    part = np.empty((len(shares), chosen.places.size), dtype=np.int64)
     share = np.empty(part.shape)
-    for i, (which, factor) in enumerate(found):
+    for i, (which, factor) in enumerate(shares):
         part[i], share[i] = which, factor
     return Needs(parts, part, share)
 

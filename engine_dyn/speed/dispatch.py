@@ -60,7 +60,7 @@ CHUNK_OF_ARRAYS = 1 << 16
 
 
 def compare(
-    found: dict[str, Any], known: npt.NDArray[np.bool_], refined: dict[str, Any], tolerance: float,
+    coarse: dict[str, Any], known: npt.NDArray[np.bool_], refined: dict[str, Any], tolerance: float,
     inputs: Mapping[str, Any], shape: tuple[int, ...],
 ) -> None:  # fmt: skip
     """Replace error and status by those from the difference to a solution with more nodes.
@@ -74,10 +74,10 @@ def compare(
 
     for begin in range(0, known.size, CHUNK_OF_ARRAYS):
         here = slice(begin, begin + CHUNK_OF_ARRAYS)
-        delta = found["delta"][here]
+        delta = coarse["delta"][here]
         with np.errstate(divide="ignore", invalid="ignore"):
             error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
-            slowest = np.abs(found["omega_min"][here] / refined["omega_min"][here] - 1.0)
+            slowest = np.abs(coarse["omega_min"][here] / refined["omega_min"][here] - 1.0)
             # Twice the difference of the smallest speeds: 4/3 at first order, and room for
             # rounding, which near a stall is alike in both solutions.
             error = np.maximum(error, 2.0 * slowest) + LEAST_ERROR
@@ -85,8 +85,8 @@ def compare(
             error += ROUNDING * (1.0 + CANCELLED * eta) / delta
         good = known[here] & np.isfinite(error)
         met = np.where(error <= tolerance, CONVERGED, TOLERANCE_NOT_MET).astype(np.int8)
-        np.copyto(found["delta_error"][here], error, where=good)
-        np.copyto(found["status"][here], met, where=good)
+        np.copyto(coarse["delta_error"][here], error, where=good)
+        np.copyto(coarse["status"][here], met, where=good)
 
 
 NOWHERE = np.zeros(0)
@@ -137,8 +137,8 @@ class Sweep:
     def periodic(self) -> Booleans:
         """Whether a method looks for the periodic solution, of which more nodes tell the error."""
         inputs = self.grouping.inputs
-        found = inputs.arrays["method"] != THESIS
-        return np.broadcast_to(found, inputs.shape).reshape(-1)
+        periodic = inputs.arrays["method"] != THESIS
+        return np.broadcast_to(periodic, inputs.shape).reshape(-1)
 
     def solve_at(self, places: Integers | None = None) -> Iterator[int]:
         """Solve the designs at some flat places, or all, while the numbers of them are taken."""
@@ -239,7 +239,7 @@ def solve(
     angles = NOWHERE
     if crank_angle is not None and set(CURVE_NAMES) & set(wanted):
         angles = np.asarray(crank_angle, dtype=float)
-    results, found = _results_for(designs.size, (*wanted, *compared), angles.size)
+    results, named = _results_for(designs.size, (*wanted, *compared), angles.size)
     grouping = Grouping(
         designs, family, cylinders_by_count, driven, float(tolerance),
         ("cylinders", "method", "inertia_model"), angles.size > 0,
@@ -255,10 +255,10 @@ def solve(
             progress(done)
     missed = _repeat_missed(sweep)
     if "delta_error" in wanted and iterated is None:
-        _estimate_errors(sweep, found, missed)
+        _estimate_errors(sweep, named, missed)
     shaped = {
         name: array.reshape((*designs.shape, *array.shape[1:]))
-        for name, array in found.items()
+        for name, array in named.items()
         if name not in compared
     }
     return discard(shaped, unknown)
@@ -285,10 +285,10 @@ def _results_for(size: int, wanted: Sequence[str], angles: int) -> tuple[Results
         acceleration=curves["angular_acceleration"],
         deferred=np.zeros(size if "delta_error" in names else 0, dtype=np.bool_),
     )
-    found: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
-    found["status"] = results.status
-    found |= {name: curve for name, curve in curves.items() if curve.shape[1] > 0}
-    return results, found
+    named: dict[str, Any] = {name: results.scalars[i] for i, name in enumerate(names)}
+    named["status"] = results.status
+    named |= {name: curve for name, curve in curves.items() if curve.shape[1] > 0}
+    return results, named
 
 
 # --- solving: all designs, again where nodes did not suffice, and for the error -------------------
@@ -313,7 +313,7 @@ def _repeat_missed(sweep: Sweep) -> Integers:
     return all_missed
 
 
-def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> None:
+def _estimate_errors(sweep: Sweep, named: dict[str, Any], missed: Integers) -> None:
     """Solve the other designs a second time with more nodes; the difference gives the error."""
     status, inputs = sweep.results.status, sweep.grouping.inputs
     known = ((status == CONVERGED) | (status == TOLERANCE_NOT_MET)) & sweep.periodic
@@ -330,7 +330,7 @@ def _estimate_errors(sweep: Sweep, found: dict[str, Any], missed: Integers) -> N
         iterated=min(0.01 * sweep.iterated, 0.025 * LEAST_ERROR),
     )  # fmt: skip
     list(second.solve_at(None if known.all() else np.flatnonzero(known)))
-    compare(found, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
+    compare(named, known, refined, sweep.grouping.tolerance, inputs.arrays, inputs.shape)
 
 
 def _solve_piece(sweep: Sweep, piece: Piece) -> int:

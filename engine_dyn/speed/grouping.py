@@ -132,8 +132,8 @@ class Grouping:
 
     def cylinders_of(self, count: int) -> Cylinders:
         """Cylinders of a key."""
-        found = (self.cylinders_by_count or {}).get(count)
-        return found or even_cylinders(count, self.family.period)
+        cylinders = (self.cylinders_by_count or {}).get(count)
+        return cylinders or even_cylinders(count, self.family.period)
 
     def turned(self, count: int) -> tuple[Cylinders, float]:
         """Cylinders that columns are made of, see `Cylinders.turned`."""

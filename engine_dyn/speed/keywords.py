@@ -90,8 +90,8 @@ class CylinderGroup(NamedTuple):
     def over(self, period: float) -> Cylinders:
         """Return the cylinders with a cycle [rad]; ValueError names lists that do not fit."""
         *lists, pattern = map(_numbers_of_cylinders, self._fields[1:], self[1:])
-        found = _cylinders(int(self.cylinders), period, *lists)
-        return found if pattern is None else found.with_pattern(pattern)
+        cylinders = _cylinders(int(self.cylinders), period, *lists)
+        return cylinders if pattern is None else cylinders.with_pattern(pattern)
 
 
 def _numbers_of_cylinders(name: str, given: Sequence[float] | None) -> tuple[float, ...] | None:
@@ -181,9 +181,9 @@ class Engine(_Group):
     @cached_property
     def cylinders(self) -> Cylinders:
         """Cylinders over one cycle; ValueError where the throws cannot turn."""
-        found = self.group.over(self.diagram.period)
-        found.check_turning(self.crank_ratio, self.offset_ratio)
-        return found
+        cylinders = self.group.over(self.diagram.period)
+        cylinders.check_turning(self.crank_ratio, self.offset_ratio)
+        return cylinders
 
     @property
     def torque_mean(self) -> float:

@@ -86,16 +86,16 @@ def solve_for_inertia(
                 name: np.broadcast_to(one, shape)[along].reshape(-1) if one.ndim else one
                 for name, one in given.items()
             }
-        found = dispatch.solve(wanted=("delta",), tolerance=tolerance, **whole, **given)
-        return found["delta"].reshape(-1)[places], found["status"].reshape(-1)[places]
+        solution = dispatch.solve(wanted=("delta",), tolerance=tolerance, **whole, **given)
+        return solution["delta"].reshape(-1)[places], solution["status"].reshape(-1)[places]
 
     def flat(value: Any) -> Floats:
         return np.array(np.broadcast_to(value, shape), dtype=float).reshape(-1)
 
     with np.errstate(divide="ignore", invalid="ignore"):
         start = flat(energy_swing) / (flat(wanted_delta) * flat(columns["speed"]) ** 2)
-    found = search(outcome, start, flat(wanted_delta), tolerance, progress)
-    return Required._make(array.reshape(shape) for array in found)
+    required = search(outcome, start, flat(wanted_delta), tolerance, progress)
+    return Required._make(array.reshape(shape) for array in required)
 
 
 def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
@@ -112,8 +112,8 @@ def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
     energy = 2.0 * radius * area * 1e7 + columns["mass"] * (radius * speed) ** 2
     heavy = 100.0 * energy / speed**2
     calm = {"exponent": 0.0, "inertia_model": "constant", "method": "auto", "inertia": heavy}
-    found = dispatch.solve(**{**whole, **columns, **calm, "wanted": ("delta",)})
-    swing = found["delta"] * heavy * speed**2
+    solution = dispatch.solve(**{**whole, **columns, **calm, "wanted": ("delta",)})
+    swing = solution["delta"] * heavy * speed**2
     return np.asarray(np.where(np.isfinite(swing), swing, energy), dtype=float)
 
 

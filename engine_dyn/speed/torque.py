@@ -89,8 +89,8 @@ def torque_extremes(
                 _places(count, columns, alone, *places, motion.dw)
                 sign = np.repeat([1.0, -1.0], [len(place) for place in places])
                 curve, target = _torque_of(call.piece), designs.target[:count]
-                found = sign * _highest(sign, np.concatenate(places), columns.width, curve)
-                for one, values in ((high, found[:count]), (low, found[-count:])):
+                largest = sign * _highest(sign, np.concatenate(places), columns.width, curve)
+                for one, values in ((high, largest[:count]), (low, largest[-count:])):
                     if one.size:
                         one[target] = values
         return piece.size
@@ -98,8 +98,8 @@ def torque_extremes(
     for done in map_on_threads(solve, grouping.pieces(None, 1), threads):
         if progress:
             progress(done)
-    found = zip(TORQUE_NAMES, results, strict=True)
-    return discard({n: array.reshape(whole.shape) for n, array in found if n in wanted}, unknown)
+    by_name = zip(TORQUE_NAMES, results, strict=True)
+    return discard({n: array.reshape(whole.shape) for n, array in by_name if n in wanted}, unknown)
 
 
 @inlined
@@ -196,19 +196,19 @@ def _torque_of(piece: Piece) -> CurveOfDesigns:
             source.cylinders.period, one["offset_ratio"], {key: source.cylinders},
         )  # fmt: skip
         gas = GasPressure(source.family, one["row"], one["scale"], one["crankcase_pressure"])
-        found = gas_torque(angle, train, one["bore"], gas)
-        found = found + inertia_torque(angle, train, one["mass"], one["speed"])
-        found = found - one["friction_torque"]
+        torque = gas_torque(angle, train, one["bore"], gas)
+        torque = torque + inertia_torque(angle, train, one["mass"], one["speed"])
+        torque = torque - one["friction_torque"]
         if not uniform:
             friction = StrokeFriction._make(level[which] for level in levels)
             varying = train.superpose(friction_of_cylinder(train, gas, friction, means), angle)
-            found = found - piston_area(one["bore"]) * 0.5 * one["double_radius"] * varying
+            torque = torque - piston_area(one["bore"]) * 0.5 * one["double_radius"] * varying
         if driven.engine_torque is not None:
-            found = found + one["torque_factor"] * driven.engine_torque(angle)
+            torque = torque + one["torque_factor"] * driven.engine_torque(angle)
         if driven.auxiliaries is not None:
             mean = driven.auxiliaries.mean if driven.engine_torque is None else 0.0
-            found = found - (driven.auxiliaries(angle) - mean)
-        return np.asarray(found)
+            torque = torque - (driven.auxiliaries(angle) - mean)
+        return np.asarray(torque)
 
     if not uniform:  # the means over the cycle are computed once
         at(np.arange(piece.size), np.zeros(piece.size), known)
@@ -237,22 +237,22 @@ def _highest(sign: Floats, place: Floats, width: float, curve: CurveOfDesigns) -
         angles = angle[:, None] + step * np.array([-1.0, 0.0, 1.0])
         return signed(np.repeat(which[chosen], 3), angles.reshape(-1)).reshape(-1, 3).T
 
-    found, rest = np.full(len(place), np.nan), np.arange(which.size)
+    highest, rest = np.full(len(place), np.nan), np.arange(which.size)
     for _ in range(ROUNDS):
         if not rest.size:
-            return found
+            return highest
         before, here, after = near(rest, angle[rest], CLOSE)
         slope, bend = 0.5 * (after - before), before - 2.0 * here + after
         with np.errstate(divide="ignore", invalid="ignore"):
             shift = np.where(bend < 0.0, -slope / bend, 2.0 * np.sign(slope))
             top = here + np.where(np.abs(shift) <= 1.0, 0.5 * slope * shift, 0.0)
-        np.fmax.at(found, which[rest], np.fmax(np.fmax(before, after), top))
+        np.fmax.at(highest, which[rest], np.fmax(np.fmax(before, after), top))
         far = np.abs(shift) > 1.0
         rest, moved = rest[far], CLOSE * shift[far]
         angle[rest] = np.clip(angle[rest] + moved, node[rest] - width, node[rest] + width)
     around = near(rest, node[rest], width) if rest.size else np.empty((3, 0))
     top, _ = tops(len(place), which[rest], node[rest], around, width, signed)
-    return np.fmax(found, top)
+    return np.fmax(highest, top)
 
 
 ROWS_AT_ONCE = 384  # Diagrams whose pressures are tabulated at a time
@@ -298,14 +298,14 @@ def mean_gas_torque(
 def _means(family: Family, box: Box, member: Member, rows: Integers) -> tuple[Floats, ...]:
     """Mean of each diagram times each column of the velocity, shape (row, term)."""
     angle, weights = mean_weights(member, box, family.period)
-    found = np.empty((rows.size, len(weights)))
+    means = np.empty((rows.size, len(weights)))
     if isinstance(family, CycleTable):  # all at once: the table keeps one request
         family.curves(rows)
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]
         pressure = pressures_of_rows(family, some, angle, member.pressure_factor) - ATMOSPHERE
-        _weigh(weights, pressure, found[begin : begin + some.size])
-    return (found,)
+        _weigh(weights, pressure, means[begin : begin + some.size])
+    return (means,)
 
 
 @kernel

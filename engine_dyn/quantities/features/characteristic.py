@@ -116,15 +116,15 @@ def load_for_torque(
     miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
     # Relative excess of a torque over those of the diagrams that is only rounding.
     slack = 1e-9 * np.abs(goal)
-    found = np.full(goal.size, np.nan)
+    solution = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
-        found = np.where(np.abs(here) <= slack, load, found)
+        solution = np.where(np.abs(here) <= slack, load, solution)
     low, high, below, above = np.full((4, goal.size), np.nan)
     for left, right, one, other in zip(knots, knots[1:], miss, miss[1:], strict=False):
         holds = np.isnan(low) & (one <= 0.0) & (other >= 0.0)
         low, high = np.where(holds, left, low), np.where(holds, right, high)
         below, above = np.where(holds, one, below), np.where(holds, other, above)
-    todo = np.flatnonzero(np.isnan(found) & np.isfinite(low))
+    todo = np.flatnonzero(np.isnan(solution) & np.isfinite(low))
     # Bracket: both ends, the torque missed at each, the end that stayed (-1 the lower), last load.
     bracket = np.stack([low, high, below, above, np.zeros(goal.size), low])[:, todo]
     for _ in range(60):
@@ -137,7 +137,7 @@ def load_for_torque(
         here = np.asarray(torque_of(load, todo)) - goal[todo]
         done = (np.abs(here) <= 1e-13 * np.abs(goal[todo])) | (high - low <= 1e-13 * high)
         done |= np.abs(load - last) <= resolution
-        found[todo[done]] = load[done]
+        solution[todo[done]] = load[done]
         down = here > 0.0
         # The value at an end that stays twice is halved, so that the other end moves as well.
         below = np.where(down, np.where(side < 0.0, 0.5 * below, below), here)
@@ -145,8 +145,8 @@ def load_for_torque(
         low, high = np.where(down, low, load), np.where(down, load, high)
         bracket = np.stack([low, high, below, above, np.where(down, -1.0, 1.0), load])[:, ~done]
         todo = todo[~done]
-    found[todo] = 0.5 * (bracket[0] + bracket[1])
-    return found.reshape(shape)
+    solution[todo] = 0.5 * (bracket[0] + bracket[1])
+    return solution.reshape(shape)
 
 
 def _load_of_characteristic(

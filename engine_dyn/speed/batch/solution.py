@@ -53,8 +53,8 @@ def _tables() -> tuple[Floats, Floats]:
         points[i, :size] = np.cos(angle)
         matrix = chebyshev_matrix(angle)
         for column in range(size):
-            found = np.polynomial.chebyshev.cheb2poly(matrix[:, column])
-            powers[i, : len(found), column] = found
+            coefficients = np.polynomial.chebyshev.cheb2poly(matrix[:, column])
+            powers[i, : len(coefficients), column] = coefficients
     return points, powers
 
 

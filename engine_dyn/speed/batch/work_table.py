@@ -127,8 +127,8 @@ def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weight
     else:
         slope, sign = slope_and_sign(designs.speed, designs.first, designs.second, form)
     with np.errstate(invalid="ignore"):
-        found = recurrence(designs.kappa, np.ascontiguousarray(slope), sign, width, nodes)
-    return Weights._make(found)
+        weights = recurrence(designs.kappa, np.ascontiguousarray(slope), sign, width, nodes)
+    return Weights._make(weights)
 
 
 def recurrence(kappa: Any, slope: Any, sign: Any, width: float, nodes: int) -> tuple[Any, ...]:

@@ -80,10 +80,10 @@ class Box:
             while len(side) <= degree:
                 side.append(2.0 * place * side[-1] - side[-2])
             sides.append(side)
-        found = np.empty((len(self.degrees), ratio.size))
-        for product, (one, other) in zip(found, self.degrees, strict=True):
+        factors = np.empty((len(self.degrees), ratio.size))
+        for product, (one, other) in zip(factors, self.degrees, strict=True):
             np.multiply(sides[0][one], sides[1][other], out=product)
-        return np.ascontiguousarray(found.T)
+        return np.ascontiguousarray(factors.T)
 
 
 def chebyshev_matrix(angle: Floats) -> Floats:

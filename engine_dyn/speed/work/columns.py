@@ -203,11 +203,11 @@ class Source:
     @property
     def members(self) -> tuple[Member, ...]:
         """Cylinders that are added up, with the phases that articulated rods of the box have."""
-        found = self.cylinders.representatives_of(self.nodes.times)
+        members = self.cylinders.representatives_of(self.nodes.times)
         if not self.cylinders.articulated:
-            return found
+            return members
         crank = self.box.ratio[0], self.box.offset[0]
-        return tuple(m._replace(phase=float(m.phase_of(*crank))) for m in found)
+        return tuple(m._replace(phase=float(m.phase_of(*crank))) for m in members)
 
 
 def columns_of(source: Source, parts: Parts) -> Columns:
@@ -292,12 +292,12 @@ def _jaggedness(curve: Floats, stride: int) -> Floats:
     chord = nodes[..., None] + (after - nodes)[..., None] * (np.arange(stride) / stride)
     rise = curve.reshape(chord.shape) - chord
     bend = 2.0 * nodes - np.roll(nodes, 1, axis=1) - after
-    found = np.zeros(len(curve))
+    largest = np.zeros(len(curve))
     for sign in (1.0, -1.0):
         allowed = 0.25 * np.maximum(sign * bend, 0.0)
         allowed = np.maximum(allowed, np.roll(allowed, -1, axis=1))
-        np.maximum(found, ((sign * rise).max(axis=2) - allowed).max(axis=1), out=found)
-    return found
+        np.maximum(largest, ((sign * rise).max(axis=2) - allowed).max(axis=1), out=largest)
+    return largest
 
 
 class _Velocity(NamedTuple):
