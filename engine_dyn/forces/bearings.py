@@ -116,11 +116,7 @@ class Factors(NamedTuple):
 def _piston_force(
     phi: Any, member: Member, crank_ratio: Any, offset: Any, family: Family, row: Any
 ) -> Any:
-    """Five parts of the force P on a piston, along the last axis.
-
-    `crank_ratio` and `offset` are those of the cylinder's own crank radius, the factors those of
-    the engine's.
-    """
+    """Five parts of the force P on a piston; crank ratio and offset are the cylinder's own."""
     gas = torque.pressure(phi, family, row, 1.0, member.pressure_factor)
     share = member.mass_factor * member.radius_factor
     inertia = -share * slider_crank.acceleration(phi, crank_ratio, offset)

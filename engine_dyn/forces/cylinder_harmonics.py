@@ -192,11 +192,7 @@ def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 def _of_smooth(
     kernel_of: Any, coefficients: Any, orders: Any, crank_ratio: Any, offset: Any
 ) -> Any:
-    """Harmonics of a curve that repeats every turn; half orders are 0.
-
-    A design without offset gets -i times the coefficients of the series, whatever offsets other
-    designs have.
-    """
+    """Harmonics of a curve that repeats every turn, by its series where there is no offset."""
     centred = np.asarray(offset) == 0.0
     series = -1j * coefficients(orders, crank_ratio) if centred.any() else None
     if centred.all():

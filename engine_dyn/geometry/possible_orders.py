@@ -317,10 +317,7 @@ def _turns_of(places: _Places, base: Sequence[float], target: Sequence[float]) -
 
 
 def _kinds_of_cranks(places: _Places, alike: bool = True) -> list[tuple[float, ...]]:
-    """The crankshaft and its mirror image, where that is another one.
-
-    With `alike`, a mirror image with the same throws in another sequence counts as the same.
-    """
+    """The crankshaft, and its mirror image if other (`alike`: other than by the sequence)."""
     mirrored = _mirrored(places)
     same = bool(_turns_of(places, mirrored, places.base)) if alike else False
     if same or _same_angles(mirrored, places.base):

@@ -2,7 +2,8 @@
 
 `graph` puts the files together, one for each subject, says what there is, and has the words that
 select one of several nodes of a name; `node` says what a node is. Formulas are not here: they stand
-in `engine_dyn.geometry`, `pressure`, `loads`, `forces` and `speed`.
+in `engine_dyn.geometry`, `pressure`, `loads`, `forces` and `speed`. Kernels are imported where they
+are called: importing the graph compiles and loads none.
 
 To add a quantity:
 

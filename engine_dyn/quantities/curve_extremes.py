@@ -45,7 +45,6 @@ def of_curve(node: Node, variant: Callable[[str], Node]) -> Node:
         return known[curve]
 
     def make(curve_period: float, **given: Any) -> Any:
-        # Kernels are imported where they are called: importing the graph compiles and loads none.
         from engine_dyn.forces.superposition import largest, sample_angles
 
         if "curve_period" in needs:

@@ -73,7 +73,6 @@ def _force(
             needs["speed"], needs["cylinder_set"], needs["cylinders_by_count"],
             needs["offset_ratio"],
         )  # fmt: skip
-        # Kernels are imported where they are called: importing the graph compiles and loads none.
         from engine_dyn.forces import articulated
 
         phi = needs["crank_angle"]

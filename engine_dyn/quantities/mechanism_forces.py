@@ -161,7 +161,6 @@ API = "API 618"
 def _rod_load_extremes(
     *, family: Any, cylinders_by_count: Any, curve_period: Any, **needs: Any
 ) -> Any:
-    # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.forces.mechanism import rod_load_extremes
 
     return rod_load_extremes(needs, family, cylinders_by_count, curve_period)

@@ -75,7 +75,6 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
 def _mean_gas_of_equal_throws(
     crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any
 ) -> Any:
-    # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.speed.torque import mean_gas_of_equal_throws
 
     return mean_gas_of_equal_throws(crank_ratio, offset_ratio, row, family, pressure_share)

@@ -54,9 +54,6 @@ def _keywords(needs: dict[str, Any]) -> dict[str, Any]:
     return {"exponent": 1.0, **kernel_inputs(needs), "card": card}
 
 
-# Kernels are imported where they are called: importing the graph compiles and loads none.
-
-
 def _solve(**needs: Any) -> dict[str, Any]:
     from engine_dyn.speed import dispatch
 

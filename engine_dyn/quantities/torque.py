@@ -20,7 +20,6 @@ _INDICATED = {"indicated_torque_max": "torque_max", "indicated_torque_min": "tor
 
 
 def _torque_solution(**needs: Any) -> Any:
-    # Kernels are imported where they are called: importing the graph compiles and loads none.
     from engine_dyn.speed.torque import torque_extremes
 
     return torque_extremes(**kernel_inputs(needs))

@@ -1,8 +1,6 @@
 """Nodes of the shaft that twists; parameters and limits are in `shaft_numbers`.
 
 The formulas are those of `engine_dyn.torsion`.
-
-Kernels are imported where they are called: importing the graph compiles and loads none.
 """
 
 from __future__ import annotations

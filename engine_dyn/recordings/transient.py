@@ -141,10 +141,7 @@ def train_of_cycles(
 def _follow(
     torque: Floats, inertia: Floats, step: float, coefficient: float, exponent: float, start: float
 ) -> Floats:
-    """Energy at the ends of steps, with its derivatives, shape (3, n + 1); NaN from a stall on.
-
-    Runge and Kutta's method of fourth order for docs/method.md (116) and (117).
-    """
+    """Energy and two derivatives at steps' ends by Runge and Kutta: docs/method.md (116), (117)."""
     found = np.full((3, torque.size // 2 + 1), math.nan)
     e, s, g = start, 1.0, 0.0
     found[0, 0], found[1, 0], found[2, 0] = e, s, g

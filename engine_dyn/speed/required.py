@@ -99,11 +99,7 @@ def solve_for_inertia(
 
 
 def _swing_of_heavy(whole: dict[str, Any], columns: dict[str, Any]) -> Floats:
-    """Energy swing [J] from delta with a large inertia and a constant load: docs/method.md (91).
-
-    Its error is that of delta squared. Where there is no periodic speed, some swing from which the
-    search can find out why.
-    """
+    """Energy swing [J] from delta with a large inertia, docs/method.md (91); else an estimate."""
     area = 0.25 * np.pi * columns["bore"] ** 2
     radius, speed = 0.5 * columns["double_radius"], columns["speed"]
     # The energy swing is taken from the fluctuation with an inertia of 100 times that whose kinetic

@@ -63,11 +63,7 @@ def _start(motion: Motion) -> None:
 
 @inlined
 def _settle(width: float, design: Design, motion: Motion) -> None:
-    """Repeat cycles of implicit Euler steps from d[0] until they nearly close.
-
-    The load opposes every deviation, so cycles converge from any start, faster with a strong load.
-    They end after a few cycles in any case: a weak load needs no better start.
-    """
+    """Repeat cycles of implicit Euler steps from d[0] until they nearly close, a few at most."""
     w, tau, d, nodes = motion.w, motion.tau, motion.d, len(motion.w)
     value, push = d[0], design.kappa * width
     for _ in range(12):

@@ -282,11 +282,7 @@ def _roughness(curve: Floats) -> Floats:
 
 
 def _jaggedness(curve: Floats, stride: int) -> Floats:
-    """Rise of the work between coarse nodes above the largest that a smooth curve could have.
-
-    That is a quarter of the second difference above the chord, docs/solver.md (95). Smooth diagrams
-    have 0. Falls count like rises.
-    """
+    """Rise or fall of the work between coarse nodes above a smooth curve: docs/solver.md (95)."""
     nodes = curve[:, ::stride]
     after = np.roll(nodes, -1, axis=1)
     chord = nodes[..., None] + (after - nodes)[..., None] * (np.arange(stride) / stride)
