@@ -61,7 +61,7 @@ def time_harmonics(speed: Any, period: float) -> tuple[Floats, Complexes, Floats
 
 
 def cycle_time(speed: Any, period: float) -> Any:
-    """Duration of a cycle [s]; parameters as of `time_harmonics`."""
+    """Duration of a cycle [s] of `period` [rad], from its speed [rad/s] at equal steps."""
     return period * _mean(1.0 / np.asarray(speed))
 
 
@@ -87,7 +87,7 @@ def duration(speed: Any, first: float, begin: Any, end: Any, period: float) -> A
 def angle_deviation(speed: Any, period: float) -> Floats:
     """Deviation of the angle from uniform rotation [rad], at the samples of the speed.
 
-    Parameters as of `time_harmonics`. It is positive where the shaft is ahead.
+    `speed` [rad/s] is at equal steps of a cycle of `period` [rad]. Positive: the shaft is ahead.
     """
     mean, terms, _ = time_harmonics(speed, period)
     samples = np.shape(speed)[-1]
@@ -115,7 +115,7 @@ def extremes(curve: Any, slope: Any, step: float) -> tuple[Floats, Floats]:
 def cycle_ranges(curve: Any, slope: Any, step: float, cycles: int) -> Floats:
     """Range of a curve within each of the cycles of its period, shape (..., cycles).
 
-    Parameters as of `extremes`; each cycle has equally many points, and its end belongs to it.
+    `curve` and its `slope` are at equal steps [rad]; all cycles have as many points, and their end.
     """
     shape = *np.shape(curve)[:-1], cycles, -1
     low, high = -_tops(-np.asarray(curve), -np.asarray(slope), step), _tops(curve, slope, step)

@@ -58,7 +58,7 @@ def inertia_force(
 
 
 def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
-    """One order of `inertia_force` over the crank angle [N]; `motion` as there."""
+    """One order of `inertia_force` over the angle [N]; `motion`: its arguments after `phi`."""
     turn = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
     force = inertia_force(turn, *motion)
     wave = np.exp(1j * order * turn)

@@ -285,7 +285,7 @@ def in_turned_axes(load: Any, angle: Any) -> Any:
 def first_crank(
     phi: Any, crank_ratio: Any, offset: Any, cylinders: Any, by_count: CylindersByCount
 ) -> Any:
-    """Angle of crank 1 from upright [rad]; parameters as `crank_pin_load`."""
+    """Angle of crank 1 from upright [rad] at the crank angle `phi` [rad]; ratios r/l and e/r."""
     bank = value_of_sets(cylinders, by_count, lambda engine: mechanism.banks_of(engine)[0])
     return phi + slider_crank.dead_centres(crank_ratio, offset).top + bank
 

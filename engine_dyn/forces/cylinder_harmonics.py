@@ -182,7 +182,8 @@ def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 def inertia_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     """Harmonics of -b v, the inertia torque of one cylinder over m r^2 omega^2 [1].
 
-    Parameters as `velocity_harmonics`. Rakopoulos notes, Delta T_l.
+    `orders` nu above 0, crank ratio lambda and offset over the crank radius broadcast, the orders
+    along an axis of their own. Rakopoulos notes, Delta T_l.
     """
     return _of_smooth(
         _inertia_orders, kinematic_series.inertia_torque_coefficients, orders, crank_ratio, offset

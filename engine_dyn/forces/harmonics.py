@@ -113,8 +113,8 @@ def first_mode_weights(engine: Cylinders) -> Floats:
 def first_mode_phase_vectors(orders: Any, cylinders: Any, by_count: CylindersByCount) -> Complexes:
     """Sum of the phase vectors of all cylinders, each times the first mode's amplitude there.
 
-    Parameters as `phase_vectors`; the weights are `first_mode_weights`. What is left of it says how
-    strongly an order excites the shaft's first torsional mode.
+    `orders` and cylinder sets broadcast; `first_mode_weights` gives the amplitudes. The sum shows
+    how strongly an order excites the shaft's first torsional mode.
     """
     return _by_count(
         lambda nu, engine: _in_first_mode(_vectors, nu, engine), orders, cylinders, by_count
@@ -125,7 +125,7 @@ def of_first_mode(
     part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
-    """As `of_engine`, each throw times the first mode's amplitude, `first_mode_weights`."""
+    """Harmonics of a part, summed with the first mode's amplitude at each throw as weight."""
     summed = _sum_of(part, crank_ratio, offset)
     return _by_count(
         lambda nu, engine: _in_first_mode(summed, nu, engine), orders, cylinders, by_count
@@ -185,7 +185,7 @@ def _where(there: Booleans, nu: Floats, of: Callable[[Floats], Complexes]) -> Co
 
 
 def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -> Part:
-    """Return the part of the gas; parameters as `gas_harmonics`."""
+    """Part of the gas torque, of a family's `row` over a `period` [rad], by so many threads."""
     of_cycles: dict[tuple[Any, ...], Complexes] = {}
 
     def of_cycle(nu: Floats, crank_ratio: Any, offset: Any, factor: float) -> Complexes:
@@ -247,8 +247,8 @@ def of_engine(
 ) -> Complexes:  # fmt: skip
     """Harmonics of the sum of a part over all cylinders, each with its factors and crank radius.
 
-    Parameters as `velocity_harmonics` and `phase_vectors`; crank ratio and offset are those of the
-    engine's crank radius (rods are equally long).
+    `orders` nu, crank ratio, offset ratio and cylinder sets broadcast; `by_count` has the cylinders
+    of each set. Both ratios are over the engine's crank radius (rods are equally long).
     """
     summed = _sum_of(part, crank_ratio, offset)
     return _by_count(lambda nu, e: summed(nu, e.members), orders, cylinders, by_count)
@@ -258,7 +258,7 @@ def of_first(
     part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
     by_count: CylindersByCount,
 ) -> Complexes:  # fmt: skip
-    """Harmonics of a part of the torque, of cylinder 1 alone; parameters as of `of_engine`."""
+    """Harmonics of a part of the torque of cylinder 1 alone; `orders` and ratios broadcast."""
     summed = _sum_of(part, crank_ratio, offset)
     return _by_count(lambda nu, e: summed(nu, e.members[:1]), orders, cylinders, by_count)
 
@@ -267,7 +267,7 @@ def of_throws(
     part: Part, orders: Any, crank_ratio: Any, offset: Any, cylinders: Any,
     by_count: CylindersByCount, throws: Any,
 ) -> Complexes:  # fmt: skip
-    """As `of_engine`, of the cylinders on each throw; `throws` as `throw_phase_vectors`."""
+    """Harmonics of a part, summed over each throw's cylinders; `throws` (from 1) broadcast."""
     return _by_throw(_sum_of(part, crank_ratio, offset), orders, cylinders, by_count, throws)
 
 

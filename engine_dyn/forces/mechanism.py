@@ -104,12 +104,12 @@ def thrust_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
 
 
 def rod_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
-    """S/P = 1/cos(beta) [1]. Kakaitsas (2015), eqs. 2.3, 2.18. Parameters as `thrust_ratio`."""
+    """S/P = 1/cos(beta) [1] at `phi` [rad]; ratios r/l, e/r. Kakaitsas (2015), eqs. 2.3, 2.18."""
     return 1.0 / np.cos(slider_crank.rod_angle(phi, crank_ratio, offset))
 
 
 def radial_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
-    """R/P = cos(theta + beta)/cos(beta) [1]. Kakaitsas (2015), eq. 2.5; as `thrust_ratio`."""
+    """R/P = cos(theta + beta)/cos(beta) [1] at `phi` [rad]; ratios r/l, e/r. Kakaitsas, eq. 2.5."""
     sine, cosine = _sine_and_cosine(phi, crank_ratio, offset)
     return cosine - sine * thrust_ratio(phi, crank_ratio, offset)
 
@@ -250,14 +250,14 @@ def rod_couple(phi: Any, crank_ratio: Any, excess: Any, speed: Any, offset: Any 
 def rod_couple_torque(
     phi: Any, crank_ratio: Any, excess: Any, speed: Any, offset: Any = 0.0
 ) -> Any:
-    """Torque on the crank that two masses leave out, one cylinder [N m]; as `rod_couple`."""
+    """Torque on the crank that two masses leave out [N m], by the rod's `excess` [kg m2]."""
     return rod_couple(phi, crank_ratio, excess, speed, offset) * rod_speed(phi, crank_ratio, offset)
 
 
 def rod_thrust(
     phi: Any, crank_ratio: Any, excess: Any, speed: Any, rod_length: Any, offset: Any = 0.0
 ) -> Any:
-    """Wall thrust that two masses leave out [N], as N; parameters as `rod_couple`."""
+    """Wall thrust N that two masses leave out [N]: rod's `excess` [kg m2], speed [rad/s], [m]."""
     couple = rod_couple(phi, crank_ratio, excess, speed, offset)
     return couple * rod_ratio(phi, crank_ratio, offset) / rod_length
 

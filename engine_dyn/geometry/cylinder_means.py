@@ -64,7 +64,7 @@ def mean_of_cylinders(
 ) -> Any:
     """Mean of a value that does not depend on a cylinder's phase, over the cylinders of a design.
 
-    Parameters as of `value_of_sets`; `of_one` is the value of one cylinder.
+    `by_count` has the cylinders of each set, `of_one` gives the value of one cylinder.
     """
 
     def of_engine(engine: Cylinders) -> Any:

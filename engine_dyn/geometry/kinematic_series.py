@@ -71,7 +71,7 @@ def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
 
 
 def velocity_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
-    """Coefficients gamma_nu of sin(nu phi) in c/(r omega). Parameters as `position_coefficients`.
+    """Coefficients gamma_nu of sin(nu phi) in c/(r omega), for orders nu above 0 and lambda = r/l.
 
     docs/method.md (16); Mosakowski, eq. 5; Rakopoulos notes, gamma_1 to gamma_6.
     """
@@ -79,7 +79,7 @@ def velocity_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
 
 
 def acceleration_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
-    """Coefficients beta_nu of cos(nu phi) in b/(r omega^2). Parameters as `position_coefficients`.
+    """Coefficients beta_nu of cos(nu phi) in b/(r omega^2), for orders nu above 0 and lambda = r/l.
 
     docs/method.md (16); Mosakowski, eq. 6; Rakopoulos notes, beta_1 to beta_6, there also Q_nu.
     """
@@ -145,7 +145,7 @@ def truncated_position(
 def truncated_velocity(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, highest: npt.ArrayLike
 ) -> Any:
-    """Piston velocity c/(r omega) by the truncated series; parameters as `truncated_position`.
+    """Piston velocity c/(r omega) at `phi` [rad] by the series up to the order `highest`.
 
     Mosakowski, eqs. 12 and 5 with 17 (12 is printed with omega^2).
     """
@@ -155,7 +155,7 @@ def truncated_velocity(
 def truncated_acceleration(
     phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, highest: npt.ArrayLike
 ) -> Any:
-    """Piston acceleration b/(r omega^2) by the truncated series; as `truncated_position`.
+    """Piston acceleration b/(r omega^2) at `phi` [rad] by the series up to the order `highest`.
 
     cos + lambda cos(2 phi) for 2, with (lambda + lambda^3/4) cos(2 phi) - lambda^3/4 cos(4 phi) for
     4. Exact at both dead centres, whatever the highest order: there all powers of lambda from the

@@ -154,7 +154,7 @@ def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int,
 def velocity_waves(crank_ratio: Floats, offset: Floats, highest: int) -> tuple[Floats, Floats]:
     """Real and imaginary part of v_m of the orders 0 to `highest`, shape (designs, orders).
 
-    Parameters as `by_highest_order`. Where the crank cannot turn, the harmonics are NaN.
+    Crank ratios lambda and offsets over the crank radius are flat arrays. NaN: no crank can turn.
     """
     real, imaginary = np.empty((2, crank_ratio.size, highest + 1))
     _transform(crank_ratio, offset, *_waves(highest), real, imaginary)

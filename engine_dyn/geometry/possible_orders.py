@@ -57,7 +57,7 @@ class PossibleOrder:
 def count_orders(engine: Arrangement, crank: str = "own") -> int:
     """How many orders `possible_orders` gives, without making them.
 
-    Parameters as there. The in-line twelve with any crank has 39 916 800.
+    `crank` is a word of `CRANKS`. The in-line twelve with any crank has 39 916 800 orders.
 
     Raises
     ------

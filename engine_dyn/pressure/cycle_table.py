@@ -322,9 +322,9 @@ class CycleTable(Family):
         return self.peaks(place)
 
     def peaks(self, place: ArrayLike, factor: float = 1.0, *, between: bool = False) -> Floats:
-        """As `peak_between`, for a cylinder with this factor on its pressure: see `motored`.
+        """Largest pressure [Pa] at each place, for a cylinder with a factor on it: see `motored`.
 
-        Of the curves `between` the knots too, where that is wanted.
+        With `between`, also of the curves between their knots.
         """
         wanted = np.asarray(place, dtype=np.float64)
         values, number = np.unique(wanted, return_inverse=True)

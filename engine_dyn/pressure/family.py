@@ -416,8 +416,8 @@ def peaks_between(place: ArrayLike, pressure_of: Callable[[int], Floats]) -> Flo
 def largest_between(place: ArrayLike, diagram_of: Callable[[int], Diagram]) -> Floats:
     """Return the largest pressure at each place in a table of rows, between their knots too.
 
-    Parameters as of `peaks_between`; `diagram_of` gives the diagram of a row, the rows have their
-    knots in common.
+    A place is a row plus the fraction of the way to the next; `diagram_of` gives the diagram of a
+    row, and all rows have their knots in common.
     """
     wanted = np.asarray(place, dtype=np.float64)
     flat = wanted.reshape(-1)

@@ -297,8 +297,8 @@ def energy_swing(
 ) -> float:  # fmt: skip
     """Range of the work of the torque at nominal speed, less a load over angle and the mean [J].
 
-    Parameters as `periodic_speed`. Friction matters only where `friction_shape` says how it changes
-    over the stroke.
+    Keywords mean the same, in the same units, as those of `periodic_speed` with their names.
+    Friction matters only where `friction_shape` says how it changes over the stroke.
 
     Raises
     ------

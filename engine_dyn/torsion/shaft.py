@@ -283,7 +283,7 @@ def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
 
 
 def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
-    """Best spring and viscous damping of a ring; parameters as `optimum_viscous`.
+    """Best spring and damping of a `ring` for a mode: inertias [kg m2], `omega` [rad/s].
 
     Tuned to omega_m/(1 + mu), with zeta = c/(2 J_d omega_m) = sqrt(3 mu/(8 (1 + mu)^3)). The
     magnifier is that of the two fixed points, sqrt(1 + 2/mu); the peak is up to 1.3 percent

@@ -161,7 +161,7 @@ def forces_at(motion: Floats, lines: Floats, turn: Floats, x: Floats, y: Floats)
 
 @kernel
 def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, mean_squares: Floats) -> None:
-    """Mean of the square of the vector of each design; parameters as `forces_at`."""
+    """Mean of each design's squared vector, from arrays (MOTION, D), (8, Z) and (2, A)."""
     samples = turn.shape[1]
     own, x, y = np.empty(6 * lines.shape[1]), np.empty(samples), np.empty(samples)
     for design in range(motion.shape[1]):
@@ -175,7 +175,7 @@ def mean_squares_of(motion: Floats, lines: Floats, turn: Floats, mean_squares: F
 
 @kernel
 def largest_of(motion: Floats, lines: Floats, turn: Floats, largest: Floats) -> None:
-    """Largest size of the vector of each design, to 1e-9 of it; parameters as `forces_at`."""
+    """Largest vector of each design, to 1e-9 of it, from arrays (MOTION, D), (8, Z), (2, A)."""
     samples, cylinders = turn.shape[1], lines.shape[1]
     own, x, y = np.empty(6 * cylinders), np.empty(samples), np.empty(samples)
     for design in range(motion.shape[1]):
