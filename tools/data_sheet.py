@@ -153,7 +153,7 @@ def strongest(rows: Rows, number: int = 6) -> Rows:
 
 
 def shortened(printed: str) -> str:
-    """What `calibrate` prints, without the assumed values."""
+    """Printed output of `calibrate`, without the assumed values."""
     lines = printed.splitlines()
     first = next(n for n, line in enumerate(lines) if line.startswith("assumed, "))
     last = next(n for n, line in enumerate(lines) if n > first and not line)

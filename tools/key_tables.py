@@ -252,7 +252,7 @@ def _table(rows: Iterable[Row]) -> str:
 
 
 def names_only(text: str) -> str:
-    """Of tables only the first cells of their rows, which the pages of the checkout have."""
+    """Text in which tables are lists of their rows' first cells, as in the checkout's pages."""
 
     def names(table: re.Match[str]) -> str:
         first = [line.split(" | ")[0].removeprefix("| ") for line in table[0].splitlines()[2:]]

@@ -72,7 +72,7 @@ SEED = 21
 
 
 class Case(NamedTuple):
-    """What is looked for, and what is known of the wheel."""
+    """A case: the misfires to detect, and the known errors of the wheel."""
 
     title: str  # title in figure and tables
     constant: float  # errors of intervals that repeat every turn, unknown, over the size
@@ -120,7 +120,7 @@ class Motor:
         return fired, motored
 
     def imep(self, fired: Floats) -> float:
-        """Of the whole cycle [Pa]."""
+        """Indicated mean effective pressure of the whole cycle [Pa]."""
         torque = fired * self.geometry.volume_slope(self.angle)
         return float(torque.mean() * PERIOD / self.geometry.swept_volume)
 
@@ -425,7 +425,7 @@ def limits_table(motors: Motors) -> Rows:
 
 
 def corner_table(motors: Motors) -> Rows:
-    """What decides at the highest speed and the lowest load."""
+    """Errors that decide at the highest speed and the lowest load."""
     rows = [["engine, 6000 rpm, 1 bar", "error of a deviation, bar",
              "dispersion of the others, bar", "threshold, bar", "detected", "verdict"]]  # fmt: skip
     for name, motor in motors.items():

@@ -116,7 +116,7 @@ def running_gear(text: str, **more: float) -> Any:
 
 
 def shaft_13_table() -> Rows:
-    """What Asgari's (13) leaves of the first order across the cylinder, over m r omega^2."""
+    """First order that Asgari's (13) leaves across the cylinder, over m r omega^2."""
     rows = [["c", "along", "across"]]
     phi = np.linspace(0.0, 2.0 * np.pi, 361)
     for fraction in (0.0, 0.25, 0.5, 0.63, 1.0):
@@ -339,7 +339,7 @@ def ideal(ratio: float, heat: float, start: float, duration: float, form: float)
 
 
 def textbook_table() -> Rows:
-    """What a textbook gives, beside ours."""
+    """Textbook results of ideal cycles, with the computed ones."""
     rows = [["cycle", "p_max/p_1", "computed", "mean/p_1", "computed", "efficiency", "computed"]]
     cases = [
         (f"constant volume; ours burns over {duration:g}°", otto(8.0, HEAT_OF_OTTO),

@@ -1,4 +1,4 @@
-"""What the tools share: tables, templates, commands that are run, pictures that are kept."""
+"""Common parts of the tools: tables, templates, commands that are run, pictures that are kept."""
 
 from __future__ import annotations
 

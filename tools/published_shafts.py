@@ -298,7 +298,7 @@ def comparisons() -> list[Comparison]:
 
 
 def place(one: Comparison, number: int) -> str:
-    """What of several values of a comparison it is."""
+    """Words that identify one of several values of a comparison."""
     given = one.given
     for key, word, first in (
         ("modes", "mode", 0), ("discs", "disc", 1), ("orders", "order", 0), ("factors", "factor", 0)

@@ -52,7 +52,7 @@ FIGURES = {row["figure"]: row for row in csv_rows(TOOLS / "figures_of_runs.csv")
 
 
 def numbers_of(part: Part) -> dict[str, Any]:
-    """What the words of figures may tell of a part; whole numbers as text."""
+    """Numbers of a part that the words of figures may use; whole numbers as text."""
     sums: dict[str, int] = defaultdict(int)
     for one in [*part.get("properties", {}).values(), *part.get("targets", {}).values()]:
         for name, count in one.items():

@@ -44,7 +44,7 @@ class Result(NamedTuple):
 
     @property
     def independent(self) -> Any:
-        """What ours must agree with."""
+        """Exact or expected value with which the computed one must agree."""
         return self.value.get("exact", self.value.get("expected"))
 
     @property
@@ -163,7 +163,7 @@ def of_scene(example: dict[str, Any], value: dict[str, Any]) -> float:
 
 
 def of_function(value: dict[str, Any]) -> Any:
-    """What a function of engine_dyn gives, or a part of that; a firing order as a text."""
+    """Result of a function of engine_dyn, or a part of it; a firing order as a text."""
     module, _, name = value["function"].rpartition(".")
     found = getattr(importlib.import_module(module), name)(**value["arguments"])
     if "part" in value:
@@ -172,7 +172,7 @@ def of_function(value: dict[str, Any]) -> Any:
 
 
 def factor(example: dict[str, Any], value: dict[str, Any]) -> float:
-    """What a result is multiplied by."""
+    """Factor by which a result is multiplied."""
     times = value.get("times", 1.0)
     if isinstance(times, float):
         return times

@@ -94,7 +94,7 @@ def printed_rows() -> dict[str, dict[str, str]]:
 
 @functools.cache
 def other_numbers() -> dict[str, float]:
-    """What is printed outside the tables, by name."""
+    """Numbers that the thesis prints outside its tables, by name."""
     rows = read_reference("kakaitsas_other_numbers.csv")
     return {row["name"]: float(row["printed"]) for row in rows}
 

@@ -127,7 +127,7 @@ def flywheels() -> Rows:
 
 
 def damper() -> str:
-    """What the dampers of the built-in scene do to the largest stress of the crankshaft."""
+    """Effect of the built-in scene's dampers on the largest stress of the crankshaft."""
     found = sweeps.run("torsion")
     stress = found.shaft_stress_half_range.max(["shaft", "speed"]).values
     cases = [str(case) for case in found.case.values]

@@ -94,7 +94,7 @@ def ours(study: Study, way: str, quantity: str, case: str, form: str, places: in
 
 
 def numbers_of(name: str, rows: Rows) -> dict[str, str]:
-    """What the page may tell of a table.
+    """Numbers of a table that the page may use, by name.
 
     `rows_NAME` says how many rows it has; `count_NAME_1`, how many differences its first column of
     them; `count_NAME`, all of them. `worst_NAME_1` and `worst_NAME` are the largest difference,
@@ -294,7 +294,7 @@ def limit_table(study: Study) -> Rows:
 
 
 def procedure_table(study: Study) -> Rows:
-    """What each part of the thesis's procedure does to delta."""
+    """Effect of each part of the thesis's procedure on delta."""
     cases = ["nominal", "inertia 0.5", "inertia 12", "speed 4000", "2 cylinders", "8 cylinders"]
     labels = {
         "as_made": "as made",

@@ -70,7 +70,7 @@ def cells(one: Result) -> dict[str, str]:
 
 
 def waiting(found: list[Result]) -> list[list[str]]:
-    """What is missing, and the examples that need it."""
+    """Missing features, and the examples that need them."""
     rows = [["what is missing", "examples"]]
     for key, text in DATA["needs"].items():
         labels = [one.example["label"] for one in found if one.value.get("needs") == key]

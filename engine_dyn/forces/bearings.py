@@ -192,7 +192,7 @@ def pin_forces(
 ) -> list[Any]:  # fmt: skip
     """Force of each cylinder on its throw [N], upwards and i times to the side.
 
-    Parameters as `crank_pin_load`; what rotates counts by the factors for main journals.
+    `phi` [rad], ratios r/l and e/r, a `row` of diagrams, and the factors for main journals.
     """
     forces = []
     for cylinder in range(engine.count):
@@ -242,7 +242,8 @@ def piston_pin_load(
 ) -> tuple[Any, Any]:  # fmt: skip
     """Load of the piston pin of cylinder 1 [N]: to the side to which the crank goes, and down.
 
-    Parameters as `crank_pin_load`; `factors.rotating` with the part of the rod that reciprocates.
+    `phi` [rad], ratios r/l and e/r, a `row` of diagrams and cylinder sets broadcast;
+    `factors.rotating` contains the part of the rod that reciprocates.
     """
     side, down = _curves(
         "piston_pin", phi, crank_ratio, offset, family, row, factors, cylinders, by_count
@@ -256,9 +257,9 @@ def main_journal_load(
 ) -> tuple[Any, Any]:  # fmt: skip
     """Loads of the main journals [N], x and y (engine-fixed); NaN past an engine's last journal.
 
-    Parameters as `crank_pin_load`; `factors.rotating` with the part of each rod that turns and
-    `factors.throws` with each throw, less their counterweights; `journals` are their numbers, from
-    1, and broadcast.
+    `phi` [rad], ratios r/l and e/r, a `row` of diagrams, cylinder sets and `journals` (numbers from
+    1) broadcast. `factors.rotating` contains the part of each rod that turns, `factors.throws` each
+    throw, less their counterweights.
     """
     numbers = np.asarray(journals)
     x: Any = np.nan

@@ -224,7 +224,7 @@ def two_mass_rod_inertia(rod_mass: Any, rod_centre_of_gravity: Any, rod_length: 
 
 
 def rod_speed(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
-    """Angular speed of the rod over that of the crank, beta' [1]; as `thrust_ratio`."""
+    """Angular speed of the rod over that of the crank, beta' [1], at `phi` [rad]."""
     _, cosine = _sine_and_cosine(phi, crank_ratio, offset)
     return crank_ratio * cosine * rod_ratio(phi, crank_ratio, offset)
 

@@ -100,8 +100,7 @@ def mean_position(crank_ratio: npt.ArrayLike) -> Floats:
 def inertia_torque_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> Floats:
     """Coefficients t_n of sin(n phi) in the inertia torque over m r^2 omega^2, at constant speed.
 
-    docs/method.md (17) and (18), a closed form for any order; parameters as
-    `position_coefficients`.
+    docs/method.md (17) and (18), a closed form for any order n above 0 and lambda in (0, 1).
     Rakopoulos notes, Delta T_l of orders 1 to 6 (the second is misprinted there).
     """
     nu, ratio = _checked(orders, crank_ratio)

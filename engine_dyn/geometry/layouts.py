@@ -229,8 +229,8 @@ def w_engine(
 ) -> Arrangement:
     """Engine of any number of banks on one crankshaft; bank angles [rad] in the sense of rotation.
 
-    Parameters as `vee`, but bank angles have their sign. `cylinders` is a multiple of the number
-    of banks. No order of practice is known here, so one must be given.
+    `cylinders` is a multiple of the number of banks, `pins` shared or split, `numbering` by banks
+    or alternate, `period` [rad]. No order of practice is known here, so one must be given.
     """
     name = f"W{cylinders}"
     banks = len(bank_angles)
