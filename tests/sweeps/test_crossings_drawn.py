@@ -22,6 +22,7 @@ import xarray as xr
 import sweeps
 from sweeps import SceneError
 from sweeps.scene.crossings import CROSSINGS, KEYS
+from sweeps.scene.features import GIVEN_FEATURES
 from tests.support import crossing_checks as checks
 from tests.support.crossing_scenes import (
     BASES,
@@ -112,6 +113,13 @@ def test_pairs_are_planned_or_refused_as_the_table_says(first: str) -> None:
         scene, line = planned((first, second))
         assert "\n" not in line
         assert scene is None or not line or says_the_table(line), (second, line)
+
+
+def test_every_structured_feature_is_crossed() -> None:
+    """A feature that no fragment gives would be drawn beside no other."""
+    given = {key for variants in FRAGMENTS.values() for one in variants
+             for key in (*one, *one.get("set", {}))}  # fmt: skip
+    assert GIVEN_FEATURES.keys() - given == set()
 
 
 LARGEST_GROUP = 7

@@ -147,22 +147,25 @@ def read_apart(format: Format, data: bytes, label: str, choices: ReadingChoices)
     )
     answer = answer_apart(CHILD, asked, data, limits, label, f"a .{format} file")
     place = answer.index(b"\n") + 1
+    listed, *notes = json.loads(answer[:place])
     columns = []
-    for name, unit, shape, text in json.loads(answer[:place]):
+    for name, unit, shape, text in listed:
         count = int(np.prod(shape))
         numbers = np.frombuffer(answer, np.float64, count, place).reshape(shape).copy()
         columns.append(Column(name, unit, numbers, text and (text[0], text[1])))
         place += numbers.nbytes
-    return Contents(columns)
+    first_line, said, marks = notes
+    return Contents(columns, first_line, tuple(said), tuple(marks))
 
 
 def _answer() -> list[bytes]:
-    """Names, units, shapes and first texts of the columns in a line, then their values."""
+    """Names, units, shapes and first texts of columns, and notes, in a line; then the values."""
     format, label, chosen = json.loads(sys.argv[1])
     data = sys.stdin.buffer.read()
-    columns = KINDS[format].read(Path(label), data, label, ReadingChoices(**chosen)).columns
+    contents = KINDS[format].read(Path(label), data, label, ReadingChoices(**chosen))
+    columns, *notes = contents
     listed = [(c.name, c.unit, c.values.shape, c.text) for c in columns]
-    head = json.dumps(listed) + "\n"
+    head = json.dumps([listed, *notes]) + "\n"
     return [head.encode(), *(np.asarray(c.values, np.float64).tobytes() for c in columns)]
 
 

@@ -20,7 +20,7 @@ from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, did_you_mean
 from sweeps.running.compute.in_memory import compute
 from sweeps.scene.features import GIVEN_FEATURES, indicator, measured
-from sweeps.scene.features.feature import with_part
+from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.model import Scene
 from sweeps.scene.plan.leaves import leaves_of, mean_of
 from sweeps.scene.plan.plan import make_plan
@@ -217,12 +217,17 @@ def _changed(diagram: Diagram, shift: float, pegging: float, factor: float) -> D
     return diagram_from_points(angle[order], pressure[order], period)
 
 
+def _grown(feature: GivenFeature) -> str:
+    """Parameters to which a feature adds."""
+    return " and ".join(sorted({one.what for one in feature.feature.adds} & PARAMETERS.keys()))
+
+
 LEFT_OUT: Mapping[str, str] = {
     "offset": "pin_offset and crank_offset must be 0",
     "unequal": "cylinders must be equal, and all must burn",
     "unequal_throws": "the crank radii of all cylinders must be equal",
     **{
-        word: f"{one.written} are not allowed; inertia and load_offset must have their parts"
+        word: f"{one.written} are not allowed; {_grown(one)} must have their parts"
         for one in GIVEN_FEATURES.values()
         if one.feature.adds
         for word in tuple(one.feature.words[0])[1:]
