@@ -171,7 +171,7 @@ def run(
         _print_published(plan, output)
         _print_outcomes(read, plan, done)
         _print_numbers(plan, output)
-        tell(_size_line(output))
+        tell(f"{output} ({size_text(output.stat().st_size)})")
     _end_if_designs_failed(read, done.outcomes, output)
 
 
@@ -429,10 +429,6 @@ def _end_if_designs_failed(scene: Scene, outcomes: Mapping[str, int], output: Pa
 
 def _listed(outcomes: Mapping[str, int]) -> str:
     return ", ".join(f"{name} {count}" for name, count in outcomes.items())
-
-
-def _size_line(output: Path) -> str:
-    return f"{output} ({size_text(output.stat().st_size)})"
 
 
 def _designs_line(plan: Plan, output: Path) -> str:

@@ -28,12 +28,6 @@ from engine_dyn.types import Floats, Integers
 MOST_BINS = 64  # Most bins of a histogram for readers
 
 
-def _bits_of(cells: int) -> int:
-    """Bits of the mantissa that separate bins: 0.2 % of a value, 1.6 % for many cells."""
-    # Up to 32 cells have fine bins.
-    return 9 if cells <= 32 else 6
-
-
 class Statistics:
     """Values of one quantity in each of several cells.
 
@@ -54,7 +48,8 @@ class Statistics:
     def __init__(self, shape: Sequence[int]) -> None:
         self.shape = tuple(shape)
         cells = math.prod(self.shape)
-        self.bits = _bits_of(cells)
+        # Bits of the mantissa that separate bins: 0.2 % of a value, 1.6 % for many cells
+        self.bits = 9 if cells <= 32 else 6
         self.sums = np.zeros((2, cells, LIMBS), np.int64)
         self.low, self.high = np.full(cells, math.inf), np.full(cells, -math.inf)
         self.bins: Integers = np.empty(0, np.int64)

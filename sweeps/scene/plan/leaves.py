@@ -52,9 +52,9 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
     `cycles` are those after which firing patterns repeat.
     """
     period = scene.engine.period
-    throws = _throws(scene)
+    throws = max(len(engine.along_shaft or ()) for engine in scene.all_cylinders)
     turns = round(period / math.tau) * cycles
-    cycles = cycles * _cycles_of_load(scene)
+    cycles = cycles * cycles_of(scene.driven.over_angle, scene.engine.period)
     of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
@@ -86,11 +86,6 @@ def leaves_of_points(points: Mapping[str, npt.NDArray[Any]], period: float) -> d
     return leaves | {"curve_period": Value(period * len(points["firing_cycle"]))}
 
 
-def _cycles_of_load(scene: Scene) -> int:
-    """Cycles after which a load over an angle repeats."""
-    return cycles_of(scene.driven.over_angle, scene.engine.period)
-
-
 def _highest_of_fast_shafts(scene: Scene) -> float:
     """Highest order of the crank that loads and auxiliaries over angle have."""
     load, ratio = scene.driven.over_angle, 1.0
@@ -100,11 +95,6 @@ def _highest_of_fast_shafts(scene: Scene) -> float:
         ratio * highest_order(load if ratio > 1.0 else None),
         highest_order(scene.driven.auxiliaries),
     )
-
-
-def _throws(scene: Scene) -> int:
-    """Throws of the engine with the most of them; no throws where their order is unknown."""
-    return max(len(engine.along_shaft or ()) for engine in scene.all_cylinders)
 
 
 def _crank_angles(period: float, cycles: int, step: float) -> Floats:

@@ -99,7 +99,10 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     """
     choices = choices_of(archive, units)
     parts = {
-        place: "".join(_section(key, title, make(archive, choices)) for key, title, make in content)
+        place: "".join(
+            f'<section id="{key}"><h2>{title}</h2>{make(archive, choices)}</section>'
+            for key, title, make in content
+        )
         for place, content in SECTIONS.items()
     }
     title = one_line(archive.attrs.get("title") or "Report", 300)
@@ -127,10 +130,6 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         if over <= 0 or room < 1.0:
             return written
         room *= 0.97 * room / (room + over)  # Names of designs may be long
-
-
-def _section(key: str, title: str, body: str) -> str:
-    return f'<section id="{key}"><h2>{title}</h2>{body}</section>'
 
 
 def _contents() -> str:

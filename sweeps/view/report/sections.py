@@ -69,7 +69,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
     given = [n for n in columns if n != "status"]
     failed = Failures([*given, "outcome"])
     with_numbers = np.array([has_numbers(code) for code in range(256)])
-    spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if _is_number(columns[n])}
+    spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if columns[n].dtype.kind in "fiu"}
     # Failed designs are not counted along longer axes.
     counts = {d: np.zeros(n, dtype=np.int64) for d, n in sizes.items() if n <= 24}
     for begin, extent, read in ranges(columns, dims, [*sizes.values()]):
@@ -100,10 +100,6 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
         if at_each or lost_span:
             failed.where.append((name, lost_span, both, at_each))
     return failed
-
-
-def _is_number(variable: xr.Variable) -> bool:
-    return variable.dtype.kind in "fiu"
 
 
 def _counted(
