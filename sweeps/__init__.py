@@ -34,10 +34,10 @@ def __getattr__(name: str) -> Any:
 
             hint = did_you_mean(name, __all__)
         raise AttributeError(f"module 'sweeps' has no attribute {name!r}{hint}")
-    found = _loaded(name)
-    if "Dataset" in str(getattr(found, "__annotations__", {}).get("return", "")):
+    loaded = _loaded(name)
+    if "Dataset" in str(getattr(loaded, "__annotations__", {}).get("return", "")):
         import sweeps.view.accessor  # noqa: F401  # datasets of sweeps have `dyn`
-    return found
+    return loaded
 
 
 def __dir__() -> list[str]:

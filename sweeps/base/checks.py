@@ -280,8 +280,8 @@ def _sentence(model: type[Strict], error: Any) -> str:
 def _model_inside(annotation: Any) -> type[Strict] | None:
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return annotation
-    found = (_model_inside(argument) for argument in get_args(annotation))
-    return next((model for model in found if model is not None), None)
+    models = (_model_inside(argument) for argument in get_args(annotation))
+    return next((model for model in models if model is not None), None)
 
 
 def _place(path: list[str]) -> str:

@@ -159,21 +159,21 @@ def selected_places(archive: xr.Dataset, values: Mapping[str, float | str]) -> d
     places: dict[str, list[int]] = {}
     labelled: set[str] = set()
     for name, value in values.items():
-        dimension, found = _places_of(archive, name, value)
+        dimension, of_axis = _places_of(archive, name, value)
         both_labels = name != dimension and dimension in labelled
         if dimension in places and not both_labels:
             raise SceneError(
                 f"{name}: the axis {dimension} is selected twice; give one value of it"
             )
         if both_labels:
-            found = [place for place in found if place in places[dimension]]
-            if not found:
+            of_axis = [place for place in of_axis if place in places[dimension]]
+            if not of_axis:
                 raise SceneError(
                     f"{name} = {shown(value)}: no design has this value together with the others"
                 )
         if name != dimension:
             labelled.add(dimension)
-        places[dimension] = found
+        places[dimension] = of_axis
     return places
 
 
@@ -204,9 +204,9 @@ def _places_of_label(name: str, value: float | str, labels: Any) -> list[int]:
     texts = [str(text) for text in labels]
     written = [value] if isinstance(value, str) else [str(value), shown(value)]
     for text in written:
-        found = [place for place, label in enumerate(texts) if label == text]
-        if found:
-            return found
+        places = [place for place, label in enumerate(texts) if label == text]
+        if places:
+            return places
     # "#2" is the second value of an axis of words; a bare number is the label that looks like it.
     position = re.fullmatch(r"#(\d{1,9})", written[-1], flags=re.ASCII)
     if position is None:

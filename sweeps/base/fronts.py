@@ -78,13 +78,13 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
 def _of_many(numbers: Floats) -> Integers:
     """Front for four numbers or more, shape (numbers, designs)."""
     waiting = np.lexsort(numbers[::-1])
-    found: list[int] = []
+    front: list[int] = []
     # No design is beaten by a later one in this order: the first one that is left is never beaten.
     while waiting.size:
-        found.append(int(waiting[0]))
+        front.append(int(waiting[0]))
         waiting = waiting[1:]
-        waiting = waiting[~_beaten(numbers[:, found[-1]], numbers[:, waiting])]
-    return np.array(found, dtype=np.int64)
+        waiting = waiting[~_beaten(numbers[:, front[-1]], numbers[:, waiting])]
+    return np.array(front, dtype=np.int64)
 
 
 def _beaten(one: Floats, others: Floats) -> Booleans:

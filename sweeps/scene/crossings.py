@@ -329,13 +329,13 @@ def exclusive_pair(keys: Container[str]) -> tuple[str, str, str] | None:
 
 def replaced_by(keys: Collection[str]) -> frozenset[str]:
     """Keys of an engine that count nowhere where a scene gives these: they exclude each other."""
-    found: set[str] = set()
+    replaced: set[str] = set()
     for first, others, _ in KEYS:
         if first in keys:
-            found.update(others)
+            replaced.update(others)
         if not set(others).isdisjoint(keys):
-            found.add(first)
-    return frozenset(found - set(keys))
+            replaced.add(first)
+    return frozenset(replaced - set(keys))
 
 
 def refused(feature: str, other: str, where: str, **names: str) -> SceneError:

@@ -32,29 +32,31 @@ def read_xlsx(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     longer.
     """
     del path
-    found = sheets(data, label, choices.sheet)
+    sheet_rows = sheets(data, label, choices.sheet)
     head = 200  # Rows that are searched for names and units
-    starts = {title: start_of_numbers(_sheet_texts(rows[:head])) for title, rows in found.items()}
+    starts = {
+        title: start_of_numbers(_sheet_texts(rows[:head])) for title, rows in sheet_rows.items()
+    }
     tables = {title: start for title, start in starts.items() if start is not None}
     # Sheets that are named in a message
-    names = ", ".join(f"'{one_line(title, 60)}'" for title in list(found)[:20])
+    names = ", ".join(f"'{one_line(title, 60)}'" for title in list(sheet_rows)[:20])
     if not tables:
-        where = f"of the sheet {names}" if len(found) == 1 else f"of any sheet: {names}"
+        where = f"of the sheet {names}" if len(sheet_rows) == 1 else f"of any sheet: {names}"
         raise SceneError(f"{label}: no table of numbers in the first {head} rows {where}")
-    lengths = {title: len(found[title]) - start[0] for title, start in tables.items()}
+    lengths = {title: len(sheet_rows[title]) - start[0] for title, start in tables.items()}
     taken = first = next(iter(tables))
     longest = max(lengths, key=lengths.__getitem__)
     # The first table may be a summary, and a far longer one behind it the recording.
     if lengths[longest] > 10 * lengths[first]:
         taken = longest
     said = []
-    if len(found) > 1:
+    if len(sheet_rows) > 1:
         said = [f"sheet '{one_line(taken, 60)}' of {names} read (sheet takes another one)"]
     first_row, width = tables[taken]
-    wider = sum(len(row) > width for row in found[taken][first_row:])
+    wider = sum(len(row) > width for row in sheet_rows[taken][first_row:])
     if wider:
         said.append(f"values right of the table in {counted(wider, 'row')} left out")
-    return _sheet_columns(found[taken], tables[taken], label)._replace(said=tuple(said))
+    return _sheet_columns(sheet_rows[taken], tables[taken], label)._replace(said=tuple(said))
 
 
 def _sheet_texts(rows: list[list[Any]]) -> list[list[str]]:
@@ -97,8 +99,8 @@ def read_mat(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
         shapes = scipy_io.whosmat(io.BytesIO(data))
         total = sum(float(np.prod(shape, dtype=float)) for _, shape, _ in shapes)
         check_size(total, len(shapes), label)
-        found = scipy_io.loadmat(io.BytesIO(data), squeeze_me=False, struct_as_record=True)
-        columns = [c for name, value in found.items() if name[:2] != "__"
+        variables = scipy_io.loadmat(io.BytesIO(data), squeeze_me=False, struct_as_record=True)
+        columns = [c for name, value in variables.items() if name[:2] != "__"
                    for c in _matlab_columns(name, value, 0)]  # fmt: skip
     if not columns:
         raise SceneError(f"{label}: no arrays of real numbers; must have angle and pressure")
@@ -278,8 +280,8 @@ def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
     with library_reading(label, "a UFF file"), os.fdopen(os.memfd_create("uff"), "wb") as file:
         file.write(data)
         file.flush()
-        found = pyuff.UFF(f"/proc/self/fd/{file.fileno()}")
-        kinds = found.get_set_types().tolist()
+        uff = pyuff.UFF(f"/proc/self/fd/{file.fileno()}")
+        kinds = uff.get_set_types().tolist()
         if 58 not in kinds:
             has = f"data sets {sorted(set(kinds))}" if kinds else "no data set between lines of -1"
             raise SceneError(f"{label}: not a UFF file with data set 58 (functions): has {has}")
@@ -287,7 +289,7 @@ def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
         columns: list[Column] = []
         for number in (n for n, kind in enumerate(kinds) if kind == 58):
             columns += _uff_columns(
-                found.read_sets(number), columns, f"{label}: data set {number + 1}"
+                uff.read_sets(number), columns, f"{label}: data set {number + 1}"
             )
             check_size(float(sum(c.values.size for c in columns)), len(columns), label)
     return Contents(columns)

@@ -150,17 +150,17 @@ def _width(row: Sequence[str], decimal: str) -> int:
 def split_unit(text: str) -> tuple[str, str]:
     """Split "p1 [bar]", "Angle (deg)" or "p/bar" into name and unit; "" where there is none."""
     text = text[:LONGEST_HEAD]
-    found = re.match(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$", text)
-    if found is None:
+    match = re.match(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$", text)
+    if match is None:
         for pattern in (_OVER_UNIT, _COMMA_UNIT):
             written = pattern.match(text.strip())
             if written is not None and _is_unit(written["unit"]):
                 return written["name"], in_latin(written["unit"])
         return text.strip(), ""
-    unit = found["a"] if found["a"] is not None else found["b"]
-    if found["a"] is None and not _is_unit(unit):
+    unit = match["a"] if match["a"] is not None else match["b"]
+    if match["a"] is None and not _is_unit(unit):
         return text.strip(), ""  # A name such as "p (cylinder 1)" has no unit in parentheses
-    return found["name"].strip(), in_latin(unit.strip())
+    return match["name"].strip(), in_latin(unit.strip())
 
 
 def names_and_units(

@@ -135,15 +135,17 @@ def recording_of(label: str, sha256: str, contents: Contents) -> Recording:
     SceneError
         Where there are none.
     """
-    found: dict[str, Column] = {}
+    by_name: dict[str, Column] = {}
     for column in contents.columns:
         name, number = column.name, 2
-        while name in found:
+        while name in by_name:
             name, number = f"{column.name} ({number})", number + 1
-        found[name] = Column(name, column.unit, column.values, column.text)
-    if not found:
+        by_name[name] = Column(name, column.unit, column.values, column.text)
+    if not by_name:
         raise SceneError(f"{label}: no columns of numbers")
-    return Recording(label, sha256, found, contents.first_line, contents.said, marks=contents.marks)
+    return Recording(
+        label, sha256, by_name, contents.first_line, contents.said, marks=contents.marks
+    )
 
 
 _ANGLE = re.compile(
@@ -290,15 +292,15 @@ def _looks_like_angles(values: Floats) -> bool:
 def _pressures(
     recording: Recording, options: PressureOptions, angle: str | None, said: list[str]
 ) -> list[str]:
-    found = wanted_pressures(recording, options)
-    if found is not None:
-        if not found:
+    pressures = wanted_pressures(recording, options)
+    if pressures is not None:
+        if not pressures:
             raise SceneError(f"{recording.label}: pressure_column = []: must name a column")
-        if angle in found or len(set(found)) < len(found):
+        if angle in pressures or len(set(pressures)) < len(pressures):
             raise SceneError(
                 f"{recording.label}: pressure_column: names a column twice, or that of the angle"
             )
-        return found
+        return pressures
     rest = {n: c for n, c in recording.columns.items() if n != angle}
     stated = [n for n, c in rest.items() if c.unit and _is_pressure(c.unit, recording.label)]
     pressure = re.compile(
@@ -349,8 +351,8 @@ def _again(name: str, other: str) -> bool:
 
 
 def _is_pressure(unit: str, label: str) -> bool:
-    found = pressure_unit(unit, label)
-    return found is not None and not found.voltage
+    known_unit = pressure_unit(unit, label)
+    return known_unit is not None and not known_unit.voltage
 
 
 def _unclear(recording: Recording, key: str, candidates: Sequence[str]) -> NoReturn:

@@ -96,14 +96,14 @@ def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
 
 def _without_marks(data: bytes) -> tuple[bytes, list[int]]:
     """Return the data without lines of marks, and how many lines are before each."""
-    found, marks, before, start = [], [], 0, 0
+    pieces, marks, before, start = [], [], 0, 0
     # Loggers of engine controllers write such lines where a key is pressed or a page begins.
     for mark in re.finditer(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)', data):
-        found.append(data[start : mark.start()])
-        before += len(found[-1].splitlines())
+        pieces.append(data[start : mark.start()])
+        before += len(pieces[-1].splitlines())
         marks.append(before)
         start = mark.end()
-    return b"".join([*found, data[start:]]) if marks else data, marks
+    return b"".join([*pieces, data[start:]]) if marks else data, marks
 
 
 def is_text(data: bytes) -> bool:
@@ -122,7 +122,7 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
         separators = (_WORDS.get(choices.separator, choices.separator),)
     if choices.decimal is not None:
         decimals = (choices.decimal,)
-    found: list[tuple[int, bool, _Form]] = []
+    forms: list[tuple[int, bool, _Form]] = []
     for separator in separators:
         rows = [fields(line, separator) for line in head]
         plain = rows
@@ -139,11 +139,11 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             parts = _seem_parts(rows[:first], rows[first:])
             most = _most_fields(rows[first:], width)
             form = _Form(separator, decimal, first, width, most, thousands)
-            found.append((numbers - 2 * texts, parts, form))
+            forms.append((numbers - 2 * texts, parts, form))
     # Digits that seem to stand behind decimal commas do so where that makes numbers of other fields
     # too.
-    whole = any(not parts and form.decimal == "," for _, parts, form in found)
-    good = [one for one in found if not (whole and one[1])]
+    whole = any(not parts and form.decimal == "," for _, parts, form in forms)
+    good = [one for one in forms if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None
 
 
@@ -201,13 +201,13 @@ def _columns(
             thousands=form.thousands,
         )  # fmt: skip
     except (ValueError, OverflowError) as error:  # errors of pandas' parser are ValueErrors
-        found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
-        if found is None:
+        match = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
+        if match is None:
             raise SceneError(
                 f"{label}: {one_line(error, 160)}; expected a table of numbers"
             ) from None
         raise SceneError(
-            f"{label}, line {found[2]}: {counted(int(found[3]), 'field')}, must be {found[1]}"
+            f"{label}, line {match[2]}: {counted(int(match[3]), 'field')}, must be {match[1]}"
         ) from None
     blank = frame.isna().all(axis=1).to_numpy()
     rows = len(blank) - int(np.argmin(blank[::-1])) if not blank.all() else 0
@@ -240,13 +240,13 @@ def read_fixed_width(path: Path, data: bytes, label: str, choices: ReadingChoice
     encoding, said = encoding_of(data, label, choices.encoding)
     text = data.decode(encoding, "replace")
     lines = text.rstrip().splitlines()
-    found = _start(lines[:LINES], choices)
-    if found is None:
+    start = _start(lines[:LINES], choices)
+    if start is None:
         raise SceneError(
             f"{label}: no lines of numbers in its first {LINES} lines; must be columns of numbers "
             "at fixed places"
         )
-    first, decimal = found
+    first, decimal = start
     body = lines[first:]
     places = _places(body)
     check_size(float(len(body)) * len(places), len(places), label)
@@ -385,14 +385,14 @@ def _of_signs(letters: bytes) -> str | None:
 def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
     """The likeliest encoding, preferably one in which known words appear."""
     detector = library("chardet", "chardet (or encoding, which names its encoding)", label)
-    found = detector.detect_all(
+    guesses = detector.detect_all(
         letters,
         ignore_threshold=True,
         include_encodings=["gb18030", "big5hkscs", "cp932", "euc_jis_2004", "cp949", *_WEST],
         compat_names=False,
     )
     likely = []
-    for one in found:
+    for one in guesses:
         encoding = one["encoding"]
         text = letters.decode(encoding, "replace")
         # Korean of today has no ideographs: a text that seems to have them is Chinese.

@@ -76,10 +76,10 @@ def angle_factor(text: str, label: str) -> float:
     SceneError
         For any other unit.
     """
-    found = _angle(text)
-    if found is None:
+    degrees = _angle(text)
+    if degrees is None:
         raise SceneError(f"{label}: unit {shown(text)}: must be one of deg, rad, rev")
-    return found
+    return degrees
 
 
 def is_angle_unit(text: str) -> bool:
@@ -89,8 +89,8 @@ def is_angle_unit(text: str) -> bool:
 
 def _angle(text: str) -> float | None:
     """Degrees of a unit of angles such as "deg" or "deg ATDC"; below 0 for "deg BTDC"."""
-    found = _OF_DEAD_CENTRE.fullmatch(text.strip())
-    plain, before = (text.strip(), None) if found is None else (found["plain"], found["before"])
+    match = _OF_DEAD_CENTRE.fullmatch(text.strip())
+    plain, before = (text.strip(), None) if match is None else (match["plain"], match["before"])
     size = ANGLES.get(plain.lower())
     return -size if size is not None and before else size
 
@@ -102,8 +102,8 @@ def is_pressure_level(text: str) -> bool:
 
 def counts_before(name: str) -> bool:
     """Whether the name of an angle, such as "CAD BTDC", says that it falls towards dead centre."""
-    found = _OF_DEAD_CENTRE.fullmatch(name.strip())
-    return found is not None and found["before"] is not None
+    match = _OF_DEAD_CENTRE.fullmatch(name.strip())
+    return match is not None and match["before"] is not None
 
 
 def is_time_name(name: str) -> bool:
@@ -145,9 +145,9 @@ def pressure_unit(text: str, label: str) -> PressureUnit | None:
     """
     plain, gauge = text.strip(), False
     for pattern in (_GAUGE, _ABSOLUTE):
-        found = pattern.match(plain)
-        if found is not None:
-            plain, gauge = found[1], pattern is _GAUGE
+        match = pattern.match(plain)
+        if match is not None:
+            plain, gauge = match[1], pattern is _GAUGE
     plain = re.sub(r"(?<=[a-z])(?:\^|\*\*)?([23])\b", r"**\1", plain.replace("·", "*"))
     plain = plain.replace("²", "**2")
     allowed = re.compile(r"[A-Za-zµ]{1,24}(?:\*\*[1-3])?(?:[/*][A-Za-zµ]{1,24}(?:\*\*[1-3])?)?")
@@ -173,10 +173,10 @@ def pressure_unit(text: str, label: str) -> PressureUnit | None:
 
 def unit_of_name(name: str, label: str) -> str:
     """Return the unit at the end of a name such as "pressure_bar" or "p1 kPa"; "" without one."""
-    found = re.search(r"[_\s]([A-Za-z°]{1,12})$", name)
-    if found is None:
+    match = re.search(r"[_\s]([A-Za-z°]{1,12})$", name)
+    if match is None:
         return ""
-    last = found[1]
+    last = match[1]
     if last.lower() in ANGLES or last.lower() in ("bar", "kpa", "mpa", "psi", "pa", "mbar", "hpa"):
         return last
     return ""

@@ -72,10 +72,10 @@ class CsvTable:
 
 def with_line(message: str, table: CsvTable) -> str:
     """Turn `point 7: ...` into `file, line 9: ...`, because editors show lines."""
-    found = re.match(r"point (\d+): (.*)", message)
-    if found is None:
+    match = re.match(r"point (\d+): (.*)", message)
+    if match is None:
         return f"{table.name}: {message}"
-    return f"{table.name}, line {table.lines[int(found.group(1)) - 1]}: {found.group(2)}"
+    return f"{table.name}, line {table.lines[int(match.group(1)) - 1]}: {match.group(2)}"
 
 
 def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> CsvTable:
@@ -103,10 +103,10 @@ def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> Cs
 
 def csv_of_text(text: str, name: str, what: str, needed: Sequence[str] = ()) -> CsvTable:
     """Return the table of a text, as `read_csv` does of a file."""
-    found = find_header(text, name, needed=needed)
-    if found is None:
+    start = find_header(text, name, needed=needed)
+    if start is None:
         raise SceneError(f"{name}: empty; expected {what}")
-    header, rest, line = found
+    header, rest, line = start
     table = rows_below(header, rest, name, line)
     if not table.rows:
         raise SceneError(f"{name}: a header but no rows; expected {what}")

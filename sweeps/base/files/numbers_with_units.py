@@ -39,12 +39,12 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     pattern = re.compile(
         r"\s*([+-]?(?:\d{1,30}\.?\d{0,30}|\.\d{1,30})(?:[eE][+-]?\d{1,3})?)\s*", re.ASCII
     )
-    found = pattern.match(raw) if isinstance(raw, str) else None
-    if found is None:
+    match = pattern.match(raw) if isinstance(raw, str) else None
+    if match is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
     # Characters of units as people write them, for pint
     typed = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
-    number, text = float(found[1]), raw[found.end() :].strip().translate(typed)
+    number, text = float(match[1]), raw[match.end() :].strip().translate(typed)
     if text:
         number *= _factor(text, raw, where, unit)
     return _finite(number, raw, where, unit)

@@ -80,8 +80,8 @@ def sheets(
     limits = Limits(memory, SECONDS + cells / RATE)
     asked = json.dumps([label, wanted, first])
     answer = answer_apart(__name__, asked, data, limits, label, "an .xlsx file")
-    found: dict[str, list[list[Any]]] = json.loads(answer)
-    return found
+    tables: dict[str, list[list[Any]]] = json.loads(answer)
+    return tables
 
 
 def _has_cells(part: str) -> bool:
@@ -109,14 +109,14 @@ def _read(data: bytes, label: str, wanted: str | None, first: bool) -> dict[str,
 
 def _chosen(book: Any, wanted: str | None, first: bool, label: str) -> dict[str, Any]:
     """The sheets that are read; sheets of charts have no cells."""
-    found = {sheet.title: sheet for sheet in book.worksheets}
-    if wanted is not None and wanted not in found:
-        raise SceneError(f"{label}: sheet '{wanted}': not found{not_known(wanted, found)}")
-    if not found:
+    titles = {sheet.title: sheet for sheet in book.worksheets}
+    if wanted is not None and wanted not in titles:
+        raise SceneError(f"{label}: sheet '{wanted}': not found{not_known(wanted, titles)}")
+    if not titles:
         raise SceneError(f"{label}: has no sheet with cells")
     if wanted is not None:
-        return {wanted: found[wanted]}
-    return dict([next(iter(found.items()))]) if first else found
+        return {wanted: titles[wanted]}
+    return dict([next(iter(titles.items()))]) if first else titles
 
 
 def _rows(sheet: Any, label: str) -> list[list[Any]]:

@@ -63,9 +63,9 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         # A whole number of thousands of digits raises another ValueError
         if not isinstance(error, tomllib.TOMLDecodeError):
             raise SceneError(f"{name}: not TOML: {message}") from None
-        found = re.search(r"\(at line (\d+)", message)
+        match = re.search(r"\(at line (\d+)", message)
         lines = text.splitlines()  # "at end of document" has no number: the last line is meant
-        number_of_line = int(found.group(1)) if found else max(len(lines), 1)
+        number_of_line = int(match.group(1)) if match else max(len(lines), 1)
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
         key, _, value = (part.strip() for part in on_it.partition("="))
         hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value[:80])][:1]

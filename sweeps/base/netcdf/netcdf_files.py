@@ -235,18 +235,18 @@ def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
     SceneError
         Where it is newer than this version knows, or no number.
     """
-    found = str(attributes.get("archive_format", 1))
-    if not re.fullmatch(r"[1-9]\d{0,5}", found, re.ASCII):
+    stated = str(attributes.get("archive_format", 1))
+    if not re.fullmatch(r"[1-9]\d{0,5}", stated, re.ASCII):
         raise SceneError(
-            f"{path}: archive_format = {shown(found)}: must be a whole number, 1 to "
+            f"{path}: archive_format = {shown(stated)}: must be a whole number, 1 to "
             f"{ARCHIVE_FORMAT}"
         )
-    if int(found) > ARCHIVE_FORMAT:
+    if int(stated) > ARCHIVE_FORMAT:
         raise SceneError(
-            f"{path}: an archive of format {found}, written by a newer version; this version of "
+            f"{path}: an archive of format {stated}, written by a newer version; this version of "
             f"engine-dyn reads formats up to {ARCHIVE_FORMAT}"
         )
-    return int(found)
+    return int(stated)
 
 
 def check_archive(file: Any, path: Path) -> None:

@@ -166,12 +166,12 @@ def external_member(path: Path) -> str:
     file = library.H5Fopen(os.fsencode(os.path.abspath(path)), 0, 0)
     if file < 0:
         return ""  # A file that is not HDF5, or damaged, is refused by netCDF itself
-    found: list[str] = []
+    members: list[str] = []
     try:
-        _look(library, file, found, [MOST_MEMBERS])
+        _look(library, file, members, [MOST_MEMBERS])
     finally:
         library.H5Fclose(file)
-    return found[0] if found else ""
+    return members[0] if members else ""
 
 
 def follows_indexes() -> bool:
@@ -179,7 +179,7 @@ def follows_indexes() -> bool:
     return _library() is not None
 
 
-def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
+def _look(library: Any, file: int, members: list[str], left: list[int]) -> None:
     """Add the first member of any group that is stored in another file; groups may be nested."""
     groups = [b"/"]
 
@@ -187,7 +187,7 @@ def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
         kind = about[0]
         left[0] -= 1
         if kind not in (0, 1) or left[0] < 0:  # The link is neither a hard nor a soft one
-            found.append(name.decode("utf-8", "replace"))
+            members.append(name.decode("utf-8", "replace"))
             return 1
         member = library.H5Gopen2(parent, name, 0)
         if member >= 0:
@@ -195,11 +195,11 @@ def _look(library: Any, file: int, found: list[str], left: list[int]) -> None:
             # A group that contains itself is met again under longer names, until no links are left.
             groups.append(here + name + b"/")
         elif _dataset_is_external(library, parent, name):
-            found.append(name.decode("utf-8", "replace"))
-        return 1 if found else 0
+            members.append(name.decode("utf-8", "replace"))
+        return 1 if members else 0
 
     call = _EACH(each)
-    while groups and not found:
+    while groups and not members:
         here = groups.pop()
         group = library.H5Gopen2(file, here, 0)
         if group < 0:

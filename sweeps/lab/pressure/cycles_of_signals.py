@@ -246,8 +246,8 @@ def cut_into_cycles(
         left = angle[begin] - angle[0], angle[-1] - angle[begin] - period + usual
         if 0.5 * period - abs(inside[begin]) > margin:
             ends = "dead centres of gas exchange" if period > 360.0 else "bottom dead centres"
-            found = f"no whole cycle between {ends}; one is cut at {inside[begin]:.6g} degree"
-            said.append(f"{which}: {found}")
+            reason = f"no whole cycle between {ends}; one is cut at {inside[begin]:.6g} degree"
+            said.append(f"{which}: {reason}")
         rising = begin + np.argsort(inside[begin:end], kind="stable")
         cycles = [(inside[rising], pressure[rising])]
     else:
@@ -370,19 +370,19 @@ def with_encoder_angles(
         used.add(timed)
     try:
         wheel = wheel_from_text(options.wheel)
-        found = teeth_of_signal(
+        passed = teeth_of_signal(
             signal, interval, wheel, threshold=options.threshold, hysteresis=options.hysteresis,
             edge=options.edge,
         )  # fmt: skip
     except ValueError as error:
         raise SceneError(f"{recording.label}: {mentioned(error)}") from None
-    teeth, gap = found.teeth, options.gap_angle
+    teeth, gap = passed.teeth, options.gap_angle
     if options.mark_column is not None:
         mark = named_column(recording, options.mark_column, "mark_column")
         used.add(mark)
         try:
             marked = teeth_from_mark(
-                teeth, found.crossings.time * interval,
+                teeth, passed.crossings.time * interval,
                 mark_times(recording.numbers(mark), interval), options.mark_angle * DEGREE,
                 round(degrees / 360.0),
             )  # fmt: skip
@@ -391,7 +391,7 @@ def with_encoder_angles(
         teeth, gap = marked.teeth, round(marked.angle / DEGREE, 6)
         how = "once a cycle" if marked.turn_known else "once a revolution"
         said.append(f"the mark in column '{one_line(mark, 60)}' passes {how}")
-    which = f"the {found.crossings.edge} edge of the first tooth " + (
+    which = f"the {passed.crossings.edge} edge of the first tooth " + (
         "at the mark"
         if options.mark_column is not None and (wheel.even or wheel.symmetry > 1)
         else "of the recording"
@@ -416,10 +416,10 @@ def with_encoder_angles(
     )
     if options.edge is None and options.mark_column is None:
         said.append(
-            f"the {found.crossings.edge} edge was chosen, because its intervals repeat best; if "
+            f"the {passed.crossings.edge} edge was chosen, because its intervals repeat best; if "
             "gap_angle refers to the other edge, one tooth width away, give edge"
         )
-    said += [f"signal of the wheel: {remark}" for remark in found.remarks[:MOST_REMARKS]]
+    said += [f"signal of the wheel: {remark}" for remark in passed.remarks[:MOST_REMARKS]]
     rest = {
         name: replace(column, values=column.values[inside])
         for name, column in recording.columns.items()

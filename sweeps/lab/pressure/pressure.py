@@ -121,8 +121,10 @@ def imported(
                     levels[name] = level
                 elif not looks_motored(cycles):  # An angle is known no better than the level
                     silent.append("dead_centre")
-            found = examine(cycles, geometry, silenced=silent, level=level)
-            warnings += [f"{before}{one}{offer_of(one, cycles, level, options)}" for one in found]
+            signal_remarks = examine(cycles, geometry, silenced=silent, level=level)
+            warnings += [
+                f"{before}{one}{offer_of(one, cycles, level, options)}" for one in signal_remarks
+            ]
             warnings += [f"{before}{line}" for line in unlikely_peak(cycles)]
         warnings += too_little_torque(recorded, geometry, options, engine, period, recording.label)
         _describe(recorded, geometry, said)
@@ -189,12 +191,14 @@ def _cycles(
                 f"{np.abs(values).max() / BAR:.3g} bar; must be below {MOST_PRESSURE / BAR:g} bar"
             )
     angles = _degrees(recording, signals, pressures, degrees, options, said)
-    found = crank_angles(recording, angles, pressures, degrees, options, said)
+    crank_signals = crank_angles(recording, angles, pressures, degrees, options, said)
     moved = _correction(options, said)
-    crank = found.angle + moved
-    firing = _firing_angles(recording, crank, found.pressures, degrees, options, engine, said)
-    crank, late = _at_firing(crank, found, firing, degrees, options, said, warnings)
-    first = next(iter(found.pressures.values()))
+    crank = crank_signals.angle + moved
+    firing = _firing_angles(
+        recording, crank, crank_signals.pressures, degrees, options, engine, said
+    )
+    crank, late = _at_firing(crank, crank_signals, firing, degrees, options, said, warnings)
+    first = next(iter(crank_signals.pressures.values()))
     inside = (crank - firing[0] + 0.5 * degrees) % degrees - 0.5 * degrees
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
@@ -204,18 +208,18 @@ def _cycles(
     # absolute area, and of the angle [degree] of the largest pressure: where both are above them, a
     # cycle that takes work is a motored one. A fired cycle that is reversed takes more work, or has
     # its largest pressure earlier.
-    least_work, earliest = -0.12, -2.0 if found.backward else -5.0
+    least_work, earliest = -0.12, -2.0 if crank_signals.backward else -5.0
     # Ratio of work to absolute area below which an engine's diagram is taken for a reversed one
     against = -0.05
     if least_work < sign < against and peak > earliest:
         said.append("the cycles consume work and their largest pressure is at dead centre: motored")
     elif sign < against and options.direction is None and not late:
-        if _falls(angles):
-            if found.backward:
+        if float(np.median(np.diff(angles))) < 0.0:
+            if crank_signals.backward:
                 said.remove(COUNTED_BACKWARD)
                 said.append("the rows are in reverse order")
             said.append("otherwise expansion would come before compression")
-            way = "forward" if found.backward else "backward"
+            way = "forward" if crank_signals.backward else "backward"
             other = options.model_copy(update={"direction": way})
             return _cycles(recording, other, degrees, engine, angle, said, warnings)
         warnings.append(
@@ -233,12 +237,8 @@ def _cycles(
             said,
             regular=not options.is_loop,
         )
-        for fires, (name, values) in zip(firing, found.pressures.items(), strict=True)
+        for fires, (name, values) in zip(firing, crank_signals.pressures.items(), strict=True)
     }
-
-
-def _falls(angles: Floats) -> bool:
-    return float(np.median(np.diff(angles))) < 0.0
 
 
 def _pascal(
@@ -361,11 +361,11 @@ def _firing_angles(
         return [0.0]
     own = None if engine is None else engine.own_cylinders
     if own is not None and own.count == count:
-        found = [-member.phase / DEGREE % period for member in own.members]
+        firing = [-member.phase / DEGREE % period for member in own.members]
         # An engine may be recorded with the angle of each cylinder counted from its own dead
         # centre.
     else:
-        found = []
+        firing = []
     peaks = [is_half_a_cycle_late(crank, p, period)[1] for p in pressures.values()]
     apart = [(peak - peaks[0]) % period for peak in peaks]
     if all(min(a, period - a) < 15.0 for a in apart):
@@ -373,9 +373,9 @@ def _firing_angles(
         return [0.0] * count
     interval = period / count
     guessed = [round(a / interval) * interval % period for a in apart]
-    if found and np.abs(wrapped(np.subtract(apart, found), period)).max() < 30.0:
-        said.append(f"cylinders fire at {_listed(found)} degree, from the engine file")
-        return found
+    if firing and np.abs(wrapped(np.subtract(apart, firing), period)).max() < 30.0:
+        said.append(f"cylinders fire at {_listed(firing)} degree, from the engine file")
+        return firing
     if len(set(guessed)) < count:
         raise SceneError(
             f"{recording.label}: the largest pressures of the cylinders are {_listed(apart)} "
@@ -390,20 +390,24 @@ def _listed(values: list[float]) -> str:
 
 
 def _at_firing(
-    crank: Floats, found: Any, firing: list[float], period: float, options: PressureOptions,
+    crank: Floats, crank_signals: Any, firing: list[float], period: float, options: PressureOptions,
     said: list[str], warnings: list[str],
 ) -> tuple[Floats, bool]:  # fmt: skip
     """Angles from the firing dead centre of cylinder 1, and whether the peak is far from it."""
-    first = next(iter(found.pressures.values()))
+    first = next(iter(crank_signals.pressures.values()))
     if period > 360.0 and options.dead_centre == "gas exchange":
         crank = crank + 360.0
         said.append("zero is the gas-exchange dead centre: 360 degree added")
     late, peak = is_half_a_cycle_late(crank - firing[0], first, period)
-    if period > 360.0 and late and (options.dead_centre is None or found.rolls_over == 360.0):
+    if (
+        period > 360.0
+        and late
+        and (options.dead_centre is None or crank_signals.rolls_over == 360.0)
+    ):
         crank = crank + 360.0
         said.append("the largest pressure is 360 degree later: firing dead centre moved there")
         late, peak = is_half_a_cycle_late(crank - firing[0], first, period)
-    for fires, (name, values) in zip(firing, found.pressures.items(), strict=True):
+    for fires, (name, values) in zip(firing, crank_signals.pressures.items(), strict=True):
         _, at = is_half_a_cycle_late(crank - fires, values, period)
         if abs(at) > 60.0:
             warnings.append(
@@ -452,19 +456,19 @@ def _pegged(
         return cycles
     if options.pegging == "inlet":
         level = options.inlet_pressure or math.nan
-        found = peg_to_inlet(cycles, level * BAR, options.pegging_angle * DEGREE)
+        pegged = peg_to_inlet(cycles, level * BAR, options.pegging_angle * DEGREE)
         how = f"{level:g} bar at {options.pegging_angle:g} degree"
     else:
         exponent = EXPONENT if options.polytropic_exponent is None else options.polytropic_exponent
-        found = peg_by_compression(cycles, geometry, exponent)
+        pegged = peg_by_compression(cycles, geometry, exponent)
         how = f"polytropic compression, exponent {exponent:g}"
-    offset = found.offset / BAR
+    offset = pegged.offset / BAR
     spread = f" ({offset.min():.4g} to {offset.max():.4g})" if len(offset) > 1 else ""
     said.append(
         f"pegging of '{one_line(name, 60)}' to {how}: {offset.mean():+.4g} bar{spread}, standard "
-        f"uncertainty {found.uncertainty.mean() / BAR:.2g} bar"
+        f"uncertainty {pegged.uncertainty.mean() / BAR:.2g} bar"
     )
-    return found.cycles
+    return pegged.cycles
 
 
 def _describe(
@@ -518,18 +522,18 @@ def _finished(
         said.append(f"average of {cycles.cycles} cycles")
         cycles = replace(cycles, pressure=cycles.mean[None, :])
     if options.smoothing is not None:
-        found = smooth(
+        smoothed = smooth(
             cycles, geometry, options.smoothing, width=options.smoothing_width * DEGREE,
             highest_order=options.highest_order,
         )  # fmt: skip
         said.append(
             f"smoothing of '{one_line(name, 60)}' ({options.smoothing}): keeps orders up to "
-            f"{found.highest_order:.3g}; noise {found.noise_before / BAR:.2g} bar before, "
-            f"{found.noise_after / BAR:.2g} bar after; imep changed by "
-            f"{found.imep_change / BAR:+.2g} bar, largest pressure by "
-            f"{found.peak_change / BAR:+.2g} bar"
+            f"{smoothed.highest_order:.3g}; noise {smoothed.noise_before / BAR:.2g} bar before, "
+            f"{smoothed.noise_after / BAR:.2g} bar after; imep changed by "
+            f"{smoothed.imep_change / BAR:+.2g} bar, largest pressure by "
+            f"{smoothed.peak_change / BAR:+.2g} bar"
         )
-        cycles = found.cycles
+        cycles = smoothed.cycles
     if options.time_constant and options.speed is not None:
         cycles = without_delay(cycles, options.speed * RPM, time_constant=options.time_constant)
         said.append(f"first-order lag of {options.time_constant:g} s taken out")

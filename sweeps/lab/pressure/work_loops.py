@@ -337,7 +337,7 @@ def _merged(
         return angle, columns
     group = np.cumsum(new) - 1
     size = np.bincount(group)
-    found = {}
+    merged = {}
     # Share of the largest pressure by which points of one travel may differ and are averaged
     alike = 0.02
     for name, values in columns.items():
@@ -353,8 +353,8 @@ def _merged(
                 f"{angle[np.argmax(group == worst)]:.4g} degree; must agree within {alike:.0%} "
                 "of the largest"
             )
-        found[name] = np.bincount(group, weights=values) / size
-    return angle[new], found
+        merged[name] = np.bincount(group, weights=values) / size
+    return angle[new], merged
 
 
 def _check_cycle(angle: Floats, period: float, source: _Source, said: list[str]) -> None:

@@ -240,10 +240,10 @@ class _Fitting:
         words = f"{self.given.power:.6g} kW at {self.given.speed:.6g} rpm"
         if self.given.peak is None:
             try:
-                found = self._solved(free, self.goal)
+                cycle = self._solved(free, self.goal)
             except NotReached as error:
                 raise self._power_not_reached(error) from None
-            return self._named(found, words)
+            return self._named(cycle, words)
         peak = self.given.peak * BAR
 
         def at(start: float) -> FourStrokeCycle:
@@ -253,13 +253,13 @@ class _Fitting:
         # Starts of the combustion between which a largest pressure is looked for
         starts = np.linspace(*self.kind.starts, 9) * DEGREE
         try:
-            found = peak_by_start(at, peak, starts.tolist())
+            cycle = peak_by_start(at, peak, starts.tolist())
         except NotReached as error:
             raise self._peak_not_reached(error, free) from None
         self.fitted["combustion_start"] = f"the largest pressure, {self.given.peak:.6g} bar"
-        return self._named(found, words)
+        return self._named(cycle, words)
 
-    def _named(self, found: FourStrokeCycle, words: str) -> FourStrokeCycle:
+    def _named(self, cycle: FourStrokeCycle, words: str) -> FourStrokeCycle:
         """Name the fitted numbers and their aims."""
         if self.given.fuel_consumption is not None:
             fuel = f"the fuel consumption, {self.given.fuel_consumption:.6g} g/kWh"
@@ -274,14 +274,14 @@ class _Fitting:
                 self.fitted["heat"] += "; at other loads to their share of the power"
         else:
             self.fitted["heat"] = f"the power, {words}, and its share at other loads"
-        return found
+        return cycle
 
     def _solved(self, free: _Free, goal: float) -> FourStrokeCycle:
         """Cycle that is fitted to a brake mean effective pressure [Pa]."""
-        found: FourStrokeCycle = solved(
+        cycle: FourStrokeCycle = solved(
             free.make, self.friction, goal, free.low, free.high, free.tolerance
         )
-        return found
+        return cycle
 
     def _free(self, base: FourStrokeCycle) -> _Free:
         """Number by which the rated cycle is fitted to the power, and how it makes the cycle."""
@@ -466,8 +466,8 @@ class _Fitting:
         """Cycle of a load before anything is fitted."""
         where = f"{self.sheet.name}: [data_sheet.cycle]"
         cycle, _ = modelled_cycle("first_law", self._table(share), where, PERIOD, self.own)
-        found: FourStrokeCycle = cycle
-        return found
+        base: FourStrokeCycle = cycle
+        return base
 
     def point(self, load: float, cycle: FourStrokeCycle) -> Point:
         """The table of a cycle, with rounded numbers, and what these make."""

@@ -284,7 +284,7 @@ def published(
         For missing numbers and numbers out of any engine's range.
     """
     inside = sheet.published
-    found: dict[str, float | None] = {}
+    numbers: dict[str, float | None] = {}
     places: dict[str, str] = {}
     for name, (key, unit) in PUBLISHED.items():
         raw: Any = given.get(name)
@@ -304,9 +304,9 @@ def published(
                     f"{sheet.name}: [data_sheet] {name}: missing; must be a number in {unit}, here "
                     f"or as {option}"
                 )
-            found[name] = None
+            numbers[name] = None
             continue
-        found[name] = _inside(raw, places[name], name, unit)
+        numbers[name] = _inside(raw, places[name], name, unit)
     where = f"{prefix}kind"
     if kind is None:
         kind, where = inside.kind, f"{sheet.name}: [data_sheet] kind"
@@ -321,9 +321,11 @@ def published(
     given_loads = loads is not None or inside.loads is not None
     places["loads"] = where if given_loads else f"{prefix}loads, which are 10,25,50,75,100: load"
     wanted = _loads(loads if loads is not None else inside.loads, where)
-    power, speed = found["power"], found["speed"]
+    power, speed = numbers["power"], numbers["speed"]
     assert power is not None and speed is not None
-    return Published(kind, power, speed, found["peak"], found["fuel_consumption"], wanted, places)
+    return Published(
+        kind, power, speed, numbers["peak"], numbers["fuel_consumption"], wanted, places
+    )
 
 
 def _inside(raw: Any, where: str, name: str, unit: str) -> float:
@@ -348,12 +350,12 @@ def _loads(raw: Any, where: str) -> tuple[float, ...]:
         return (10.0, 25.0, 50.0, 75.0, 100.0)  # Loads with a diagram by default [percent]
     if not isinstance(raw, list) or not 1 <= len(raw) <= MOST_LOADS:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")
-    found = {100.0}
+    loads = {100.0}
     for item in raw:
         load = number(item, where)
         if not LEAST_LOAD <= load <= MOST_LOAD:
             raise SceneError(
                 f"{where} = {load:g}: must be between {LEAST_LOAD:g} and {MOST_LOAD:g} percent"
             )
-        found.add(load)
-    return tuple(sorted(found))
+        loads.add(load)
+    return tuple(sorted(loads))

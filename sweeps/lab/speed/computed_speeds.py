@@ -168,8 +168,8 @@ class SpeedsOfRecordings:
         points = -0.5 * cycle + step * np.arange(round(cycle / step))
         angle = np.asarray(points * DEGREE, dtype=np.float64)
         speeds = np.full((number * self.count, angle.size), np.nan)
-        for place, found in results.items():
-            speeds[which.ravel() == place] = found
+        for place, solved in results.items():
+            speeds[which.ravel() == place] = solved
         return angle, speeds.reshape(number, self.count, -1)
 
 

@@ -193,13 +193,13 @@ def peak_by_start(fitted: Callable[[float], Any], peak: float, starts: Sequence[
         except NotReached:
             return math.nan
 
-    found = np.array([peak_at(start) for start in starts])
-    above = found >= peak
+    peaks = np.array([peak_at(start) for start in starts])
+    above = peaks >= peak
     for i in range(len(starts) - 1, 0, -1):
-        if np.isfinite(found[i - 1 : i + 1]).all() and above[i] != above[i - 1]:
+        if np.isfinite(peaks[i - 1 : i + 1]).all() and above[i] != above[i - 1]:
             start = root(lambda s: peak_at(s) - peak, starts[i - 1], starts[i], xtol=1e-7)
             return fitted(start)
-    known = found[np.isfinite(found)]
+    known = peaks[np.isfinite(peaks)]
     raise NotReached(*((known.min(), known.max()) if known.size else (math.nan, math.nan)))
 
 
@@ -243,5 +243,5 @@ def compressor_of_pressures(cycle: CompressorCycle, goal: float, peak: float) ->
         made = with_clearance(replace(cycle, delivery_pressure=delivery))
         return float(made.points()[1].max()) - peak
 
-    found = root(too_high, 0.85 * peak, peak, xtol=1.0)
-    return with_clearance(replace(cycle, delivery_pressure=found))
+    outlet = root(too_high, 0.85 * peak, peak, xtol=1.0)
+    return with_clearance(replace(cycle, delivery_pressure=outlet))

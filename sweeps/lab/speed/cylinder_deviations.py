@@ -61,7 +61,7 @@ LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` accepts
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _Deviations:
     """Results of one recording; pressures in Pa."""
 
     row: CyclesInARow  # Speeds of the recording
@@ -181,7 +181,7 @@ def cylinder_deviations(
     records = records_of(table, engine.period, name)
     computed, motored = _computed(given, name)
     angle, speeds = computed_speeds(computed, table, len(records), name)
-    found = []
+    results = []
     for place, record in enumerate(records):
         row = cycles_in_a_row(
             record, table, angle, speeds[place], engine.period, engine.symmetry, where
@@ -198,10 +198,10 @@ def cylinder_deviations(
         damping = _damping(given, computed, place, speeds[place])
         try:
             cycle, missing = _mean_cycle(engine, angle, speeds[place], fired, without, damping)
-            found.append(_judged(row, cycle, missing, table.wheel, false_alarms, tooth_deviation))
+            results.append(_judged(row, cycle, missing, table.wheel, false_alarms, tooth_deviation))
         except ValueError as error:
             raise SceneError(f"{where} {record.label}: {mentioned(error)}") from None
-    return _dataset(given, table, [r.label for r in records], found, computed, speeds)
+    return _dataset(given, table, [r.label for r in records], results, computed, speeds)
 
 
 def _check_axes(scene: Scene, name: str) -> None:
@@ -265,7 +265,7 @@ def _mean_cycle(
 def _judged(
     row: CyclesInARow, cycle: MeanCycle, missing: float, wheel: Wheel, false_alarms: float,
     tooth_deviation: float,
-) -> _Found:  # fmt: skip
+) -> _Deviations:  # fmt: skip
     """Deviations of single and mean cycles, and the decisions which are missed or weak."""
     if not row.used.all():
         row = replace(row, speed=_bridged(row))
@@ -307,7 +307,7 @@ def _judged(
     level = float(np.sum(row.width) / np.sum(row.width / mean)) / float(
         np.sum(row.width) / np.sum(row.width / through)
     )
-    return _Found(
+    return _Deviations(
         row, deviations, single.uncertainty,
         lasting.mean_deviations(energy_deviation(mean / level, through)), lasting.uncertainty,
         of_cycle, detection(lasting, missing, false_alarms), missing, dispersion, passage, count,
@@ -352,8 +352,8 @@ def _passage(relative: Floats, wheel: Wheel, count: int) -> float:
         return 0.2 * TOOTH_DEVIATION
     median = float(np.median(np.abs(rough[:, whole])))
     # Fourth differences (1, 4, 6, 4, 1) of independent numbers of variance 1 have variance 70.
-    found = median / SCATTER_OF_MEDIAN / np.sqrt(70.0 * (1.0 + 1.0 / count))
-    return max(found, LEAST_PASSAGE)
+    error = median / SCATTER_OF_MEDIAN / np.sqrt(70.0 * (1.0 + 1.0 / count))
+    return max(error, LEAST_PASSAGE)
 
 
 def _dispersion(
@@ -368,7 +368,7 @@ def _dispersion(
 
 
 def _with_estimated(
-    found: Detection, single: WorkEstimator, missing: float, count: int
+    detection: Detection, single: WorkEstimator, missing: float, count: int
 ) -> Detection:
     """Threshold for a dispersion that is estimated from some deviations, by Student's distribution.
 
@@ -377,28 +377,28 @@ def _with_estimated(
     # The median size is as certain as the root mean square of 0.37 times as many numbers (Rousseeuw
     # and Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory).
     freedom = max(0.37 * count, 2.0)
-    cylinders = len(found.threshold)
-    z2 = NormalDist().inv_cdf(-np.expm1(np.log1p(-found.false_alarms) / cylinders)) ** 2
+    cylinders = len(detection.threshold)
+    z2 = NormalDist().inv_cdf(-np.expm1(np.log1p(-detection.false_alarms) / cylinders)) ** 2
     wider = (
         1.0 + (z2 + 1.0) / (4.0 * freedom) + (5.0 * z2**2 + 16.0 * z2 + 3.0) / (96.0 * freedom**2)
     )
-    threshold = wider * found.threshold
+    threshold = wider * detection.threshold
     own = single.dispersion / np.sqrt(single.reference_cycles)
     margin = (threshold + missing) / np.hypot(single.uncertainty, own)
     probability = np.array([NormalDist().cdf(float(one)) for one in margin])
-    return replace(found, threshold=threshold, margin=margin, probability=probability)
+    return replace(detection, threshold=threshold, margin=margin, probability=probability)
 
 
 # --- labels ---------------------------------------------------------------------------------------
 
 
 def _dataset(
-    scene: Scene, given: Measured, labels: Sequence[str], found: Sequence[_Found],
+    scene: Scene, given: Measured, labels: Sequence[str], results: Sequence[_Deviations],
     computed: xr.Dataset, speeds: Floats,
 ) -> xr.Dataset:  # fmt: skip
     """Results with labels and units."""
-    most = max(len(one.single) for one in found)
-    cylinders = found[0].single.shape[1]
+    most = max(len(one.single) for one in results)
+    cylinders = results[0].single.shape[1]
     every, each, per = ("recording", "recorded_cycle", "cylinder"), ("recording", "cylinder"), (
         "recording",
     )  # fmt: skip
@@ -410,10 +410,10 @@ def _dataset(
             table[place, : len(row)] = row / scale
         return table
 
-    single = padded([f.single for f in found])
-    lasting = np.array([f.lasting for f in found]) / BAR
+    single = padded([f.single for f in results])
+    lasting = np.array([f.lasting for f in results]) / BAR
     singles, lastings = (
-        np.array([getattr(f, key) for f in found]) / BAR for key in ("single_std", "lasting_std")
+        np.array([getattr(f, key) for f in results]) / BAR for key in ("single_std", "lasting_std")
     )
     # Part of the work of combustion above which the lack of a weak cylinder makes it a dead one
     data: dict[str, Any] = {
@@ -421,42 +421,42 @@ def _dataset(
                            "deviation of imep from the mean of the other cylinders"),
         "imep_deviation_of_cycle": (every, single, bar,
                                     "deviation of imep from what is usual for the cylinder"),
-        "missed": (every, padded([f.missed.astype(float) for f in found], 1.0), one,
+        "missed": (every, padded([f.missed.astype(float) for f in results], 1.0), one,
                    "whether the cycle is classified as a misfire (1)"),
         "imep_deviation_std": (each, np.hypot(singles, lastings), bar,
                                "standard deviation of the errors of imep_deviation"),
         "imep_deviation_of_cycle_std": (each, singles, bar,
                                         "standard deviation of the errors of "
                                         "imep_deviation_of_cycle"),
-        "missed_threshold": (each, np.array([f.of_cycle.threshold for f in found]) / BAR, bar,
+        "missed_threshold": (each, np.array([f.of_cycle.threshold for f in results]) / BAR, bar,
                              "deviation below which a cycle is classified as a misfire"),
-        "missed_found": (each, [f.of_cycle.probability for f in found], one,
+        "missed_found": (each, [f.of_cycle.probability for f in results], one,
                          "share of misfires that falls below the threshold"),
-        "missed_cycles": (each, [f.missed.sum(axis=0) for f in found], one,
+        "missed_cycles": (each, [f.missed.sum(axis=0) for f in results], one,
                           "number of cycles classified as misfires"),
         "imep_deviation_lasting": (each, lasting, bar,
                                    "deviation of the mean imep from that of the other cylinders"),
         "imep_deviation_lasting_std": (each, lastings, bar,
                                        "standard deviation of the errors of "
                                        "imep_deviation_lasting"),
-        "weak_threshold": (each, np.array([f.of_mean.threshold for f in found]) / BAR, bar,
+        "weak_threshold": (each, np.array([f.of_mean.threshold for f in results]) / BAR, bar,
                            "deviation of the mean imep below which a cylinder is classified as "
                            "weak"),
-        "weak": (each, [f.weak.astype(float) for f in found], one,
+        "weak": (each, [f.weak.astype(float) for f in results], one,
                  "whether the cylinder is classified as weak (1)"),
-        "dead": (each, [(f.weak & (f.lasting < -0.5 * f.missing)).astype(float) for f in found],
+        "dead": (each, [(f.weak & (f.lasting < -0.5 * f.missing)).astype(float) for f in results],
                  one, "whether the cylinder lacks more than half of the work of combustion (1)"),
-        "imep_of_combustion": (per, [f.missing / BAR for f in found], bar,
+        "imep_of_combustion": (per, [f.missing / BAR for f in results], bar,
                                "imep missing in a misfire"),
-        "imep_dispersion": (per, [f.dispersion / BAR for f in found], bar,
+        "imep_dispersion": (per, [f.dispersion / BAR for f in results], bar,
                             "standard deviation of the imep of normal cycles, estimated"),
-        "tooth_passage": (per, [f.passage for f in found], one,
+        "tooth_passage": (per, [f.passage for f in results], one,
                           "error of the tooth position over the smallest interval, estimated"),
-        "recorded_cycles": (per, [int(np.isfinite(f.row.speed[:, 0]).sum()) for f in found], one,
+        "recorded_cycles": (per, [int(np.isfinite(f.row.speed[:, 0]).sum()) for f in results], one,
                             "number of recorded cycles"),
-        "reference_cycles": (per, [f.reference_cycles for f in found], one,
+        "reference_cycles": (per, [f.reference_cycles for f in results], one,
                              "number of cycles in the mean with which single cycles are compared"),
-        "gap_angle": (per, [f.row.start / DEGREE for f in found], "degree",
+        "gap_angle": (per, [f.row.start / DEGREE for f in results], "degree",
                       "crank angle at which the first recorded cycle of the wheel begins"),
     }  # fmt: skip
     coordinates: dict[str, Any] = {
@@ -472,17 +472,17 @@ def _dataset(
         **computed.attrs,
         "title": scene.title,
         "wheel": given.wheel.text if given.wheel is not None else "",
-        "false_alarms": found[0].of_cycle.false_alarms,
-        "gap_angle_from": found[0].row.start_from,
-        "remarks": "\n".join(_remarks(labels, found, speeds)),
+        "false_alarms": results[0].of_cycle.false_alarms,
+        "gap_angle_from": results[0].row.start_from,
+        "remarks": "\n".join(_remarks(labels, results, speeds)),
     }
     return labelled_dataset(data, coordinates, attributes, float)
 
 
-def _remarks(labels: Sequence[str], found: Sequence[_Found], speeds: Floats) -> list[str]:
+def _remarks(labels: Sequence[str], results: Sequence[_Deviations], speeds: Floats) -> list[str]:
     """Limits of the answers, a line each."""
     remarks = []
-    for label, one, speed in zip(labels, found, speeds, strict=True):
+    for label, one, speed in zip(labels, results, speeds, strict=True):
         if not one.row.turn_known and "gap_angle" not in one.row.start_from:
             remarks.append(
                 f"{label}: the speed does not determine with which turn the recording begins, so "

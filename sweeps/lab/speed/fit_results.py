@@ -69,7 +69,7 @@ class Prediction:
 
 
 def fit_dataset(
-    about: Mapping[str, Any], found: SpeedFit, predicted: Sequence[Prediction]
+    about: Mapping[str, Any], speed_fit: SpeedFit, predicted: Sequence[Prediction]
 ) -> xr.Dataset:
     """Labels and units of a fit to all recordings.
 
@@ -77,15 +77,15 @@ def fit_dataset(
     ----------
     about : mapping
         Attributes of what the scene computes.
-    found : SpeedFit
+    speed_fit : SpeedFit
         The fit.
     predicted : sequence of Prediction
         For each recording, or empty.
     """
-    fit, given = found.fit, found.seen.recordings
+    fit, given = speed_fit.fit, speed_fit.seen.recordings
     names = np.array([p.name for p in fit.parameters], dtype=object)
-    middles = given.middles(found.seen.starts)
-    data = _of_parameters(found) | _of_speeds(found, middles) | _of_teeth(found)
+    middles = given.middles(speed_fit.seen.starts)
+    data = _of_parameters(speed_fit) | _of_speeds(speed_fit, middles) | _of_teeth(speed_fit)
     if predicted:
         data |= _of_predictions(given, predicted, middles)
     order = np.argsort(middles[0])
@@ -106,7 +106,7 @@ def fit_dataset(
     }
     coordinates["speed"] = ("recording", [place["speed"] for place in given.places],
                             {"long_name": "measured mean speed", "units": "rpm"})  # fmt: skip
-    if found.with_teeth:
+    if speed_fit.with_teeth:
         numbers = np.arange(1, given.sound.size + 1, dtype=np.int32)
         coordinates["tooth"] = ("tooth", numbers, "1", "tooth after the gap")
     attributes = {
@@ -118,11 +118,11 @@ def fit_dataset(
         "recordings": given.listed,
         "remarks": "\n".join(given.remarks),
     }
-    if given.wheel is not None and found.seen.gap_angle is not None:
+    if given.wheel is not None and speed_fit.seen.gap_angle is not None:
         attributes |= {
-            "teeth": "estimated" if found.with_teeth else "perfect",
+            "teeth": "estimated" if speed_fit.with_teeth else "perfect",
             "wheel": given.wheel.text,
-            "gap_angle": found.seen.gap_angle / DEGREE,
+            "gap_angle": speed_fit.seen.gap_angle / DEGREE,
         }
     labelled = {
         key: (dims, values, "rad s-1" if key.startswith("omega_") else "1", text)
@@ -131,9 +131,9 @@ def fit_dataset(
     return labelled_dataset(labelled, coordinates, attributes)
 
 
-def _of_parameters(found: SpeedFit) -> dict[str, Any]:
+def _of_parameters(speed_fit: SpeedFit) -> dict[str, Any]:
     """Fitted values, their intervals, and the priors."""
-    fit, of, added = found.fit, ("parameter",), found.added
+    fit, of, added = speed_fit.fit, ("parameter",), speed_fit.added
 
     def known(values: Sequence[float | None]) -> Floats:
         return np.array([np.nan if value is None else value for value in values])
@@ -152,10 +152,10 @@ def _of_parameters(found: SpeedFit) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _of_speeds(found: SpeedFit, middles: Floats) -> dict[str, Any]:
+def _of_speeds(speed_fit: SpeedFit, middles: Floats) -> dict[str, Any]:
     """Measured and fitted speeds in the order of the angle, and their delta."""
-    fit, given = found.fit, found.seen.recordings
-    logs = np.array([one[0] for one in found.seen(fit.value[None])]) + found.tooth_errors
+    fit, given = speed_fit.fit, speed_fit.seen.recordings
+    logs = np.array([one[0] for one in speed_fit.seen(fit.value[None])]) + speed_fit.tooth_errors
     raw = given.raw
     spread = np.array([_deviation_over_cycles(one) for one in given.cycles])
     computed = _at_measured_level(given, logs)
@@ -214,13 +214,13 @@ def _deviation_over_cycles(cycles: Floats) -> Floats:
     return np.asarray((cycles / level).std(axis=0, ddof=1) * level.mean())
 
 
-def _of_teeth(found: SpeedFit) -> dict[str, Any]:
+def _of_teeth(speed_fit: SpeedFit) -> dict[str, Any]:
     """Errors of the wheel's intervals."""
-    if not found.with_teeth:
+    if not speed_fit.with_teeth:
         return {}
-    sound = found.seen.recordings.sound
+    sound = speed_fit.seen.recordings.sound
     errors, deviations = np.full(sound.size, np.nan), np.full(sound.size, np.nan)
-    errors[sound], deviations[sound] = found.fit.tooth_error, found.fit.tooth_deviation
+    errors[sound], deviations[sound] = speed_fit.fit.tooth_error, speed_fit.fit.tooth_deviation
     return {
         "tooth_error": (("tooth",), np.expm1(-errors), "relative error of the wheel's interval"),
         "tooth_error_deviation": (("tooth",), deviations, "standard deviation of tooth_error"),
@@ -300,8 +300,8 @@ class FittedRecordings(RecordedSpeeds):
         """
         if self.wheel is None:
             return Seen(self, computed, None, np.zeros(len(recordings)))
-        found = self.gap(self.raw[list(recordings)], angle, speed, gap_angle)
-        return Seen(self, computed, found.angle, found.start)
+        gap = self.gap(self.raw[list(recordings)], angle, speed, gap_angle)
+        return Seen(self, computed, gap.angle, gap.start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +321,7 @@ class Seen:
         for place, key in enumerate(self.computed.keys):
             if key in OF_WHEEL | OF_RECORDING:
                 shifts = shifts + values[:, place] * DEGREE
-        found = []
+        shown_logs = []
         for number, start in enumerate(self.starts):
             # Logarithms of this size stand for a design without an answer: the fit then takes a
             # smaller step.
@@ -330,8 +330,8 @@ class Seen:
             for shift in np.unique(shifts):
                 here = (shifts == shift) & np.isfinite(speed[:, number]).all(axis=1)
                 rows[here] = np.log(self._shown(angle, speed[here, number], float(start + shift)))
-            found.append(rows)
-        return found
+            shown_logs.append(rows)
+        return shown_logs
 
     def _shown(self, angle: Floats, speed: Floats, start: float) -> Floats:
         """Speeds [rad/s] as the wheel shows them, shape (n, intervals)."""
@@ -348,14 +348,14 @@ def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:
     """Values of all varied parameters of a scene for one recording."""
     assert scene.measured is not None
     at = scene.measured.at
-    found = {}
+    numbers = {}
     for key, values in scene.axes.items():
         if isinstance(values, tuple) or key not in PARAMETERS:
             continue
         if key in at:
-            found[key] = float(at[key][number])
+            numbers[key] = float(at[key][number])
         elif len(values) == 1:
-            found[key] = float(values[0])
+            numbers[key] = float(values[0])
         elif key != "speed":  # The speed is the measured one
             raise SceneError(
                 f"{name}: [measured] at: the scene also varies {key}; give the value that belongs "
@@ -366,5 +366,5 @@ def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:
         if rows is None and len(next(iter(scene.designs.values()))) != 1:
             raise SceneError(f"{name}: [measured] at: give the design that belongs to each file")
         row = 0 if rows is None else int(rows[number])
-        found |= {key: float(column[row]) for key, column in scene.designs.items()}
-    return found
+        numbers |= {key: float(column[row]) for key, column in scene.designs.items()}
+    return numbers

@@ -130,14 +130,14 @@ def identify(
     wanted = dict(vary) if isinstance(vary, Mapping) else {key: Varied() for key in vary}
     task = _Task.of(given, wanted, teeth, tooth_deviation, loss, largest_condition)
     try:
-        found = task.fit(range(task.count))
+        speed_fit = task.fit(range(task.count))
         predicted = [task.predicted(one) for one in range(task.count) if predict and task.count > 1]
     except SceneError:
         raise
     except ValueError as error:
         raise SceneError(f"{task.name}: {error}") from None
     about = describe(make_plan(given)).attributes
-    return fit_dataset(about, found, predicted)
+    return fit_dataset(about, speed_fit, predicted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,18 +282,18 @@ class _Task:
         Nothing of the recording enters but its mean speed and which of the turns fires.
         """
         given = self.given
-        found = self.fit([i for i in range(self.count) if i != held_out])
-        keys = found.seen.computed.keys
+        speed_fit = self.fit([i for i in range(self.count) if i != held_out])
+        keys = speed_fit.seen.computed.keys
         shared = [i for i, key in enumerate(keys) if "@" not in key]
         computed = SpeedsOfRecordings.of(
             self.scene, [given.places[held_out]], [keys[i] for i in shared]
         )
-        value = found.fit.value[shared]
+        value = speed_fit.fit.value[shared]
         angle, speed = computed.speeds(value[None])
-        seen = given.seen([held_out], computed, angle, speed[0], found.seen.gap_angle)
-        errors = found.tooth_errors[given.used]
+        seen = given.seen([held_out], computed, angle, speed[0], speed_fit.seen.gap_angle)
+        errors = speed_fit.tooth_errors[given.used]
         logs = seen(value[None])[0][0][given.used] + errors
-        step = 0.1 * found.fit.deviation[shared]
+        step = 0.1 * speed_fit.fit.deviation[shared]
         # A value at its bounds has no step
         step = np.where(step > 0.0, step, 1e-3 * np.maximum(np.abs(value), 1e-3))
         rise = np.zeros((0, logs.size))
@@ -304,9 +304,9 @@ class _Task:
             teeth = np.tile(np.eye(int(given.sound.sum())), (1, given.turns))
             rise = np.vstack([rise, teeth])
         rise = rise[:, int(np.argmax(logs))] - rise[:, int(np.argmin(logs))]
-        count = len(found.fit.parameters)
-        picked = [*shared, *range(count, len(found.fit.covariance_with_teeth))]
-        covariance = found.fit.covariance_with_teeth[np.ix_(picked, picked)]
+        count = len(speed_fit.fit.parameters)
+        picked = [*shared, *range(count, len(speed_fit.fit.covariance_with_teeth))]
+        covariance = speed_fit.fit.covariance_with_teeth[np.ix_(picked, picked)]
         speeds = np.exp(logs)
         delta = float(np.ptp(speeds) / speeds.mean())
         shown = np.full(given.used.size, np.nan)

@@ -157,9 +157,9 @@ def measured(
         if recorded.wheel is None:
             curves = _curves_over_angle(recorded, angle, speeds)
         else:
-            found = recorded.gap(recorded.raw, angle, speeds, recorded.known_gap)
-            recorded = recorded.from_first_tooth(found)
-            curves = _curves(table, recorded, found, angle, speeds)
+            gap = recorded.gap(recorded.raw, angle, speeds, recorded.known_gap)
+            recorded = recorded.from_first_tooth(gap)
+            curves = _curves(table, recorded, gap, angle, speeds)
     except ValueError as error:
         raise SceneError(f"{name}: [measured] {error}") from None
     return _dataset(given, table, recorded, curves, angle, speeds, computed)
@@ -209,14 +209,14 @@ def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray
 
 
 def _curves(
-    given: Measured, recorded: RecordedSpeeds, found: GapAngle, angle: Floats, speeds: Floats
+    given: Measured, recorded: RecordedSpeeds, gap: GapAngle, angle: Floats, speeds: Floats
 ) -> _Curves:
     """Measured and computed speeds on the intervals of the recordings."""
     assert recorded.wheel is not None
     wheel, turns, period = recorded.wheel, recorded.turns, recorded.period
     raw, sound, known = recorded.raw, recorded.sound, recorded.known_gap
     has = _known(speeds)
-    starts = np.asarray(found.angle + TURN * found.turn)
+    starts = np.asarray(gap.angle + TURN * gap.turn)
 
     def first_teeth(errors: Floats) -> list[float]:
         """True angle of the first tooth of each recording."""
@@ -239,7 +239,7 @@ def _curves(
         )
     doubts = []
     if has.any():
-        compared = replace(found, correlation=found.correlation[has])
+        compared = replace(gap, correlation=gap.correlation[has])
         doubts = gap_doubts(
             compared, known is not None, raw[has], angle, speeds[has], wheel, period, sound
         )
@@ -259,9 +259,9 @@ def _curves(
         ],
         np.tile(recorded.used, (len(raw), 1)),
         of_wheel,
-        found.angle,
+        gap.angle,
         None if heavier is None else np.tile(heavier, turns),
-        found.correlation.max(axis=1).tolist(),
+        gap.correlation.max(axis=1).tolist(),
         tuple(doubts),
     )
 
@@ -452,12 +452,12 @@ def _by_inertia(cycles: Floats, curves: _Curves, place: int) -> float:
 
 def _computed_deltas(computed: xr.Dataset, given: Measured, speeds: Floats) -> Floats:
     """Computed delta of the solver; that of the samples where the results do not have it."""
-    found = _fluctuations(speeds)
+    deltas = _fluctuations(speeds)
     if "delta" in computed:
-        for place in range(len(found)):
+        for place in range(len(deltas)):
             here = design_of(computed["delta"], given, place).values
-            found[place] = float(np.asarray(here).reshape(-1)[0])
-    return found
+            deltas[place] = float(np.asarray(here).reshape(-1)[0])
+    return deltas
 
 
 def _fluctuations(speeds: Floats) -> Floats:
@@ -468,7 +468,7 @@ def _coordinates(
     given: Measured, recorded: RecordedSpeeds, curves: _Curves, angle: Floats,
     orders: Floats, computed: xr.Dataset,
 ) -> dict[str, Any]:  # fmt: skip
-    found: dict[str, Any] = {
+    coordinates: dict[str, Any] = {
         **of_recordings(recorded.labels),
         "crank_angle": ("crank_angle", angle / DEGREE, dict(computed["crank_angle"].attrs)),
         **of_intervals(
@@ -479,17 +479,17 @@ def _coordinates(
     }  # fmt: skip
     if given.wheel is not None and curves.of_wheel is not None:
         numbers = np.arange(1, given.wheel.teeth + 1, dtype=np.int32)
-        found["tooth"] = ("tooth", numbers, "1", "tooth after the gap")
+        coordinates["tooth"] = ("tooth", numbers, "1", "tooth after the gap")
     for key, values in given.at.items():
         name = "design_number" if key == DESIGN else key
         attributes = dict(computed[key].attrs) if key in computed.coords else {"units": "1"}
-        found[name] = ("recording", np.asarray(values), attributes)
+        coordinates[name] = ("recording", np.asarray(values), attributes)
         if key == DESIGN:
             for column, coordinate in computed.coords.items():
                 if coordinate.dims == (DESIGN,) and column != DESIGN:
                     picked = coordinate.values[np.asarray(values, dtype=int)]
-                    found[str(column)] = ("recording", picked, dict(coordinate.attrs))
-    return found
+                    coordinates[str(column)] = ("recording", picked, dict(coordinate.attrs))
+    return coordinates
 
 
 def _attributes(
@@ -525,7 +525,7 @@ def _attributes(
         "none": "not taken out",
         "given": "as given",
     }
-    found: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         **computed.attrs,
         "title": scene.title,
         "measured_kind": given.table.kind,
@@ -533,7 +533,7 @@ def _attributes(
         "remarks": "\n".join(remarks),
     }
     if given.wheel is not None and curves.gap_angle is not None:
-        found |= {
+        attributes |= {
             "wheel": given.wheel.text,
             "tooth_errors": said[how],
             "gap_angle": curves.gap_angle / DEGREE,
@@ -546,5 +546,5 @@ def _attributes(
             else "an assumption, because there is no computed speed",
         }
         if given.table.end is not None:
-            found["end_of_shaft"] = given.table.end
-    return found
+            attributes["end_of_shaft"] = given.table.end
+    return attributes

@@ -22,7 +22,7 @@ FAR_SPEED = 0.01  # Relative difference of the mean speeds from which a remark s
 
 
 def gap_doubts(
-    found: GapAngle, is_given: bool, raw: Floats, angle: Floats, speeds: Floats, wheel: Wheel,
+    gap: GapAngle, is_given: bool, raw: Floats, angle: Floats, speeds: Floats, wheel: Wheel,
     period: float, used: Booleans,
 ) -> list[str]:  # fmt: skip
     """Whether another angle of the gap is clearly more alike than the one that was given.
@@ -31,7 +31,7 @@ def gap_doubts(
 
     Parameters
     ----------
-    found : GapAngle
+    gap : GapAngle
         Angle of the gap that the comparison is made with.
     is_given : bool
         Whether its angle is given by the scene.
@@ -39,21 +39,21 @@ def gap_doubts(
         As `find_gap_angle`.
     """
     doubts = []
-    free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else found
-    best, here = _likeness(free), _likeness(found)
+    free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else gap
+    best, here = _likeness(free), _likeness(gap)
     if is_given and _clearly_more(best, here):
         # If two angles are equally alike, as with cylinders that fire evenly, one of them may be
         # near. Another angle of the gap must be so far away, however fine the wheel: otherwise it
         # is a pitch.
         reach = max(float(np.median(wheel.width)), 3.0 * DEGREE)
         near = max(
-            _likeness(find_gap_angle(raw, angle, speeds, wheel, period, found.angle + away, used))
+            _likeness(find_gap_angle(raw, angle, speeds, wheel, period, gap.angle + away, used))
             for away in np.linspace(-reach, reach, 13)
         )
         if _clearly_more(best, near):
             doubts.append(
                 f"gap_angle: a gap at {free.angle / DEGREE:.1f} degrees gives a better "
-                f"correlation ({best:.2f} instead of {here:.2f} at {found.angle / DEGREE:.1f}); "
+                f"correlation ({best:.2f} instead of {here:.2f} at {gap.angle / DEGREE:.1f}); "
                 "is gap_angle wrong, or the recording reversed?"
             )
     # A wheel that looks different from its two sides is refused in reverse
@@ -150,9 +150,9 @@ def of_heavier_engine(model: Floats, step: float = INERTIA_STEP) -> Floats:
     return np.asarray(np.exp(mean + (logs - mean) / (1.0 + step)))
 
 
-def _likeness(found: GapAngle) -> float:
+def _likeness(gap: GapAngle) -> float:
     """Mean over recordings of the correlation at the best turn."""
-    return float(found.correlation.max(axis=1).mean())
+    return float(gap.correlation.max(axis=1).mean())
 
 
 def _clearly_more(one: float, other: float) -> bool:

@@ -172,13 +172,13 @@ def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
             events.append((file, recording, signal, interval))
             continue
         try:
-            found = teeth_of_signal(
+            encoder = teeth_of_signal(
                 signal, interval, wheel, threshold=table.threshold, hysteresis=table.hysteresis,
                 edge=table.edge, first=first,
             )  # fmt: skip
         except ValueError as error:
             raise SceneError(f"{where}: {error}") from None
-        read.append((file, recording, signal, interval, found))
+        read.append((file, recording, signal, interval, encoder))
     if events and read:
         raise SceneError(
             f"{name}: [measured] {events[0][0]} has levels at their changes, {read[0][0]} samples; "
@@ -192,8 +192,8 @@ def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
         merits = []
         for height, edge in chosen:
             again = []
-            for (_, _, signal, interval, found), first in zip(read, measured.first, strict=True):
-                threshold = found.low + height * (found.high - found.low)
+            for (_, _, signal, interval, encoder), first in zip(read, measured.first, strict=True):
+                threshold = encoder.low + height * (encoder.high - encoder.low)
                 try:
                     again.append(
                         teeth_of_signal(signal, interval, wheel, threshold=threshold, edge=edge,
@@ -211,10 +211,10 @@ def _signals(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
         if merits:
             best = min(merits, key=lambda merit: merit[:2])[2]
     records = []
-    for (file, recording, _, interval, _), found in zip(read, best, strict=True):
-        remarks = (*recording.remarks, *found.remarks)
-        record = SpeedRecord(file, recording.sha256, found.teeth, None, None, remarks)
-        time = found.crossings.time * interval
+    for (file, recording, _, interval, _), encoder in zip(read, best, strict=True):
+        remarks = (*recording.remarks, *encoder.remarks)
+        record = SpeedRecord(file, recording.sha256, encoder.teeth, None, None, remarks)
+        time = encoder.crossings.time * interval
         records.append(_marked(record, recording, table, time, interval, period))
     return records
 
@@ -235,7 +235,7 @@ def _logs(
     tried: list[tuple[int, float, str, list[tuple[Floats, PassedTeeth]]]] = []
     refusal = ""
     for edge in ("rising", "falling") if table.edge is None else (table.edge,):
-        found, turns, scatter = [], 0, 0.0
+        logs, turns, scatter = [], 0, 0.0
         for (file, _, level, time), first in zip(events, measured.first, strict=True):
             pulses = risen(time, level, edge)
             try:
@@ -244,9 +244,9 @@ def _logs(
                 refusal = refusal or f"{name}: [measured] {file}: {error}"
                 break
             turns, scatter = turns + len(teeth.turn), scatter + teeth.scatter
-            found.append((pulses, teeth))
+            logs.append((pulses, teeth))
         else:
-            tried.append((turns, scatter, edge, found))
+            tried.append((turns, scatter, edge, logs))
     if not tried:
         raise SceneError(refusal)
     most = max(turns for turns, *_ in tried)  # The other edge may lose a turn at an end
@@ -278,25 +278,25 @@ def _marked(
     level = _flat(recording, name)
     marks = mark_times(level, time) if isinstance(time, float) else risen(time, level)
     try:
-        found = teeth_from_mark(
+        teeth = teeth_from_mark(
             record.teeth, pulses, marks, table.mark_angle * DEGREE, round(period / TURN)
         )
     except ValueError as error:
         raise SceneError(f"{recording.label}, column {shown(name)}: {error}") from None
-    how = "once a cycle" if found.turn_known else "once a revolution"
+    how = "once a cycle" if teeth.turn_known else "once a revolution"
     said = (
         f"the mark in {shown(name)} passes {how}: the first tooth passes at "
-        f"{round(found.angle / DEGREE, 6):.4g} degrees"
+        f"{round(teeth.angle / DEGREE, 6):.4g} degrees"
     )
     return replace(
-        record, teeth=found.teeth, gap=found.angle, turn_known=found.turn_known,
+        record, teeth=teeth.teeth, gap=teeth.angle, turn_known=teeth.turn_known,
         remarks=(*record.remarks, said),
     )  # fmt: skip
 
 
-def _height(found: EncoderSignal) -> float:
+def _height(signal: EncoderSignal) -> float:
     """Threshold as a fraction of the swing."""
-    return (found.crossings.threshold - found.low) / (found.high - found.low)
+    return (signal.crossings.threshold - signal.low) / (signal.high - signal.low)
 
 
 def _column(

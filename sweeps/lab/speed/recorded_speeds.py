@@ -90,7 +90,7 @@ class RecordedSpeeds:
         zero = np.zeros(len(raw), dtype=np.int64)
         if not has.any():
             return GapAngle(first, zero, alike, zero, first + np.zeros(len(raw)))
-        found = find_gap_angle(
+        gap = find_gap_angle(
             raw[has],
             angle,
             speed[has],
@@ -102,13 +102,13 @@ class RecordedSpeeds:
             self.turn_known,
         )
         if has.all():
-            return found
-        turn, late, start = zero.copy(), zero.copy(), np.full(len(raw), found.angle)
-        turn[has], late[has], start[has] = found.turn, found.late, found.start
-        alike[has] = found.correlation
-        return GapAngle(found.angle, turn, alike, late, start)
+            return gap
+        turn, late, start = zero.copy(), zero.copy(), np.full(len(raw), gap.angle)
+        turn[has], late[has], start[has] = gap.turn, gap.late, gap.start
+        alike[has] = gap.correlation
+        return GapAngle(gap.angle, turn, alike, late, start)
 
-    def from_first_tooth(self, found: GapAngle) -> RecordedSpeeds:
+    def from_first_tooth(self, gap: GapAngle) -> RecordedSpeeds:
         """Recordings whose intervals begin with the first tooth, and a remark on the choice."""
         if self.groups == 1:
             return self
@@ -119,10 +119,10 @@ class RecordedSpeeds:
             f"{', in best agreement with the computed speed' * bool(np.isfinite(alike))} "
             "(first_tooth takes another one)"
             for label, first, late, alike in zip(
-                self.labels, self.first_pulse, found.late, found.correlation[:, 0], strict=True
+                self.labels, self.first_pulse, gap.late, gap.correlation[:, 0], strict=True
             )
         )
-        cycles = found.from_first_tooth(self.cycles)
+        cycles = gap.from_first_tooth(self.cycles)
         used = np.tile(sound_intervals(_means(cycles), self.wheel), self.turns)
         return replace(self, cycles=cycles, used=used, remarks=self.remarks + said)
 
@@ -219,19 +219,19 @@ def _between_teeth(record: SpeedRecord, turns: int, name: str) -> SteadySpeeds:
         raise SceneError(f"{name}: [measured] {record.label}: {error}") from None
 
 
-def _drift_remarks(found: SteadySpeeds) -> list[str]:
+def _drift_remarks(steady: SteadySpeeds) -> list[str]:
     """Remarks on a drift, and on intervals at the ends."""
     said = []
-    if found.drift is not None:
-        first, last, _ = found.drift
+    if steady.drift is not None:
+        first, last, _ = steady.drift
         said.append(
             f"the speed {'rises' if last > first else 'falls'} from {first / RPM:.4g} to "
-            f"{last / RPM:.4g} rpm, by {abs(100.0 * found.drift.in_a_cycle):.2g} % in a cycle: "
+            f"{last / RPM:.4g} rpm, by {abs(100.0 * steady.drift.in_a_cycle):.2g} % in a cycle: "
             "this drift is taken out of the speeds; delta is that of no steady speed"
         )
-    if found.left_out > 0.05:
+    if steady.left_out > 0.05:
         said.append(
-            f"{100.0 * found.left_out:.2g} % of the intervals belong to no whole cycle and are "
+            f"{100.0 * steady.left_out:.2g} % of the intervals belong to no whole cycle and are "
             "left out"
         )
     return said
@@ -323,7 +323,7 @@ def cycles_in_a_row(
         raise SceneError(f"{where} {record.label}: no whole cycle of {turns} turns was found")
     mean = np.nanmean(raw, axis=0)
     sound = sound_intervals(mean, wheel)
-    found = find_gap_angle(
+    gap = find_gap_angle(
         mean[None],
         angle,
         speed[None],
@@ -334,7 +334,7 @@ def cycles_in_a_row(
         given.groups,
         record.turn_known,
     )
-    start = float(found.start[0])
+    start = float(gap.start[0])
     turn_known, by_gap = True, "gap_angle" if given.table.mark_column is None else "the mark"
     start_from = "the correlation of measured and computed speed"
     if record.turn_known:
@@ -349,7 +349,7 @@ def cycles_in_a_row(
         start_from = f"{by_gap}, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
     # Errors are counted from the tooth with which the rows begin
-    errors = np.roll(errors, -int(found.late[0]))
+    errors = np.roll(errors, -int(gap.late[0]))
     start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(
         raw * np.tile(1.0 + errors, turns), np.tile(wheel.width * (1.0 + errors), turns),

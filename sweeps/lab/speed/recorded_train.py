@@ -200,11 +200,11 @@ def _repeated(scene: Scene) -> xr.Dataset:
     )  # fmt: skip
 
 
-def _solved(found: SpeedOfTrain, what: str, name: str) -> SpeedOfTrain:
-    if found.status == status.CONVERGED:
-        return found
+def _solved(train: SpeedOfTrain, what: str, name: str) -> SpeedOfTrain:
+    if train.status == status.CONVERGED:
+        return train
     raise SceneError(
-        f"{name}: {what} has no speed ({status.MEANINGS[found.status]}); increase the inertia or "
+        f"{name}: {what} has no speed ({status.MEANINGS[train.status]}); increase the inertia or "
         "the speed"
     )
 
@@ -215,13 +215,13 @@ def _at_mean_speed(
     """Train from a first speed, with the load coefficient that gives it a wanted mean speed."""
     coefficient = steady.load_coefficient
     for _ in range(60):  # Most steps of the search
-        found = _solved(follow_train(train, steady.start_speed, coefficient), "the train", name)
-        step = (wanted - _mean(found.speed)) / _mean(found.by_coefficient)
+        followed = _solved(follow_train(train, steady.start_speed, coefficient), "the train", name)
+        step = (wanted - _mean(followed.speed)) / _mean(followed.by_coefficient)
         coefficient += step
         # Relative change of the load coefficient at which its search ends
         if abs(step) <= 1e-12 * abs(coefficient):
             break
-    return found
+    return followed
 
 
 def _mean(values: Floats) -> float:
@@ -268,7 +268,7 @@ def _fitted(
             f"{FEWEST} together with the recorded pressure"
         )
     tried.sort(key=lambda one: one[0])
-    own, rms, found, begin = tried[0]
+    own, rms, followed, begin = tried[0]
     if not math.isfinite(own):
         raise SceneError(
             f"{where} {record.label}: no initial speed and load coefficient fit the measured "
@@ -297,7 +297,7 @@ def _fitted(
         "initial speed and load coefficient fitted by least squares to the measured speeds between "
         "teeth"
     )
-    return _Fit(found, measured, middle, raw, means, said)
+    return _Fit(followed, measured, middle, raw, means, said)
 
 
 def _fit_from(
@@ -316,10 +316,10 @@ def _fit_from(
     known = np.isfinite(speed)
     if float(np.diff(edges)[known].sum()) < (FEWEST - 0.5) * period:
         return None
-    found = fit_train(train, edges, speed)
-    if found.status != status.CONVERGED:
-        return math.inf, math.inf, found
-    slow = 0.5 * train.step * (1.0 / found.speed[1:] + 1.0 / found.speed[:-1])
+    followed = fit_train(train, edges, speed)
+    if followed.status != status.CONVERGED:
+        return math.inf, math.inf, followed
+    slow = 0.5 * train.step * (1.0 / followed.speed[1:] + 1.0 / followed.speed[:-1])
     time = np.interp(edges, train.angle, np.concatenate([[0.0], np.cumsum(slow)]))
     off = np.full(row.speed.size, np.nan)
     off[inside[:-1]] = np.diff(edges) / np.diff(time) - speed
@@ -331,7 +331,7 @@ def _fit_from(
     own = each - usual
     # The deviations of few cycles from their mean are too small
     freedom = max(int((count - 1).clip(min=0).sum()), 1)
-    return float(np.sqrt(np.nansum(own**2) / freedom)), float(np.sqrt(np.nanmean(off**2))), found
+    return float(np.sqrt(np.nansum(own**2) / freedom)), float(np.sqrt(np.nanmean(off**2))), followed
 
 
 def _cycle_means(row: CyclesInARow, begin: float, count: int, period: float) -> Floats:

@@ -235,19 +235,19 @@ def fit_speeds(
     high = np.append([p.high for p in parameters], np.full(errors, np.inf))
     start = np.append([p.start for p in parameters], np.zeros(errors))
     problem.check_condition(problem.slopes(start), largest_condition)
-    found = least_squares(
+    solution = least_squares(
         problem.residuals, start, problem.slopes, bounds=(low, high),
         x_scale=np.append([p.scale for p in parameters], np.full(errors, problem.unit)),
         loss=loss, xtol=1e-10, ftol=1e-12, gtol=1e-12,
     )  # fmt: skip
-    unknown = found.x
+    unknown = solution.x
     residual, slopes = problem.residuals(unknown), problem.slopes(unknown)
     weight = _weights(residual, loss)
     condition = problem.check_condition(slopes, largest_condition)
     few = np.array([len(recording.speed) - 1 for recording in recordings])
     spreads = problem.spreads_of_scores(slopes, weight)
     every = Unbound.of(slopes, weight, residual, spreads, few, np.ones(unknown.size, dtype=bool))
-    inside = np.asarray(found.active_mask == 0)
+    inside = np.asarray(solution.active_mask == 0)
     held = every if inside.all() else Unbound.of(slopes, weight, residual, spreads, few, inside)
     step, reach, covariance = beside_bounds(every, held, inside)
     interval = np.stack([unknown + step - reach, unknown + step + reach], axis=1)
@@ -298,10 +298,10 @@ class _Problem:
 
     def computed(self, values: Floats) -> list[Floats]:
         """Shapes that the model says, for parameters of shape (n, P)."""
-        found = self.model(values)
+        logarithms = self.model(values)
         return [
             level_free(np.asarray(logs), recording.share)
-            for logs, recording in zip(found, self.recordings, strict=True)
+            for logs, recording in zip(logarithms, self.recordings, strict=True)
         ]
 
     def residuals(self, unknown: Floats) -> Floats:

@@ -247,10 +247,10 @@ def _worst(values: GivenValues, parameter: str) -> list[Floats]:
     """Values of a parameter that may be worst: columns of designs, row by row, or the extremes."""
     # NaN where neither scene nor engine has a value.
     default = 0.0 if parameter.endswith("offset") else np.nan
-    found = values.given_or_own(parameter, default)
-    if found.table == "designs":
-        return [found.values]
-    return [np.array([value]) for value in {found.values.min(), found.values.max()}]
+    given = values.given_or_own(parameter, default)
+    if given.table == "designs":
+        return [given.values]
+    return [np.array([value]) for value in {given.values.min(), given.values.max()}]
 
 
 def check_throw_radii(scene: Scene, extremes: Sequence[Cylinders], name: str) -> None:

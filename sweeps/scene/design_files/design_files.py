@@ -59,11 +59,11 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
     for piece in _pieces(path, name, what):
         body, line = piece, first
         if columns is None:
-            found = find_header(text_of_bytes(piece, name, what, offset), name, first)
-            if found is None:
+            start = find_header(text_of_bytes(piece, name, what, offset), name, first)
+            if start is None:
                 first, offset = first + _line_ends(piece), offset + len(piece)
                 continue
-            header, rest, line = found
+            header, rest, line = start
             columns = DesignColumns(name, known_columns(list(header), name, "column"))
             body = rest.encode()
         elif not body.isascii():  # the fast parser takes bytes, which must be text

@@ -115,8 +115,8 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
     # Dimensions whose points follow from the cycles after which firing patterns repeat
     over_cycles = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
     for own in np.unique(cycles).tolist():
-        found = points_of(plan.scene, own)
-        points = {**plan.points, **{name: found[name] for name in over_cycles}}
+        points_of_cycles = points_of(plan.scene, own)
+        points = {**plan.points, **{name: points_of_cycles[name] for name in over_cycles}}
         made = replace(
             whole,
             points=points,
