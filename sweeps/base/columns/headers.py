@@ -89,7 +89,7 @@ def start_of_numbers(rows: Sequence[Sequence[str]], decimal: str = ".") -> tuple
 def _from_first(
     rows: Sequence[Sequence[str]], widths: Sequence[int], place: int, decimal: str
 ) -> tuple[int, int]:
-    """Row in which a table begins of which some rows are known, and its number of columns."""
+    """First row of a table that some of its rows reveal, and the number of its columns."""
     width = widths[place]
     above = (i for i in range(place - 1) if widths[i] == widths[i + 1] == width)
     first = next(above, place)

@@ -250,7 +250,7 @@ def read_fixed_width(path: Path, data: bytes, label: str, choices: ReadingChoice
     body = lines[first:]
     places = _places(body)
     check_size(float(len(body)) * len(places), len(places), label)
-    for above in (lines[max(first - 2, 0) :], lines[max(first - 1, 0) :]):  # Names may be wider
+    for above in (lines[max(first - 2, 0) :], lines[max(first - 1, 0) :]):  # Names of columns
         wider = _places(above)
         if len(wider) == len(places) and all(map(_within, places, wider)):
             places = wider

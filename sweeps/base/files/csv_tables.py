@@ -168,7 +168,7 @@ def fields(line: str, separator: str = ",", *, strict: bool = False) -> list[str
         return line.split()
     try:
         return next(csv.reader([line], delimiter=separator, strict=strict), [])
-    # The reader raises them for a null character too, and for a separator of two characters
+    # A null character and a separator of two characters raise these too
     except (csv.Error, TypeError) as error:
         if strict:
             raise ValueError(str(error)) from None

@@ -35,7 +35,7 @@ OF_DIAGRAM = {
 OF_WHEEL = {
     "gap_angle": (0.0, 1.0, "degree", "crank angle of the first tooth after the longest gap"),
 }
-"""Parameters of the toothed wheel, in the same form."""
+"""Parameters of the toothed wheel: value without effect, size of a large change, unit, meaning."""
 
 OF_RECORDING = {
     "recording_shift": (0.0, 1.0, "degree", "delay angle of diagrams and wheel together"),
