@@ -260,7 +260,7 @@ def _sentence(model: type[Strict], error: Any) -> str:
             if error["type"] != "extra_forbidden":
                 if of_free_keys:
                     place.append(part)
-                break  # What follows in the place is a member of a union: the field says enough
+                break  # The rest of the place is a member of a union: the field says enough
             known = list(inside.model_fields)
             kind = "table or key" if inside is model else "key"
             return f"{_place([*place, part])}: unknown {kind}{not_known(part, known)}"

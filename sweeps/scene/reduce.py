@@ -53,7 +53,7 @@ class FrontTable(Strict):
 
 
 class ReduceTable(Strict):
-    """What is asked of all designs together."""
+    """Requests for all designs together."""
 
     statistics: list[str] | None = Field(
         default=None,

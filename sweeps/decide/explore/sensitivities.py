@@ -366,7 +366,7 @@ def _of_groups(
 def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[str, Any]) -> Indices:
     """First-order indices from designs that were chosen in any way."""
     rbd_fast = library("SALib.analyze.rbd_fast", "SALib", "sensitivities", extra="study")
-    if study.group:  # Of Saltelli's design only points count that were drawn independently
+    if study.group:  # Only independently drawn points of Saltelli's design count
         place = np.arange(good.size) % study.group
         good = good & ((place == 0) | (place == study.group - 1))
     places = np.flatnonzero(good)

@@ -40,7 +40,7 @@ class StoredVariable:
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Its dimensions."""
+        """Dimensions of the variable."""
         return tuple(d for d, places in self._places.items() if not isinstance(places, int))
 
     @property

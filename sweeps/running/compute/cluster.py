@@ -219,7 +219,7 @@ class DaskWorkers:
 
     @property
     def text(self) -> str:
-        """Their machines, for the archive."""
+        """Machines of the workers, for the archive."""
         counts = {name: self.machines.count(name) for name in dict.fromkeys(self.machines)}
         listed = "; ".join(f"{counted(n, 'worker')} on {name}" for name, n in counts.items())
         return f"{self.address}: {listed}"

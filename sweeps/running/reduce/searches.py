@@ -33,7 +33,7 @@ class Front:
 
     @property
     def values(self) -> Floats:
-        """Their numbers, of which less is better, in the order of `sweeps.base.fronts.front_of`."""
+        """Numbers of designs, smaller ones better, in the order of `sweeps.base.fronts.front_of`."""
         self._compare()
         return self._values
 
@@ -158,7 +158,7 @@ class Search:
 
     @property
     def rows(self) -> Rows:
-        """Their values."""
+        """Values of the kept designs."""
         self._compare()
         return self._kept[2]
 

@@ -28,7 +28,7 @@ class PressureScale(Strict):
 
 
 class DataSheet(Strict):
-    """What a maker publishes: `engine-dyn calibrate` alone reads it, and makes diagrams of it."""
+    """Numbers that a maker publishes: `engine-dyn calibrate` alone reads it, and makes diagrams of it."""
 
     kind: str | None = Field(
         default=None, description="a string: the kind of engine, such as 'diesel'"

@@ -74,7 +74,7 @@ class StudyAxis:
 
     @property
     def called(self) -> str:
-        """Its name in the middle of a sentence."""
+        """Name of the axis in the middle of a sentence."""
         return dimension_text(self.name)
 
     def picked(self, most: int = MOST_LINES) -> list[int]:
