@@ -53,7 +53,7 @@ class FrontTable(Strict):
 
 
 class ReduceTable(Strict):
-    """Requests for all designs together."""
+    """What is asked of all designs together."""
 
     statistics: list[str] | None = Field(
         default=None,

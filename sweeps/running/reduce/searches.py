@@ -33,7 +33,7 @@ class Front:
 
     @property
     def values(self) -> Floats:
-        """Numbers of designs, smaller ones better, in the order of `sweeps.base.fronts.front_of`."""
+        """Numbers of designs, smaller being better, as in `sweeps.base.fronts.front_of`."""
         self._compare()
         return self._values
 

@@ -28,7 +28,7 @@ class PressureScale(Strict):
 
 
 class DataSheet(Strict):
-    """Numbers that a maker publishes: `engine-dyn calibrate` alone reads it, and makes diagrams of it."""
+    """What a maker publishes: `engine-dyn calibrate` alone reads it, and makes diagrams of it."""
 
     kind: str | None = Field(
         default=None, description="a string: the kind of engine, such as 'diesel'"
