@@ -11,7 +11,9 @@ python := $(VENV)/bin/python
 # pip repeats a general warning of setuptools about editable installations; all else is shown.
 pip_install := PYTHONWARNINGS='ignore:Editable installation' $(python) -m pip install --quiet \
 	--disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
-pytest := $(python) -m pytest -n $(PROCESSES) --dist worksteal
+# Each process that a test starts would compile the sources again where Python keeps no bytecode: that
+# takes longer than most of these tests.
+pytest := PYTHONDONTWRITEBYTECODE= $(python) -m pytest -n $(PROCESSES) --dist worksteal
 checked := $(wildcard engine_dyn sweeps oracle tests tools benchmarks conftest.py)
 typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
