@@ -128,6 +128,7 @@ def test_source_distribution_builds_tests_and_documents(
     assert packed == set(repository) - kept_out
 
 
+@pytest.mark.slow
 def test_nothing_imports_packages_that_are_not_dependencies() -> None:
     allowed = set(PACKAGES) | set(sys.stdlib_module_names)
     allowed |= {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}

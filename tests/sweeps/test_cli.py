@@ -78,6 +78,7 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_first_session(tmp_path: Path) -> None:
     """New, run, info, plot, as the README has it."""
     made = shell("new", "my.toml", folder=tmp_path)

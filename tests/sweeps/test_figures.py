@@ -208,6 +208,7 @@ def test_lines_break_outside_formulas_and_brackets() -> None:
     assert plain(wrap(f"best with {inertia}", 12)) == "best with\n$\\Theta$ = 5.158 kg m²"
 
 
+@pytest.mark.slow
 def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
     assert set(thesis_plates) == {
         "kinematics", "indicator_diagrams", "work_diagrams", "torque_components",

@@ -76,6 +76,7 @@ def test_curves_orders_and_cycles() -> None:
     assert (found.cycle_delta.values <= float(found.delta) * (1.0 + 1e-6)).all()
 
 
+@pytest.mark.slow
 def test_random_firings() -> None:
     """The same seed gives the same bits; the deviation is that of the firings."""
     text = "deviation 0.04, 64 cycles, seeds 5 to 8"
@@ -122,6 +123,7 @@ def test_a_rounded_order_means_the_fraction() -> None:
         sweeps.firing_patterns(scene, "2/3", longest=3, by="torque_order", order=0.33)
 
 
+@pytest.mark.slow
 def test_search_among_patterns_that_repeat_together_after_very_many_cycles() -> None:
     """After 210, of which no pattern needs more than 7: each has its own orders alone."""
     scene = {

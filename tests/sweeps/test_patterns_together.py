@@ -59,6 +59,7 @@ def differing(alone: xr.Dataset, beside: xr.Dataset) -> list[str]:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "patterns"),
     [(FOUR, [PATTERNS[0], *PATTERNS[2:]]), (SHAFT, PATTERNS[::2]), (GRID, PATTERNS[::2])],
@@ -76,6 +77,7 @@ def test_every_quantity_has_the_same_bits_alone_and_beside(
         assert differing(alone, together.isel(firing_pattern=number)) == [], pattern
 
 
+@pytest.mark.slow
 def test_axis_designs_blocks_and_shards_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = ["delta", "cycle_delta", "omega", "torque_order", "inertia_torque_order", "torque_max"]
     scene = scene_of(FOUR, PATTERNS, asked)

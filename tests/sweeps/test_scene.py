@@ -118,6 +118,7 @@ def test_table_of_designs(tmp_path: Path, mark: str, end: str) -> None:
 TRIANGLE = [(angle, 30.0 - abs(angle) / 12.5) for angle in range(-360, 360, 5)]
 
 
+@pytest.mark.slow
 def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path) -> None:
     engine = read_scene(scene()).engine
     for key, node in PARAMETERS.items():
@@ -266,6 +267,7 @@ def reads_or_refuses(raw: Any) -> None:
         json.dumps(result.source, allow_nan=False)
 
 
+@pytest.mark.slow
 @settings(quick, max_examples=600)
 @given(scenes | values)
 def test_anything_is_read_or_refused(raw: Any) -> None:

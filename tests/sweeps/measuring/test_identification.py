@@ -212,6 +212,7 @@ def test_uncertain_pressures_make_the_inertia_uncertain(tmp_path: Path, made: Re
 FIGURES = {"fitted_speed", "fit_residuals", "fit_delta", "fit_correlations", "tooth_errors"}
 
 
+@pytest.mark.slow
 def test_figures(of_teeth: Path, tmp_path: Path) -> None:
     output = tmp_path / "fit.nc"
     ok("identify", of_teeth, "--vary", "inertia,gap_angle", "-o", output)
