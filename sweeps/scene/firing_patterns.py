@@ -32,10 +32,6 @@ PATTERN = (
 
 _LETTERS: Mapping[str, float] = {"1": 1.0, "0": 0.0, "d": SEALED}
 
-_RANDOM = re.compile(
-    r"deviation\s+(?P<deviation>\S+?)\s*,\s*(?P<cycles>\d{1,12})\s+cycles?"
-    r"(?:\s*,\s*seeds?\s+(?P<seed>\d{1,12})(?:\s+to\s+(?P<last>\d{1,12}))?)?"
-)
 
 MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
 """Most firings of a pattern, patterns that one text stands for, and cycles after which all patterns
@@ -165,7 +161,11 @@ def _read(raw: object, where: str) -> list[FiringPattern]:
         text = " ".join(parts)
     elif isinstance(raw, str) and raw.strip():
         text = " ".join(raw.split())
-        random = _RANDOM.fullmatch(text)
+        random = re.fullmatch(
+            r"deviation\s+(?P<deviation>\S+?)\s*,\s*(?P<cycles>\d{1,12})\s+cycles?"
+            r"(?:\s*,\s*seeds?\s+(?P<seed>\d{1,12})(?:\s+to\s+(?P<last>\d{1,12}))?)?",
+            text,
+        )
         if random is not None:
             return _random(random, text, where)
         parts = text.split() if " " in text or "." in text else list(text)

@@ -24,17 +24,6 @@ of them."""
 
 LONGEST_HEAD = 300  # Characters of the head of a column that are looked at
 
-_NAMING = re.compile(r"(channel ?)?names?|(kanal)?namen?|kanal|channels?|bezeichnung|signal", re.I)
-_NOTING = re.compile(
-    r"comments?|kommentar|description|beschreibung|lengths?|länge|min(imum)?|max(imum)?|mean|"
-    r"samples|type|typ|source|offset|factor|scale", re.I
-)  # fmt: skip
-
-_OVER_UNIT = re.compile(r"^(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$")
-"""Quantity over unit, as DIN 461 and ISO 80000-1 write heads of tables: "p/bar", "n/1/min"."""
-
-_COMMA_UNIT = re.compile(r"^(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$")
-"""Quantity and unit as in Russian tables: "давление, МПа"."""
 
 TURNS = (360.0, 6.283185307179586, 1.0)  # Length of a turn in each unit of angles
 
@@ -152,8 +141,13 @@ def split_unit(text: str) -> tuple[str, str]:
     text = text[:LONGEST_HEAD]
     match = re.match(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\))\s*$", text)
     if match is None:
-        for pattern in (_OVER_UNIT, _COMMA_UNIT):
-            written = pattern.match(text.strip())
+        for pattern in (
+            # Quantity over unit, as DIN 461 and ISO 80000-1 write heads of tables: "n/1/min".
+            r"(?P<name>[^/]*[^/\s])\s*/\s*(?P<unit>\S.*)$",
+            # Quantity and unit as in Russian tables: "давление, МПа".
+            r"(?P<name>.*\S)\s*,\s*(?P<unit>\S.*)$",
+        ):
+            written = re.match(pattern, text.strip())
             if written is not None and _is_unit(written["unit"]):
                 return written["name"], in_latin(written["unit"])
         return text.strip(), ""
@@ -189,12 +183,16 @@ def names_and_units(
         if len(fields) > width and sentences:
             break
         key, labelled = fields[0].rstrip(": ") if fields else "", len(fields) > 1
-        if labelled and _NOTING.fullmatch(key):
+        if labelled and re.fullmatch(
+            r"comments?|kommentar|description|beschreibung|lengths?|länge|min(imum)?|max(imum)?|mean|"
+            r"samples|type|typ|source|offset|factor|scale", key, re.I,
+        ):  # fmt: skip
             continue
         # A word that announces names or units stands before them in a row.
-        if labelled and (
-            _NAMING.fullmatch(key) or re.fullmatch(r"(units?|einheit(en)?)", key, flags=re.I)
-        ):
+        if labelled and re.fullmatch(
+            r"(channel ?)?names?|(kanal)?namen?|kanal|channels?|bezeichnung|signal|"
+            r"units?|einheit(en)?", key, re.I,
+        ):  # fmt: skip
             fields = fields[1:] if len(fields) > width else ["", *fields[1:]]
         if len(fields) == width - 1 and numbered:  # The rows begin with their numbers
             fields = ["", *fields]

@@ -36,15 +36,13 @@ from sweeps.base.files.regular_files import file_bytes, reading
 
 __all__ = ["KINDS", "SUFFIXES", "Column", "Recording", "read_apart", "read_recording"]
 
-Reader = Callable[[Path, bytes, str, ReadingChoices], Contents]
-
 
 class _Kind(NamedTuple):
     """A format: its reader, the endings of its files, and the choices that count."""
 
     # A reader that uses another library runs `apart`, in a process with limits.
 
-    read: Reader
+    read: Callable[[Path, bytes, str, ReadingChoices], Contents]
     suffixes: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()
     apart: bool = False

@@ -29,12 +29,6 @@ LINES = 500  # Lines of the head that are searched for the table
 
 _DOS_END = b"\x1a"  # Byte that ends a text of DOS
 
-_SEPARATORS = (";", "\t", "|", ",", BLANKS)
-_WORDS = {"tab": "\t", "\\t": "\t", "blank": BLANKS, "space": BLANKS, " ": BLANKS}
-
-_NUMBERED = [[[str(first + n)] for n in range(RUN)] for first in (0, 1)]
-"""First fields of rows that begin with their numbers."""
-
 
 class _Form(NamedTuple):
     """How the numbers of a text file are written."""
@@ -73,8 +67,10 @@ def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     rows = [fields(line, form.separator) for line in head[: form.first]]
     body = [fields(line, form.separator) for line in head[form.first : form.first + RUN]]
     said += _numbers_above(rows, form)
+    # Rows may begin with their numbers, counted from 0 or 1.
+    counted_from = ([[str(first + n)] for n in range(RUN)] for first in (0, 1))
     names, units = names_and_units(
-        rows, form.width, form.separator == BLANKS, [row[:1] for row in body] in _NUMBERED
+        rows, form.width, form.separator == BLANKS, [row[:1] for row in body] in counted_from
     )
     columns = _columns(data, encoding, form, names, units, label, said)
     within = tuple(line - form.first for line in marks if line > form.first)
@@ -116,10 +112,11 @@ def is_text(data: bytes) -> bool:
 
 def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
     """Separator and decimal mark that make the most numbers of the first lines."""
-    separators: Sequence[str] = _SEPARATORS
+    separators: Sequence[str] = (";", "\t", "|", ",", BLANKS)
     decimals: Sequence[str] = (".", ",")
     if choices.separator is not None:
-        separators = (_WORDS.get(choices.separator, choices.separator),)
+        words = {"tab": "\t", "\\t": "\t", "blank": BLANKS, "space": BLANKS, " ": BLANKS}
+        separators = (words.get(choices.separator, choices.separator),)
     if choices.decimal is not None:
         decimals = (choices.decimal,)
     forms: list[tuple[int, bool, _Form]] = []
@@ -303,24 +300,6 @@ def _fixed_column(name: str, unit: str, fields: Sequence[str], decimal: str) -> 
     return Column(name, unit, values, text)
 
 
-_WEST = ("cp1252", "cp1250", "cp1251", "cp1253", "cp1254", "koi8-r", "cp866", "cp850", "mac-roman")
-
-_SIGNS = re.compile(
-    r"(?<![a-z])°(?![ a-z])|(?<![A-Za-z])[µμ](?=[A-Za-z])|[²³](?!\w)|[±·]|Ø(?= ?\d)|"
-    r"(?<=[A-Za-z])[äöüß]|[äöü](?=[a-z])|(?<![a-z])[ÄÖÜ](?=[a-z])"
-)
-"""Signs of units where units have them, and letters that are the same in all western encodings."""
-
-_KNOWN = re.compile(
-    "角|压|壓|圧|力|转速|轉速|回転|时间|時間|각|압력|угол|угл|давлен|кут|тиск|время|оборот|частота|"
-    "kąt|ciśn|úhel|szög|nyomás|γωνία|πίεση|açı|basın|ángulo|presión|pressão|prüf|fühler"
-)
-"""Words for angle, pressure, speed and time: in a wrong encoding they are not found."""
-
-_NEVER = ("idna", "punycode", "undefined", "unicode_escape", "raw_unicode_escape", "utf-7")
-"""Codecs of Python that are no encodings of files."""
-
-
 def encoding_of(data: bytes, label: str, given: str | None = None) -> tuple[str, str]:
     """Encoding of a text file, and what is to be said of it; "" where there is no doubt.
 
@@ -356,7 +335,9 @@ def encoding_of(data: bytes, label: str, given: str | None = None) -> tuple[str,
 def _as_given(data: bytes, label: str, given: str) -> str:
     try:
         name = codecs.lookup(given).name
-        if name in _NEVER:
+        # These codecs of Python are no encodings of files.
+        no_files = "idna", "punycode", "undefined", "unicode_escape", "raw_unicode_escape", "utf-7"
+        if name in no_files:
             raise LookupError
         data.decode(name)
     except LookupError:
@@ -377,7 +358,13 @@ def _of_signs(letters: bytes) -> str | None:
         return None
     for encoding in ("cp1252", "cp850", "mac-roman"):
         text = letters.decode(encoding, "replace")
-        if _SIGNS.sub("", text).isascii():
+        # Signs of units where units have them, and letters that are the same in all western
+        # encodings.
+        other = re.sub(
+            r"(?<![a-z])°(?![ a-z])|(?<![A-Za-z])[µμ](?=[A-Za-z])|[²³](?!\w)|[±·]|Ø(?= ?\d)|"
+            r"(?<=[A-Za-z])[äöüß]|[äöü](?=[a-z])|(?<![a-z])[ÄÖÜ](?=[a-z])", "", text
+        )  # fmt: skip
+        if other.isascii():
             return encoding
     return None
 
@@ -386,11 +373,11 @@ def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
     """The likeliest encoding, preferably one in which known words appear."""
     detector = library("chardet", "chardet (or encoding, which names its encoding)", label)
     guesses = detector.detect_all(
-        letters,
-        ignore_threshold=True,
-        include_encodings=["gb18030", "big5hkscs", "cp932", "euc_jis_2004", "cp949", *_WEST],
-        compat_names=False,
-    )
+        letters, ignore_threshold=True, include_encodings=[
+            "gb18030", "big5hkscs", "cp932", "euc_jis_2004", "cp949", "cp1252", "cp1250", "cp1251",
+            "cp1253", "cp1254", "koi8-r", "cp866", "cp850", "mac-roman",
+        ], compat_names=False,
+    )  # fmt: skip
     likely = []
     for one in guesses:
         encoding = one["encoding"]
@@ -398,7 +385,13 @@ def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
         # Korean of today has no ideographs: a text that seems to have them is Chinese.
         if text.isascii() or (encoding == "cp949" and re.search("[\u4e00-\u9fff]", text)):
             continue
-        known = {word for word in _KNOWN.findall(text.lower()) if not word.isascii()}
+        # Words for angle, pressure, speed and time, which a wrong encoding does not give.
+        words = re.findall(
+            "角|压|壓|圧|力|转速|轉速|回転|时间|時間|각|압력|угол|угл|давлен|кут|тиск|время|оборот|частота|"
+            "kąt|ciśn|úhel|szög|nyomás|γωνία|πίεση|açı|basın|ángulo|presión|pressão|prüf|fühler",
+            text.lower(),
+        )
+        known = {word for word in words if not word.isascii()}
         likely.append((len(known), encoding))
     if not likely:
         raise SceneError(

@@ -45,15 +45,6 @@ from sweeps.scene.features.indicator_files import (
 )
 from sweeps.scene.values import GivenValues
 
-_OF_ONE_CYLINDER = (
-    "pressure", "crank_pin_components", "piston_pin_components", "main_journal_components",
-    "torque_after_throw", "cylinder_gas_torque_harmonics", "cylinder_torque_harmonics",
-    "throw_torque_harmonics",
-)  # fmt: skip
-"""Nodes that contain the diagram of a single cylinder, over angle or order."""
-
-_RESULT, _LEVEL = ": imep ", ": not pegged, "
-
 
 def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
     """Some nodes that are quantities, and all quantities that follow from the nodes."""
@@ -69,7 +60,12 @@ def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
     return frozenset(needing & set(ALL_QUANTITIES))
 
 
-TELLING = _all_that_need(_OF_ONE_CYLINDER)
+# These nodes contain the diagram of a single cylinder, over angle or order.
+TELLING = _all_that_need((
+    "pressure", "crank_pin_components", "piston_pin_components", "main_journal_components",
+    "torque_after_throw", "cylinder_gas_torque_harmonics", "cylinder_torque_harmonics",
+    "throw_torque_harmonics",
+))  # fmt: skip
 """Quantities that reveal the pressure to readers who know the engine's dimensions and masses."""
 
 
@@ -77,9 +73,9 @@ def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
     """Notes without imep and largest pressure; warnings and level without pressures."""
     value = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
     return tuple(
-        value.sub("...", note) if note.startswith("warning: ") or _LEVEL in note else note
+        value.sub("...", note) if note.startswith("warning: ") or ": not pegged, " in note else note
         for note in notes
-        if _RESULT not in note
+        if ": imep " not in note
     )
 
 
@@ -87,8 +83,6 @@ _LABORATORY = EntryPoint(
     "pressure", "sweeps.lab.pressure.pressure:imported", group="sweeps.recordings"
 )
 """Entry point that a checkout uses which was installed before pyproject.toml had it."""
-
-_OWN_KEYS = frozenset(("file", "confidential", SPEEDS))
 
 
 class Indicator(PressureOptions):
@@ -187,7 +181,7 @@ def _is_diagram(table: Indicator, path: Path) -> bool:
     own_header = re.compile(rf"^[^#;\t\n]*({'|'.join(NAMES)})[^;\t\n]*$".encode(), re.MULTILINE)
     own = own_header.search(head) is not None
     text = SUFFIXES.get(path.suffix.lower(), "text") == "text"
-    return text and own and not table.model_fields_set - _OWN_KEYS
+    return text and own and not table.model_fields_set - {"file", "confidential", SPEEDS}
 
 
 def _check_asked(values: GivenValues, quantities: Iterable[str], name: str) -> None:

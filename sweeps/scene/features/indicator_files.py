@@ -34,7 +34,7 @@ NOT_PEGGED = "not pegged"
 
 WARNING = "warning: "  # Beginning of a note with a warning from the checks of the recording
 
-NAMES = ANGLE_COLUMN, PRESSURE_COLUMN = "crank_angle_deg", "pressure_bar"
+NAMES = ("crank_angle_deg", "pressure_bar")
 WHAT = "an indicator diagram (CSV)"
 
 
@@ -100,8 +100,8 @@ def notes_in(text: str) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _diagram(table: CsvTable, period: float, column: str = PRESSURE_COLUMN) -> Diagram:
-    angle = np.array(table.numbers(ANGLE_COLUMN)) * DEGREE
+def _diagram(table: CsvTable, period: float, column: str = NAMES[1]) -> Diagram:
+    angle = np.array(table.numbers(NAMES[0])) * DEGREE
     pressure = np.array(table.numbers(column))
     if not np.abs(pressure).max(initial=0.0) <= LARGEST:
         raise SceneError(f"{table.name}: {column}: {BEYOND}")

@@ -30,10 +30,6 @@ from sweeps.base.files.regular_files import referred
 
 LOBE = 36  # Intervals that an area between two crossings is divided into
 
-BALANCE, BALANCE_ROUNDED = 1e-3, 0.01
-"""Largest sum of the areas of a cycle over the largest area; for rounded areas, over the sum of
-their sizes."""
-
 
 class Harmonic(Strict):
     """One order of a torque in closed form."""
@@ -170,8 +166,10 @@ def _of_areas(given: TorqueDiagram) -> TorqueOverAngle:
     # The energy at the crossings, and thus its swing, depends on the areas alone, see
     # docs/torque_diagrams.md.
     areas, mean = np.array(given.areas), float(given.mean or 0.0)
-    left, most = abs(areas.sum()), np.abs(BALANCE_ROUNDED * areas).sum()
-    if left > (most if given.rounded else BALANCE * np.abs(areas).max()):
+    # The areas of a cycle may add up to a thousandth of the largest of them; where they are said to
+    # be rounded, to a hundredth of the sum of their sizes.
+    left, most = abs(areas.sum()), np.abs(0.01 * areas).sum()
+    if left > (most if given.rounded else 1e-3 * np.abs(areas).max()):
         offer = f", to at most {most:.3g} J with rounded = true" if left <= most else ""
         if given.rounded:
             offer = f", to at most {most:.3g} J (1 percent of the sum of their sizes)"

@@ -23,12 +23,6 @@ from sweeps.base.files.numbers_with_units import number_with_unit
 
 ORDER = "order"  # Name of the column that marks a table of orders
 
-_TORQUE_UNITS = {"nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
-                 "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m",
-                 "kgfm": "kgf m", "danm": "daN m", "nmm": "N mm", "lbin": "lbf in",
-                 "lbfft": "lbf ft", "lbfin": "lbf in"}  # fmt: skip
-"""Spellings of units of torque, in lower case, that pint would misread."""
-
 
 def torque_of_file(
     path: Path, label: str, angle_column: str | int | None, torque_column: str | int | None,
@@ -139,7 +133,13 @@ def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
     if not text:
         raise SceneError(f"{where}: missing; must be a unit such as 'N m' or 'kN m'")
     plain = text.strip().strip("[]()").strip()
-    unit = _TORQUE_UNITS.get(plain.lower(), plain)
+    # Spellings of units of torque, in lower case, that pint would misread.
+    spelled = {
+        "nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
+        "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m", "kgfm": "kgf m",
+        "danm": "daN m", "nmm": "N mm", "lbin": "lbf in", "lbfft": "lbf ft", "lbfin": "lbf in",
+    }  # fmt: skip
+    unit = spelled.get(plain.lower(), plain)
     values = recording.numbers(name)
     try:
         return values * number_with_unit(f"1 {unit}", where, "N m")
