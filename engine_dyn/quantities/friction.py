@@ -15,7 +15,6 @@ from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads import friction
-from engine_dyn.loads import friction as components
 from engine_dyn.quantities.node import Node, hidden, parameter, product
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import BAR
@@ -108,8 +107,8 @@ PARAMETERS = (
     ),
     parameter(
         "valve_train", "i_V", "1", "type of valve train", PATTON, whole=True,
-        low=1.0, low_included=True, high=float(len(components.VALVE_TRAINS)), high_included=True,
-        named=tuple((k, float(v.number)) for k, v in components.VALVE_TRAINS.items()),
+        low=1.0, low_included=True, high=float(len(friction.VALVE_TRAINS)), high_included=True,
+        named=tuple((k, float(v.number)) for k, v in friction.VALVE_TRAINS.items()),
     ),
     parameter(
         "valve_lift", "h_v", "m", "largest valve lift", PATTON, low=0.0, high=0.3,
@@ -176,7 +175,7 @@ def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
     angle = np.array([-np.pi])
     place = np.asarray(row, dtype=float)[..., None]
     pressure = torque.pressure(angle, family, place)[..., 0]
-    return pressure * pressure_scale / components.ATMOSPHERE
+    return pressure * pressure_scale / friction.ATMOSPHERE
 
 
 COMPONENT_NODES: tuple[Node, ...] = (
@@ -188,29 +187,29 @@ COMPONENT_NODES: tuple[Node, ...] = (
     ),
     _sized(
         "crankshaft_seals", "S", "the seals of the crankshaft", ("main_journal_diameter",),
-        components.crankshaft_seals,
+        friction.crankshaft_seals,
     ),
     _sized(
         "main_bearings", "H", "the main bearings, including turbulent dissipation",
         ("speed", "main_journal_diameter", "main_journal_width", "main_bearings"),
-        components.main_bearings,
+        friction.main_bearings,
     ),
     _sized(
         "crank_pin_bearings", "C", "the connecting-rod bearings",
-        ("speed", "crank_pin_diameter", "crank_pin_width"), components.crank_pin_bearings,
+        ("speed", "crank_pin_diameter", "crank_pin_width"), friction.crank_pin_bearings,
     ),
     _part(
         "skirt", "K", "the skirts of the pistons", ("bore", "mean_piston_speed"),
-        lambda bore, mean_piston_speed: components.skirt(bore, mean_piston_speed),
+        lambda bore, mean_piston_speed: friction.skirt(bore, mean_piston_speed),
     ),
     _part(
         "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
-        components.rings,
+        friction.rings,
     ),
     hidden(
         "ring_gas_pressure_unthrottled", "Pa",
         "ring friction added by gas pressure at full throttle",
-        lambda geometric_compression_ratio, mean_piston_speed: components.ring_gas_pressure(
+        lambda geometric_compression_ratio, mean_piston_speed: friction.ring_gas_pressure(
             geometric_compression_ratio, mean_piston_speed
         ),
     ),
@@ -221,12 +220,12 @@ COMPONENT_NODES: tuple[Node, ...] = (
     _sized(
         "valve_train", "V", "the valve train",
         ("speed", "valve_train", "valve_lift", "valves_per_cylinder", "camshaft_bearings"),
-        components.valve_train,
+        friction.valve_train,
     ),
     _part(
         "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
         ("speed",),
-        components.auxiliaries,
+        friction.auxiliaries,
     ),
     hidden(
         "fmep_without_gas", "Pa",

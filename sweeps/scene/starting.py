@@ -10,7 +10,9 @@ from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import TorqueOverSpeed
 from engine_dyn.parameters import PARAMETERS
 from engine_dyn.quantities.features import torque_tables
+from engine_dyn.quantities.friction import FRICTION_LAWS
 from sweeps.scene.reading import built_in_scenes
+from sweeps.scene.values import BY_COMPONENT
 
 
 def starting_scene(engine: Engine | None = None, path: str = "") -> str:
@@ -39,7 +41,8 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         "speed": f"{values['speed']:g}                    # rpm",
         "load": f"{[float(f'{load:g}') for load in loads]}    # percent",
     }
-    without_effect = ["friction_"] if "friction_law" in values else []
+    law = FRICTION_LAWS[int(values.get("friction_law", 1.0)) - 1]
+    without_effect = ["friction_"] if law == BY_COMPONENT else []
     if engine.torque is not None:  # A given torque counts as it comes from the shaft
         without_effect = ["friction_", "crankcase_pressure"]
     if isinstance(torque_tables.LOAD.of(engine), TorqueOverSpeed):  # It replaces k omega^exponent

@@ -102,7 +102,7 @@ class GivenValues:
         return tuple(key for key in CYCLE_KEYS if key in self.given)
 
 
-FIRST, BY_COMPONENT = FRICTION_LAWS  # Default friction law, and the law that adds up components
+BY_COMPONENT = "patton_nitschke_heywood"  # The friction law that adds up components
 
 
 def friction_law(values: GivenValues) -> str:

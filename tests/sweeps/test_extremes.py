@@ -83,7 +83,9 @@ def test_every_extreme_names_its_curve() -> None:
     }  # fmt: skip
     assert len(meant) > 60
     unknown = {name for name in meant - DECLARED.keys() - NO_CURVE.keys() if not follows(name)}
-    assert not unknown, "declare `extreme_of`, or say in NO_CURVE why there is no curve"
+    assert not unknown, (
+        "declare `extreme_of` of a public curve, or say in NO_CURVE why there is none"
+    )
     assert NO_CURVE.keys() <= meant - DECLARED.keys()
 
 

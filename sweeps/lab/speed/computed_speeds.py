@@ -219,7 +219,7 @@ def _changed(diagram: Diagram, shift: float, pegging: float, factor: float) -> D
 
 def _grown(feature: GivenFeature) -> str:
     """Parameters to which a feature adds."""
-    return " and ".join(sorted({one.what for one in feature.feature.adds} & PARAMETERS.keys()))
+    return " and ".join(sorted({one.parameter for one in feature.feature.adds} & PARAMETERS.keys()))
 
 
 LEFT_OUT: Mapping[str, str] = {
