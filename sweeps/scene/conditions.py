@@ -149,16 +149,14 @@ def check_name(archive: xr.Dataset, name: str) -> None:
         )
 
 
-Part = Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]
-
-
 @dataclass(frozen=True)
 class Asked:
     """Variables of an archive that a search is about, by keys of its own."""
 
     # Variables by key; the outcome as "status" where every value has one
     variables: dict[str, xr.Variable]
-    parts: dict[str, Part]  # Bearing that counts, for each variable with a value for each bearing
+    # Bearing that counts, for each variable with a value for each bearing
+    parts: dict[str, Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]]
     wanted: list[str]  # Keys of the quantities that are minimised or maximised
     limited: list[str]  # Keys of the quantities in conditions
 

@@ -26,26 +26,10 @@ from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import SAME, unwrapped
 from sweeps.scene.features.measured import Measured, MeasuredTable
 
-OF_SPEED = (
-    "speed",
-    "rpm",
-    "omega",
-    "drehzahl",
-    "转速",
-    "轉速",
-    "回転",
-    "оборот",
-    "скорость",
-    "частота",
-)
-"""Parts of the names of columns that hold a speed."""
-
 TURNING_BACK = 0.3
 """Share of steps that do not ascend, from which times of teeth are certainly intervals. A smaller
 share, as large as a gap in every second turn makes it, counts if they fit the wheel."""
 
-RATES_DIFFER = 0.01
-"""Relative difference allowed between a given sample rate and that of the column of times."""
 
 FEWEST = 12  # Fewest samples of a cycle of speed over angle
 
@@ -405,7 +389,8 @@ def _check_rate(recording: Recording, rate: float, column: str) -> None:
     for name in (name for name in recording.columns if name != column and is_time_name(name)):
         time = _flat(recording, name) * _factor(recording, name, (), None, SECONDS, "time")
         stated = (time.size - 1) / float(np.ptp(time)) if np.ptp(time) > 0.0 else rate
-        if abs(rate / stated - 1.0) > RATES_DIFFER:
+        # The given sample rate and that of the times may differ by one percent.
+        if abs(rate / stated - 1.0) > 0.01:
             raise SceneError(
                 f"{recording.label}, column {shown(name)}: has {stated:.6g} samples per second; "
                 f"sample_rate = {rate:g} must be left out or the same"
@@ -438,7 +423,11 @@ def _speed_over_angle(
     """Cycles of speed on uniform angles from -period/2; angles may count on over many cycles."""
     of_angle = ("angle", "crank", "°", "deg", "winkel", "角", "угол")
     angle_name = _column(recording, table.angle_column, "angle_column", of_angle)
-    column = _column(recording, table.column, "column", OF_SPEED, (angle_name,))
+    of_speed = (
+        "speed", "rpm", "omega", "drehzahl", "转速", "轉速", "回転", "оборот", "скорость",
+        "частота",
+    )  # fmt: skip
+    column = _column(recording, table.column, "column", of_speed, (angle_name,))
     angle = _flat(recording, angle_name)
     angle_units = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
     angle = angle * _factor(recording, angle_name, (), None, angle_units, "angle")

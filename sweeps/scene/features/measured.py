@@ -110,16 +110,6 @@ class MeasuredTable(ReadingChoices):
     )
 
 
-_COMPANIONS: Companions = {
-    ("angle_column", "angle_shift"): {"kind": ("speed",)},
-    ("gap_angle", "first_tooth", "reversed", "end", "tooth_errors"): {"kind": ("teeth", "encoder")},
-    ("time_column", "sample_rate", "threshold", "hysteresis", "edge", "mark_column"): {
-        "kind": ("encoder",)
-    },
-    ("mark_angle",): {"mark_column": ()},
-}
-
-
 @dataclass(frozen=True, eq=False)
 class Measured:
     """Recordings of the speed that a scene names."""
@@ -148,7 +138,17 @@ def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -
         raise SceneError(f"{where} file: {len(files)} files; must be 1 to {MOST_FILES}")
     paths = tuple(referred(folder, file, f"{where} file") for file in files)
     wheel = _wheel(given, where)
-    check_companions(given, _COMPANIONS, where)
+    companions: Companions = {
+        ("angle_column", "angle_shift"): {"kind": ("speed",)},
+        ("gap_angle", "first_tooth", "reversed", "end", "tooth_errors"): {
+            "kind": ("teeth", "encoder")
+        },
+        ("time_column", "sample_rate", "threshold", "hysteresis", "edge", "mark_column"): {
+            "kind": ("encoder",)
+        },
+        ("mark_angle",): {"mark_column": ()},
+    }
+    check_companions(given, companions, where)
     for key in ("gap_angle", "first_tooth"):
         if given.mark_column is not None and getattr(given, key) is not None:
             raise SceneError(

@@ -208,15 +208,6 @@ def tooth_figure(view: View, wheel: str, uncertainty: str, source: str) -> Figur
     return finish(figure, f"Errors of the wheel {wheel}", notes, None, "", view.caption)
 
 
-DELTAS_MEASURED = (
-    Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured, raw", "o", MEASURED),
-    Delta("delta_through_wheel", "", "computed, through the wheel", "D", COMPUTED),
-    Delta("delta_measured", "delta_measured_uncertainty", "measured, tooth errors out", "s",
-          MEASURED),
-    Delta("delta", "", "computed", "^", COMPUTED),
-)  # fmt: skip
-
-
 def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a comparison: curves, differences, orders, delta, and the teeth where there are some."""
     view = with_recordings(study.view)
@@ -233,7 +224,14 @@ def measured_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         _title_raw if wheel else _measured_title, "Measured less computed (% of the mean)",
     )  # fmt: skip
     yield "measured_orders", _orders(view)
-    rows: Sequence[Delta] = DELTAS_MEASURED
+    rows: Sequence[Delta] = (
+        Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured, raw", "o",
+              MEASURED),
+        Delta("delta_through_wheel", "", "computed, through the wheel", "D", COMPUTED),
+        Delta("delta_measured", "delta_measured_uncertainty", "measured, tooth errors out", "s",
+              MEASURED),
+        Delta("delta", "", "computed", "^", COMPUTED),
+    )  # fmt: skip
     step = 0.14
     if not _has_errors(view):  # Without errors of teeth there is one measured delta
         rows, step = (replace(rows[2], text="measured"), rows[3]), 0.2
@@ -338,14 +336,6 @@ def _has_errors(view: View) -> bool:
 
 NORMAL = 1.96  # Half width of a 95 % interval in standard deviations
 
-DELTAS_FITTED = (
-    Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
-    Delta("delta_through_wheel", "", "fitted to all recordings", "D", COMPUTED),
-    Delta("delta_predicted", "delta_predicted_deviation", "predicted from the others", "^",
-          COMPUTED),
-)  # fmt: skip
-"""Marks of the deltas: measured, fitted, and predicted from the other recordings."""
-
 
 def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw a fit: curves, residuals, delta, parameters, and the teeth where they were fitted."""
@@ -362,8 +352,14 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         "Measured less fitted (standard errors)",
     )  # fmt: skip
     raw = "Raw coefficient" if "wheel" in view.data.attrs else "Coefficient"
+    rows = (
+        Delta("delta_measured_raw", "delta_measured_raw_uncertainty", "measured", "o", MEASURED),
+        Delta("delta_through_wheel", "", "fitted to all recordings", "D", COMPUTED),
+        Delta("delta_predicted", "delta_predicted_deviation", "predicted from the others", "^",
+              COMPUTED),
+    )  # fmt: skip
     yield "fit_delta", delta_figure(
-        view, [row for row in DELTAS_FITTED if view.has(row.name)], 0.16,
+        view, [row for row in rows if view.has(row.name)], 0.16,
         rf"{raw} of speed fluctuation $\delta$",
         "Speed fluctuation, measured, fitted and predicted", ["bars and ±: 95 % intervals", *notes],
         NORMAL,

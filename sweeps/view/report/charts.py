@@ -13,7 +13,6 @@ from sweeps.base.files.libraries import library
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8a6d3b")
 
-CELLS = ("x", "y", "left", "right", "bottom", "top", "value", "told")  # Columns of a map's cells
 
 MISSING = "#c8c8c8"
 """Colour of cells without a value."""
@@ -105,7 +104,8 @@ def cells(*, log: bool = False, height: int = 380, **options: Any) -> Any:
     """
     bokeh = models()
     made = _figure(height, **options)
-    source = bokeh.ColumnDataSource({name: [] for name in CELLS})
+    columns = ("x", "y", "left", "right", "bottom", "top", "value", "told")
+    source = bokeh.ColumnDataSource({name: [] for name in columns})
     mark = bokeh.ColumnDataSource({"x": [], "y": []})
     scale = bokeh.LogColorMapper if log else bokeh.LinearColorMapper
     mapper = scale("Viridis256", nan_color=MISSING)

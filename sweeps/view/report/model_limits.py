@@ -6,13 +6,14 @@ from collections.abc import Iterable
 
 from sweeps.view.texts.lists import SUBJECTS
 
-SPEED, TORQUE, LOADS = "crank speed", "torque", "load and driver"
-BALANCE, ONE_CYLINDER, BEARINGS = "balance", "forces in one cylinder", "bearing loads"
-TORSION = "torsional vibration of the shaft"
-PRESSURE, FRICTION, FLYWHEEL = "pressure, work and power", "friction", "flywheel"
-ORDERS, SERIES = "orders", "truncated series"
+SPEED, TORQUE, FLYWHEEL, ORDERS = "crank speed", "torque", "flywheel", "orders"
+ONE_CYLINDER, BEARINGS, TORSION = (
+    "forces in one cylinder", "bearing loads", "torsional vibration of the shaft"
+)  # fmt: skip
 
-GAS = (SPEED, TORQUE, PRESSURE, FLYWHEEL, ONE_CYLINDER, BEARINGS, ORDERS, TORSION)
+GAS = (
+    SPEED, TORQUE, "pressure, work and power", FLYWHEEL, ONE_CYLINDER, BEARINGS, ORDERS, TORSION,
+)  # fmt: skip
 """Subjects of quantities that need the pressure in the cylinders."""
 
 LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
@@ -35,18 +36,18 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
         "of factors, over speed.",
     ),
     (
-        (SPEED, TORQUE, ORDERS, ONE_CYLINDER, BEARINGS, BALANCE),
+        (SPEED, TORQUE, ORDERS, ONE_CYLINDER, BEARINGS, "balance"),
         "The rod is modelled by two masses. The torque that this neglects is not included.",
     ),
     (
-        (SPEED, TORQUE, FRICTION),
+        (SPEED, TORQUE, "friction"),
         "Friction is a mean effective pressure. Its shape over the stroke, if shares are given, "
         "is a model without a published source for the shares; it is the same for all cylinders "
         "except for their pressure. Friction by component was fitted to warm car engines of the "
         "1980s.",
     ),
     (
-        (SPEED, LOADS),
+        (SPEED, "load and driver"),
         "Load and driver respond at once: governor, electrical transients of a motor, slip of a "
         "coupling and play are not modelled.",
     ),
@@ -62,7 +63,7 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
         "included if scene or engine gives them, those of a throw at its middle.",
     ),
     (
-        (BALANCE,),
+        ("balance",),
         "Shaking forces and moments are those of a rigid engine at constant speed; mounts, a "
         "flexible shaft and gas forces are not included.",
     ),
@@ -75,7 +76,7 @@ LIMITS: tuple[tuple[tuple[str, ...], str], ...] = (
         (ORDERS,),
         "Orders of the torque include gas and inertia torque, but not friction over the stroke.",
     ),
-    ((SERIES,), "The coefficients of the series apply to engines without pin offset."),
+    (("truncated series",), "The coefficients of the series apply to engines without pin offset."),
 )
 """Limits of the model, each with the subjects of the quantities that it applies to."""
 

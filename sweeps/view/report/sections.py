@@ -387,16 +387,15 @@ def limited(archive: xr.Dataset, choices: Choices) -> str:
 
 # ---- provenance ----------------------------------------------------------------------------------
 
-TOLD_ELSEWHERE = frozenset(
-    {"title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
-     "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "shaft",
-     "solver", REDUCTION}
-)  # fmt: skip
-
 
 def provenance(archive: xr.Dataset, choices: Choices) -> str:
     """Versions, the command, hashes of files, the scene."""
-    body = [(key, value) for key, value in archive.attrs.items() if key not in TOLD_ELSEWHERE]
+    told_elsewhere = {
+        "title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
+        "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "shaft",
+        "solver", REDUCTION,
+    }  # fmt: skip
+    body = [(key, value) for key, value in archive.attrs.items() if key not in told_elsewhere]
     parts = [table(("", ""), body[:MOST_LINES])]
     files = members_of(archive, "input_files").get("files")
     if isinstance(files, dict) and files:
@@ -427,8 +426,7 @@ def cited(archive: xr.Dataset, choices: Choices) -> str:
     return "".join(parts)
 
 
-SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]]
-SECTIONS = {
+SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]] = {
     "before": (("computed", "What was computed", computed), ("results", "Key results", results)),
     "after": (
         ("outcomes", "Outcomes, and where designs failed", outcomes),
