@@ -412,14 +412,6 @@ class RequiredInertia:
         return self.by_energy_swing / self.inertia - 1.0
 
 
-_OF_TORQUE = (
-    "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
-    "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
-    "friction_shape", "friction_torque", "tolerance", "driven", "gear_ratio", "load_phase",
-    "load_scale",
-)  # fmt: skip
-
-
 def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> RequiredInertia:
     """Find the inertia of one engine that gives a wanted coefficient of speed fluctuation.
 
@@ -454,7 +446,12 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
 
     speed = given_number("speed", engine["speed"])
     tolerance = given_number("tolerance", engine.get("tolerance", 1e-6))
-    of_torque = {name: value for name, value in engine.items() if name in _OF_TORQUE}
+    of_torque = {name: value for name, value in engine.items() if name in {
+        "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
+        "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
+        "friction_shape", "friction_torque", "tolerance", "driven", "gear_ratio", "load_phase",
+        "load_scale",
+    }}  # fmt: skip
     swing = energy_swing(diagram, **of_torque)
     estimate = float(energy_swing_inertia(swing, wanted_delta, speed))
     outcomes = search(outcome, np.array([estimate]), np.array([wanted_delta]), tolerance)

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 _BOSCH = "Bosch Automotive Handbook, reciprocating-piston engines, firing orders"
-_KAKAITSAS = "Kakaitsas (2015), section 5.4"
 _FAA = "FAA-H-8083-32, Aviation Maintenance Technician Handbook: Powerplant, firing order"
 _GENERIC = "the only order, apart from the sense of rotation"
 _TOGETHER = f"pairs that fire together; {_GENERIC}"
@@ -74,14 +73,14 @@ IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     4: (KnownOrder((1, 3, 4, 2), _BOSCH), KnownOrder((1, 2, 4, 3), _BOSCH)),
     5: (KnownOrder((1, 2, 4, 5, 3), _BOSCH),),
     6: (
-        KnownOrder((1, 5, 3, 6, 2, 4), f"{_KAKAITSAS}; {_BOSCH}; {_FAA}"),
+        KnownOrder((1, 5, 3, 6, 2, 4), f"Kakaitsas (2015), section 5.4; {_BOSCH}; {_FAA}"),
         KnownOrder((1, 2, 4, 6, 5, 3), _BOSCH),
         KnownOrder((1, 4, 2, 6, 3, 5), _BOSCH),
         KnownOrder((1, 4, 5, 6, 3, 2), _BOSCH),
     ),
     7: (KnownOrder((1, 2, 4, 6, 7, 5, 3), "medium-speed marine engines"),),
     8: (
-        KnownOrder((1, 5, 2, 6, 8, 4, 7, 3), _KAKAITSAS),
+        KnownOrder((1, 5, 2, 6, 8, 4, 7, 3), "Kakaitsas (2015), section 5.4"),
         KnownOrder((1, 6, 2, 5, 8, 3, 7, 4), _BOSCH),
         KnownOrder((1, 3, 6, 8, 4, 2, 7, 5), _BOSCH),
         KnownOrder((1, 4, 7, 3, 8, 5, 2, 6), _BOSCH),

@@ -135,7 +135,10 @@ def vee(
     name = f"V{cylinders}"
     _check_count("V", cylinders, 2, MOST)
     if cylinders % 2:
-        raise ValueError(f"{name}: cylinders = {cylinders}: must be an even number; {_TABLE}")
+        raise ValueError(
+            f"{name}: cylinders = {cylinders}: must be an even number; a table of throws, "
+            "banks and cylinders describes such an engine"
+        )
     if not 0.0 < bank_angle <= math.pi:
         raise ValueError(
             f"{name}: bank angle = {bank_angle / DEGREE:g} degree: must be above 0 and at most 180"
@@ -354,28 +357,19 @@ def arrangement_from_text(text: str, period: float = FOUR_STROKE) -> Arrangement
         raise ValueError(f"arrangement = '{text}': {error}") from None
 
 
-_TABLE = "a table of throws, banks and cylinders describes such an engine"
-
-_NOT_COVERED = {
-    r"wankel|rotary": "Wankel engines are not covered: a rotor is no piston on a crank",
-    r"opposed[- ]piston": "opposed pistons are not covered: each cylinder has two, on two cranks",
-    r"free[- ]piston": "free-piston engines are not covered: they have no crank",
-    r"axial|barrel|(swash|wobble)[- ]?plate": "axial engines are not covered: their pistons work "
-    "along the shaft, on a plate",
-}
-"""Words for engines with other mechanisms, which are refused, and the reason for each."""
-
-
 def not_covered(text: str) -> str | None:
     """Why an engine that a text names is none of this project; None for all others."""
     words = text.strip().lower()
-    return next((why for name, why in _NOT_COVERED.items() if re.match(name, words)), None)
-
-
-_FORMS = (
-    "must be one of 'in-line N', 'V<N> ANGLE', 'VR<N> ANGLE', 'boxer N', "
-    "'W<N> ANGLE,ANGLE,...', 'radial N', 'parallel twin ANGLE'"
-)
+    # These engines have another mechanism: the words for them, and why they are not covered.
+    others = {
+        r"wankel|rotary": "Wankel engines are not covered: a rotor is no piston on a crank",
+        r"opposed[- ]piston": "opposed pistons are not covered: each cylinder has two, on "
+        "two cranks",
+        r"free[- ]piston": "free-piston engines are not covered: they have no crank",
+        r"axial|barrel|(swash|wobble)[- ]?plate": "axial engines are not covered: their pistons "
+        "work along the shaft, on a plate",
+    }
+    return next((why for name, why in others.items() if re.match(name, words)), None)
 
 
 def _read(text: str, period: float) -> Arrangement:
@@ -420,7 +414,11 @@ def _read(text: str, period: float) -> Arrangement:
             bank_angle = _angle(rest.pop(0))
             _no_more(rest, ("one angle", "an order such as 1-5-3-6-2-4"))
             return vr_engine(_count(first[2:]), bank_angle, order, period)
-    raise ValueError(not_covered(text) or _FORMS)
+    raise ValueError(
+        not_covered(text)
+        or "must be one of 'in-line N', 'V<N> ANGLE', 'VR<N> ANGLE', "
+        "'boxer N', 'W<N> ANGLE,ANGLE,...', 'radial N', 'parallel twin ANGLE'"
+    )
 
 
 def _taken_order(words: list[str]) -> tuple[int, ...] | None:

@@ -119,16 +119,9 @@ def _in(unit: str, si: float) -> Suspicion:
     return Suspicion(f"in {unit}", lambda number: number * si)
 
 
-_LENGTH = (_in("mm", 1e-3), _in("cm", 1e-2), _in("inches", 0.0254), _in("m", 1.0))
-_MASS = (_in("g", 1e-3), _in("lb", 0.45359237), _in("t", 1e3), _in("kg", 1.0))
-_INERTIA = (
-    _in("kg cm2", 1e-4), _in("g m2", 1e-3), _in("kg mm2", 1e-6),
-    _in("lb ft2", 0.04214011), _in("t m2", 1e3),
-)  # fmt: skip
 _PRESSURE = (
     _in("kPa", 1e3), _in("Pa", 1.0), _in("bar", BAR), _in("MPa", 1e6), _in("psi", 6894.757),
 )  # fmt: skip
-_SPEED = (_in("rpm", RPM), _in("rad/s", 1.0), _in("1/s", math.tau))
 
 SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
     **dict.fromkeys(
@@ -137,14 +130,21 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
          "crank_offset", "offset", "flywheel_outer_diameter", "valve_lift",
          *(f"{bearing}_{size}" for bearing in ("crank_pin", "main_journal", "piston_pin")
            for size in ("diameter", "width"))),
-        _LENGTH,
+        (_in("mm", 1e-3), _in("cm", 1e-2), _in("inches", 0.0254), _in("m", 1.0)),
     ),
-    **dict.fromkeys(("reciprocating_mass", "piston_mass", "rod_mass", "crank_mass"), _MASS),
-    **dict.fromkeys(("inertia", "flywheel_inertia", "load_inertia", "rod_inertia"), _INERTIA),
-    "speed": _SPEED,
-    "rated_speed": _SPEED,
-    "start_speed": _SPEED,
-    "motor_synchronous_speed": _SPEED,
+    **dict.fromkeys(
+        ("reciprocating_mass", "piston_mass", "rod_mass", "crank_mass"),
+        (_in("g", 1e-3), _in("lb", 0.45359237), _in("t", 1e3), _in("kg", 1.0)),
+    ),
+    **dict.fromkeys(
+        ("inertia", "flywheel_inertia", "load_inertia", "rod_inertia"),
+        (_in("kg cm2", 1e-4), _in("g m2", 1e-3), _in("kg mm2", 1e-6), _in("lb ft2", 0.04214011),
+         _in("t m2", 1e3)),
+    ),
+    **dict.fromkeys(
+        ("speed", "rated_speed", "start_speed", "motor_synchronous_speed"),
+        (_in("rpm", RPM), _in("rad/s", 1.0), _in("1/s", math.tau)),
+    ),
     **dict.fromkeys(("intake_pressure", "heat", "ring_pressure", "friction_constant"), _PRESSURE),
     "crankcase_pressure": (
         *_PRESSURE, Suspicion("a gauge pressure", lambda number: number * BAR + 101325.0)
@@ -409,14 +409,10 @@ DIAGRAM_CHECKS: tuple[Check, ...] = (
 )  # fmt: skip
 """Checks of indicator diagrams."""
 
-_STEEL = (
-    "judgement: rules for ships' shafts (IACS UR M68) allow some 30 to 90 in service, twice "
-    "as much in passing; steel of crankshafts is fatigued by 200 to 300"
-)
-
 RESULT_CHECKS: tuple[Check, ...] = (
-    _own("shaft_stress_half_range", "vibratory shear stress in a shaft", "MPa", 0.0, 300.0, _STEEL,
-         si=MPA),
+    _own("shaft_stress_half_range", "vibratory shear stress in a shaft", "MPa", 0.0, 300.0,
+         "judgement: rules for ships' shafts (IACS UR M68) allow some 30 to 90 in service, twice "
+         "as much in passing; steel of crankshafts is fatigued by 200 to 300", si=MPA),
     _own("crankshaft_twist_half_range", "vibratory twist between disc 1 and flywheel", "degree",
          0.0, 5.0, "judgement: crankshafts fail at some 2 degrees; a damper's or pulley's rubber "
          "may twist more", si=DEGREE),

@@ -38,7 +38,7 @@ from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.geometry.slider_crank import position_at, sum_of_angles, velocity_at
 from engine_dyn.given_numbers import given_array, given_number
 from engine_dyn.pressure.diagram import Diagram, never_burns, table_angles
-from engine_dyn.pressure.file_fields import FileField, documented, file_units
+from engine_dyn.pressure.file_fields import FileField, documented
 from engine_dyn.pressure.first_law_formulas import smooth_step
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import BAR, DEGREE
@@ -61,9 +61,6 @@ FILE_FIELDS: dict[str, FileField] = {
     "valve_lag": FileField("degree", 0.25, 20.0),
 }
 """Fields of the compressor's cycle in engine files."""
-
-FILE_UNITS = file_units(FILE_FIELDS)
-"""Unit in which a file of a driven machine gives each field, and its size in SI."""
 
 
 @documented("compressor", FILE_FIELDS)
@@ -233,14 +230,13 @@ def refusals(
     """Find what is no cycle: where, and the line that says it of the first; see `tabulate`."""
 
     def said(name: str, bad: NDArray[np.bool_], allowed: str) -> str:
-        unit, size = FILE_UNITS[name]
         if not bad.any():
             return ""
         value = float(columns[name][bad].flat[0])
         if not math.isfinite(value):
             return f"{name} = {value}: must be a finite number"
-        words = "" if unit == "1" else f" {unit}"
-        return f"{name} = {value / size:.6g}{words}: must be {allowed}"
+        field = FILE_FIELDS[name]
+        return f"{name} = {value / field.size:.6g}{field.words}: must be {allowed}"
 
     for name, item in FILE_FIELDS.items():
         low, high, ends, size = item.low, item.high, item.ends, item.size
@@ -411,9 +407,6 @@ PUMP_FIELDS: dict[str, FileField] = {
     "offset_ratio": FileField("1", -10.0, 10.0),
 }
 """Fields of the pump's cycle in engine files."""
-
-PUMP_UNITS = file_units(PUMP_FIELDS)
-"""Unit in which a file of a driven machine gives each field, and its size in SI."""
 
 
 @documented("pump", PUMP_FIELDS)

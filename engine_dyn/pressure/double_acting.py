@@ -27,7 +27,7 @@ from engine_dyn.pressure.compressor import CompressorCycle, refusals, tabulate
 from engine_dyn.pressure.diagram import Diagram, largest_of_blends, never_burns
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
-from engine_dyn.pressure.file_fields import FileField, documented, file_units
+from engine_dyn.pressure.file_fields import FileField, documented
 from engine_dyn.types import Floats
 
 FILE_FIELDS: dict[str, FileField] = {
@@ -39,9 +39,6 @@ FILE_FIELDS: dict[str, FileField] = {
 
 OF_EFFECTIVE_PRESSURE = ("bore", "crankcase_pressure")
 """Engine parameters that enter the effective pressure, and that no design may change."""
-
-FILE_UNITS = file_units(FILE_FIELDS)
-"""Unit in which a file of a driven machine gives each field, and its size in SI."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -23,8 +23,6 @@ NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE
 ENDS_TOLERANCE = 0.02
 SMALLEST_PEAK, LARGEST_PRESSURE = 0.01 * BAR, 500.0 * BAR
-# Lowest pressure of naturally aspirated cycles in megapascal, unlike that of pumps.
-MEGAPASCAL = 0.05 * BAR, 0.15 * BAR
 
 SLACK = 1e-7
 """Fraction of the cycle within which angles are the same: single precision errs by 2e-8."""
@@ -100,8 +98,9 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
             f"point {top + 1}: the largest pressure is {bars(p[top])} bar: must be at least "
             f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
         )
+    # Lowest pressures of naturally aspirated cycles in megapascal, and what tells them from pumps.
     low = float(p.min())
-    if MEGAPASCAL[0] <= low < MEGAPASCAL[1] and 15.0 * low <= p[top] <= 35.0 * BAR:
+    if 0.05 * BAR <= low < 0.15 * BAR and 15.0 * low <= p[top] <= 35.0 * BAR:
         raise ValueError(
             f"lowest pressure {bars(low)} bar, largest {bars(p[top])} bar: no cylinder with such "
             "a compression reaches so low a pressure (it looks like megapascal)"

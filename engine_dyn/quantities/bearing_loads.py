@@ -171,14 +171,13 @@ def _load_nodes(
     ]  # fmt: skip
 
 
-_AROUND = ("crank_angle", "crank_ratio", "offset_ratio")
-
-
 def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
     """One component of a load: as it is, or turned with its own crank or with crank 1."""
     load, _, part = name.rpartition("_")
     of = f"{load}_components"
-    needs = (of, *_AROUND, *_COUNTED) if turning == "engine" else (of, *_AROUND)
+    needs: tuple[str, ...] = (of, "crank_angle", "crank_ratio", "offset_ratio")
+    if turning == "engine":
+        needs = (*needs, *_COUNTED)
 
     def make(**needs: Any) -> Any:
         component = needs[of]

@@ -129,17 +129,17 @@ def _deviation(ending: str, symbol: str, text: str, needs: tuple[str, ...],
                 make=make, si=DEGREE, **more)  # fmt: skip
 
 
-_OF_DEVIATION = ("angle_deviation_extremes",)
-
 _DEVIATIONS = (
     _deviation(
         "", r"\theta", f"{_TEXT}, positive where it is ahead",
         ("omega_close", "crank_angle", "close_angle", "curve_period"), _curve, kind="curve",
         removes=("close_angle",),
     ),
-    _deviation("_max", r"\theta_{max}", f"largest {_TEXT}", _OF_DEVIATION, _extreme("high"),
+    _deviation("_max", r"\theta_{max}", f"largest {_TEXT}",
+               ("angle_deviation_extremes",), _extreme("high"),
                extreme_of=("angle_deviation", "largest")),
-    _deviation("_min", r"\theta_{min}", f"least {_TEXT}", _OF_DEVIATION, _extreme("low"),
+    _deviation("_min", r"\theta_{min}", f"least {_TEXT}",
+               ("angle_deviation_extremes",), _extreme("low"),
                extreme_of=("angle_deviation", "smallest")),
     _deviation(
         "_largest", r"\theta_{largest}", f"largest {_TEXT}, to either side",
@@ -218,8 +218,6 @@ def _interval(
     first = np.ravel(crank_angle)[0]
     return times.duration(omega, first, interval_begin, end, curve_period)
 
-
-_TIME: dict[str, Any] = {"removes": ("crank_angle",)}
 
 OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
 """Durations of strokes without a half turn of their own in two-stroke engines."""
@@ -310,7 +308,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "cycle_time", "T", "s", "duration of a cycle", DEVIATION,
-        make=lambda omega, period: times.cycle_time(omega, period), **_TIME,
+        make=lambda omega, period: times.cycle_time(omega, period), removes=("crank_angle",),
     ),
     *(
         Node(
@@ -318,7 +316,7 @@ NODES: tuple[Node, ...] = (
             f"duration of the {stroke} of cylinder 1, crank angle {begin / DEGREE:.0f} to "
             f"{end / DEGREE:.0f} degree", DEVIATION,
             needs=("omega", "crank_angle", "curve_period"),
-            make=_duration(begin, end), **_TIME,
+            make=_duration(begin, end), removes=("crank_angle",),
         )
         for stroke, begin, end in (
             ("intake", -2.0 * np.pi, -np.pi), ("compression", -np.pi, 0.0),
@@ -329,6 +327,6 @@ NODES: tuple[Node, ...] = (
         "interval_duration", "t_{ab}", "s",
         "duration from interval_begin to interval_end", DEVIATION,
         make=_interval,
-        **_TIME,
+        removes=("crank_angle",),
     ),
 )  # fmt: skip

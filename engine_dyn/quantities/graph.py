@@ -191,7 +191,11 @@ _QUANTITIES: tuple[Node, ...] = (
 )
 """All computed nodes, public ones and those that they need."""
 
-_CURVE_MEANS = curve_extremes.means_of_curves(_QUANTITIES)
+CURVE_MEANS: Mapping[str, Node] = MappingProxyType(
+    {n.name: n for n in curve_extremes.means_of_curves(_QUANTITIES)}
+)
+"""Root mean square and mean of every curve, by the endings of `curve_extremes`; lists name these
+once."""
 
 _CONSTANTS = tuple(
     Node(name, "", "1", long_name, kind="constant", public=False)
@@ -214,7 +218,7 @@ _CONSTANTS = tuple(
     )
 )
 
-_DIMENSIONS = (
+DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in (
     Dimension(
         "throw", "", "1", "throw along the shaft, with its cylinders, counted from 1; pins that "
         "are split stand in one", whole=True,
@@ -260,17 +264,11 @@ _DIMENSIONS = (
     ),
     Dimension("parameter", "", "1", "parameter that an elasticity is taken by"),
     Dimension("uncertain_parameter", "", "1", "parameter with an uncertain value"),
-)  # fmt: skip
-
-DIMENSIONS: Mapping[str, Dimension] = MappingProxyType({d.name: d for d in _DIMENSIONS})
+)})  # fmt: skip
 """Dimensions beside the axes of a scene, in the order of archives."""
 
 ALONG_SHAFT = frozenset({"throw", "bay", "main_bearing"})
 """Dimensions of nodes that need the engine's throws."""
-
-
-NODES: Mapping[str, tuple[Node, ...]]
-"""Every node by name; a name with variants has one node for each."""
 
 _by_name: dict[str, tuple[Node, ...]] = {}
 for _node in (
@@ -278,12 +276,14 @@ for _node in (
     # Leaves that hold the values along each dimension.
     *(
         Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
-        for d in _DIMENSIONS
+        for d in DIMENSIONS.values()
     ),
-    *_CONSTANTS, *_QUANTITIES, *_CURVE_MEANS,
+    *_CONSTANTS, *_QUANTITIES, *CURVE_MEANS.values(),
 ):  # fmt: skip
     _by_name[_node.name] = (*_by_name.get(_node.name, ()), _node)
-NODES = MappingProxyType(_by_name)
+NODES: Mapping[str, tuple[Node, ...]] = MappingProxyType(_by_name)
+"""Every node by name; a name with variants has one node for each."""
+
 check_needs(NODES)
 for _node in (variant for variants in NODES.values() for variant in variants):
     check_words(_node.name, _node.when)
@@ -308,10 +308,6 @@ QUANTITIES: Mapping[str, Node] = MappingProxyType(
     {name: _by_name[name][0] for name in sorted({n.name for n in _QUANTITIES if n.public})}
 )
 """Quantities that lists and tables show; a scene may ask for them."""
-
-CURVE_MEANS: Mapping[str, Node] = MappingProxyType({n.name: n for n in _CURVE_MEANS})
-"""Root mean square and mean of every curve, by the endings of `curve_extremes`; lists name these
-once."""
 
 ALL_QUANTITIES: Mapping[str, Node] = MappingProxyType({**QUANTITIES, **CURVE_MEANS})
 """All quantities that a scene may ask for."""

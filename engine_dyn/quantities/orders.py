@@ -27,8 +27,6 @@ def _motion(every: str = "") -> tuple[str, ...]:
     return f"{every}order", "crank_ratio", "offset_ratio"
 
 
-_MOTION = _motion()
-
 _COUNTED = ("cylinder_set", "cylinders_by_count")
 
 
@@ -48,8 +46,8 @@ def _gravity(scope: str, first_only: bool) -> Node:
 
     return _harmonic(
         f"{scope}gravity_torque_harmonics", "N m", "harmonics of the gravity torque",
-        (*_MOTION, "reciprocating_mass", "journal_rod_mass", "journal_throw_mass", "double_radius",
-         "engine_inclination", "web_unbalance", *_COUNTED), make,
+        (*_motion(), "reciprocating_mass", "journal_rod_mass", "journal_throw_mass",
+         "double_radius", "engine_inclination", "web_unbalance", *_COUNTED), make,
     )  # fmt: skip
 
 
@@ -85,8 +83,6 @@ _PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], ha
 }  # fmt: skip
 """Parts of the torque: unit, meaning, needs besides the motion, and function of the part."""
 
-_THREADED = ("gas",)  # Parts of the torque that take `threads`
-
 _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
     "": ("all cylinders", (), ("phase_vectors",), harmonics.of_engine),
@@ -111,7 +107,7 @@ def _of_equal(part: str, every: str = "") -> Node:
         )  # fmt: skip
 
     return _harmonic(f"{every}{part}_harmonics", unit, f"harmonics of {text}",
-                     (*_motion(every), *more), make, threaded=part in _THREADED)  # fmt: skip
+                     (*_motion(every), *more), make, threaded=part == "gas")  # fmt: skip
 
 
 def _of_scope(scope: str, part: str, every: str = "") -> list[Node]:
@@ -133,7 +129,7 @@ def _of_scope(scope: str, part: str, every: str = "") -> list[Node]:
     return [
         _harmonic(name, unit, text, (one, *vectors), of_one_cylinder, when="equal", throws=throws),
         _harmonic(name, unit, text, (*_motion(every), *more, *_COUNTED, *dimension), summed,
-                  when="unequal", threaded=part in _THREADED, throws=throws),
+                  when="unequal", threaded=part == "gas", throws=throws),
     ]  # fmt: skip
 
 

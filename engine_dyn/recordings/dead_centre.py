@@ -36,14 +36,9 @@ LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 
 
 PEAK_WINDOW = 8.0 * DEGREE
-MOTORED_AT = 40.0 * DEGREE
-
 
 SYMMETRY = (10.0 * DEGREE, 70.0 * DEGREE)
 """Angles at which both sides of a motored cycle are compared, and its charge is still cold."""
-
-SYMMETRY_WINDOW = 2.5 * DEGREE
-"""Half the angle over which pressures are averaged for that comparison."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +85,8 @@ def looks_motored(cycles: RecordedCycles) -> bool:
     peak = _peak(cycles)
     if math.isnan(peak) or abs(peak) > 5.0 * DEGREE:
         return False
-    p = cycles.mean
-    before, behind = np.interp([peak - MOTORED_AT, peak + MOTORED_AT], cycles.angle, p)
+    side = 40.0 * DEGREE
+    before, behind = np.interp([peak - side, peak + side], cycles.angle, cycles.mean)
     # In a motored cycle, the pressure behind the peak exceeds that before by less than this factor.
     return bool(before > 0.0 and behind < 1.05 * before)
 
@@ -153,8 +148,8 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
     """
     side = np.arange(0.0, 95.0 * DEGREE + 0.5 * DEGREE, 1.0 * DEGREE)
     used = (side >= SYMMETRY[0]) & (side <= SYMMETRY[1])
-    # Means over a window at every angle: the relation is linear, and noise averages out.
-    window = np.linspace(-SYMMETRY_WINDOW, SYMMETRY_WINDOW, 21)
+    # Means over five degrees at every angle: the relation is linear, and noise averages out.
+    window = np.linspace(-2.5 * DEGREE, 2.5 * DEGREE, 21)
     mean, peak = cycles.mean, _peak(cycles)
     shift = peak
     # Each step reduces the remaining shift by a factor of some hundred.

@@ -177,9 +177,9 @@ def _changes(
     return size(missing * slope), size(moved * slope)
 
 
-EXPONENT, EXPONENT_DEVIATION = 1.33, 0.02
-"""Polytropic exponent of a compression and its standard deviation where no fit is made: 1.32 to
-1.35 for spark-ignition engines, 1.34 to 1.38 for diesel engines (judgement after Randolph 1990)."""
+EXPONENT = 1.33
+"""Polytropic exponent of a compression where no fit is made: 1.32 to 1.35 for spark-ignition
+engines, 1.34 to 1.38 for diesel engines (judgement after Randolph 1990)."""
 
 
 class Pegged(NamedTuple):
@@ -245,7 +245,7 @@ def peg_by_compression(
     geometry: CylinderGeometry,
     exponent: float | None = EXPONENT,
     interval: tuple[float, float] = (-100.0 * DEGREE, -40.0 * DEGREE),  # closed, not yet burning
-    exponent_deviation: float = EXPONENT_DEVIATION,
+    exponent_deviation: float = 0.02,
 ) -> Pegged:
     """Make the compression polytropic: least squares of p + dp = C V^-n, docs/method.md (126).
 

@@ -31,10 +31,6 @@ LARGEST = 1e10  # Pressure [Pa] beyond which a value is invalid
 LEAST_SAMPLES = 16
 
 
-MOST_THINNING = 0.005, 0.01
-"""Relative changes of imep (of its gross value) and of the largest pressure, when every second
-sample is left out, above which there are too few samples."""
-
 MOST_DRIFT = 0.05 * BAR
 """Change of the inlet pressure from the first to the last cycle that counts as drift."""
 
@@ -215,9 +211,11 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     # By noise alone imep and peak change when samples are left out; three deviations are allowed.
     size = float(noise(cycles).mean()) / math.sqrt(cycles.cycles)
     free = 3.0 * size / math.sqrt(len(half.angle))
-    if abs(work) - free > MOST_THINNING[0] * gross:
+    # There are too few samples if imep changes by more than 0.5 % of its gross value, or the
+    # largest pressure by more than 1 %.
+    if abs(work) - free > 0.005 * gross:
         said, value = f"imep by {work / gross:+.1%}", work / gross
-    elif abs(peak) - 3.0 * size / float(mean.pressure.max()) > MOST_THINNING[1]:
+    elif abs(peak) - 3.0 * size / float(mean.pressure.max()) > 0.01:
         said, value = f"the largest pressure by {peak:+.1%}", peak
     else:
         return

@@ -22,12 +22,10 @@ from sweeps.base.ratios import number_or_ratio
 LISTED = ("quantities", "engines", "scenes", "shafts", "keys", "classes", "sources")
 """Lists of `engine-dyn list`."""
 
-Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
-
 
 def _words(
     words: Callable[[], Iterable[tuple[str, str]]], *, several: bool = False, files: bool = False
-) -> Completer:
+) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
     """Complete a word, or the last of several with commas; files where no word matches."""
 
     def complete(

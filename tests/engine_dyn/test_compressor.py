@@ -39,13 +39,13 @@ MARKS = np.arange(360) * DEGREE
 def cycle(**changes: float) -> CompressorCycle:
     """A compressor from values in file units."""
     values = SINGLE | changes
-    return CompressorCycle(**{k: v * compressor.FILE_UNITS[k][1] for k, v in values.items()})
+    return CompressorCycle(**{k: v * compressor.FILE_FIELDS[k].size for k, v in values.items()})
 
 
 def double(**changes: float) -> DoubleActingCycle:
     values = DOUBLE | changes
     return DoubleActingCycle(
-        **{k: v * double_acting.FILE_UNITS[k][1] for k, v in values.items()},
+        **{k: v * double_acting.FILE_FIELDS[k].size for k, v in values.items()},
         bore=BORE, crankcase_pressure=OUTSIDE,
     )  # fmt: skip
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from engine_dyn.geometry.slider_crank import dead_centres, velocity
-from engine_dyn.pressure.compressor import PUMP_UNITS, PumpCycle
+from engine_dyn.pressure.compressor import PUMP_FIELDS, PumpCycle
 from oracle.solution import position
 
 DEGREE = math.pi / 180.0
@@ -24,7 +24,7 @@ USUAL = {
 def cycle(**changes: float) -> PumpCycle:
     """A pump from values in file units."""
     values = {**USUAL, **changes}
-    return PumpCycle(**{name: value * PUMP_UNITS[name][1] for name, value in values.items()})
+    return PumpCycle(**{name: value * PUMP_FIELDS[name].size for name, value in values.items()})
 
 
 def indicated(model: PumpCycle) -> float:

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from engine_dyn.pressure.double_acting import FILE_UNITS, DoubleActingCycle, DoubleActingDiagram
+from engine_dyn.pressure.double_acting import FILE_FIELDS, DoubleActingCycle, DoubleActingDiagram
 from engine_dyn.units import BAR
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.reading import read_scene
@@ -77,7 +77,7 @@ def velocity(phi: Any) -> Any:
 
 def gas(phi: Any) -> Any:
     """Force of the gas on the piston [N], from the pressures of both ends and their areas."""
-    values = {k: v * FILE_UNITS[k][1] for k, v in DIAGRAM.items() if k != "kind"}
+    values = {k: v * FILE_FIELDS[k].size for k, v in DIAGRAM.items() if k != "kind"}
     ends = DoubleActingCycle(
         **values, crank_ratio=0.5 * STROKE / ROD, bore=BORE, crankcase_pressure=OUTSIDE * BAR
     ).diagram()

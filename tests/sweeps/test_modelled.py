@@ -13,6 +13,7 @@ from engine_dyn.pressure import compressor
 from engine_dyn.pressure.compressor import CompressorCycle
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.pressure.file_fields import file_units
 from engine_dyn.pressure.first_law import FourStrokeCycle, TwoStrokeCycle
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan import forecast
@@ -67,7 +68,7 @@ def written(
 
 
 def built(kind: Any, table: dict[str, Any]) -> Diagram:
-    units = compressor.FILE_UNITS if kind is CompressorCycle else kind.units
+    units = file_units(compressor.FILE_FIELDS) if kind is CompressorCycle else kind.units
     fields = {k: v for k, v in table.items() if k not in ("kind", "step")}
     made = kind(**{k: v if k == "wall" else v * units[k][1] for k, v in fields.items()})
     diagram: Diagram = made.diagram(table.get("step", 0.5))

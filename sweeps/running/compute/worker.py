@@ -38,10 +38,6 @@ from sweeps.scene.plan.blocks import blocks
 from sweeps.scene.plan.plan import Plan
 from sweeps.scene.plan.shards import shard
 
-Answer = tuple[str, Any]
-"""Answer of a worker, a word and its details: ("done", bytes), ("refused", text), ("os", [number,
-text])."""
-
 
 def dask_setup(_: Any) -> None:
     """Leave Ctrl-C to the process that asked; dask calls this in processes of `local:N`."""
@@ -112,8 +108,11 @@ def look(folder: str, key: str) -> str:
     return ""
 
 
-def block(folder: str, key: str, number: int) -> Answer:
-    """Compute one block of a run and write it; nothing is done where it is finished already."""
+def block(folder: str, key: str, number: int) -> tuple[str, Any]:
+    """Compute one block of a run and write it; nothing is done where it is finished already.
+
+    Returns a word and its details: ("done", bytes), ("refused", text), ("os", [number, text]).
+    """
     try:
         return "done", _work_of(folder, key).do(number)
     except SceneError as error:

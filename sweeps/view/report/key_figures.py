@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from sweeps.base.dimensions import POLAR
+from sweeps.view.report.charts import Specification
 from sweeps.view.report.embedding import Embedded
-
-Specification = dict[str, Any]
 
 FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "torque_irregularity",
                     "torque_max", "torque_range", "shaking_force_max", "shaking_moment_max",

@@ -32,7 +32,7 @@ from sweeps.view.report.html import (
     table,
     value_text,
 )
-from sweeps.view.report.key_results import results
+from sweeps.view.report.key_results import Choices, results
 from sweeps.view.report.model_limits import model_limits
 from sweeps.view.texts.archives import PASSES, outcome_counts
 from sweeps.view.texts.key_texts import with_word
@@ -133,8 +133,6 @@ def _span(variable: xr.Variable, span: Sequence[float], choice: str | None) -> s
     one, other = value_text(variable, low, choice), value_text(variable, high, choice)
     return one if low == high else f"{one} to {other}"
 
-
-Choices = Mapping[str, str]
 
 MOST_LINES = 500  # Most warnings, assumptions or parameters that are listed
 
