@@ -81,7 +81,7 @@ def test_a_heap_without_sizes_does_not_hang(
     done = python(code, "info", path, timeout=600)
     assert done.returncode == 2, done.stderr
     monkeypatch.setattr(netcdf_child, "SECONDS", 0.3)
-    for command in READING:
+    for command in ("show", "compare", "rerun"):  # all open by one door: see the cut archives
         before = set(tmp_path.iterdir())
         told = refused(*words(command, path, tmp_path))
         assert f"{path}: not a netCDF archive (damaged: " in told
@@ -91,13 +91,14 @@ def test_a_heap_without_sizes_does_not_hang(
         assert set(tmp_path.iterdir()) - before <= {tmp_path / "sound.nc"}
 
 
+@pytest.mark.slow
 def test_archives_with_single_flipped_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(netcdf_child, "SECONDS", 1.0)
+    monkeypatch.setattr(netcdf_child, "SECONDS", 0.5)
     sound, draw = sound_archive(), random.Random(20)
     # Metadata, which is a small part of an archive, and values.
     starts = [sound.index(mark) for mark in (b"GCOL", b"FHIB")]
     starts += [i for i in range(len(sound)) if sound[i : i + 4] in (b"OHDR", b"FRHP", b"BTHD")]
-    for number in range(60):
+    for number in range(30):
         data = bytearray(sound)
         start = draw.choice(starts) + draw.randrange(300)
         data[start if number % 2 else draw.randrange(len(data))] ^= 1 << draw.randrange(8)
