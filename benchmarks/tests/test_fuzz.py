@@ -27,7 +27,7 @@ from sweeps.scene.design_files.design_files import read_designs
 
 ROOT = Path(__file__).resolve().parents[2]
 
-EXAMPLES = {"figures": 3, "archive": 12, "engine": 12}
+EXAMPLES = {"figures": 2, "archive": 12, "engine": 12, "recording": 8}
 """Inputs of a target where they take long; else as many as the profile says."""
 
 

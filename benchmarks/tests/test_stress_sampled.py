@@ -18,8 +18,8 @@ SEED = 7
 @pytest.fixture(autouse=True)
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Less than the command's least numbers of designs."""
-    monkeypatch.setattr(sampled, "FEWEST", 300)
-    monkeypatch.setattr(sampled, "AGAIN", 150)
+    monkeypatch.setattr(sampled, "FEWEST", 120)
+    monkeypatch.setattr(sampled, "AGAIN", 60)
 
 
 by_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)

@@ -148,12 +148,13 @@ def test_as_the_general_solver(family: Family, number: int, cylinders: int, shar
         many = solve(inputs)
     assert tally.designs[BATCH] >= COUNT
     assert tally.deferred < COUNT / 2
-    known = solve(inputs, **FINE)
+    third = slice(None, None, 3)  # of the designs: the general solver takes long
+    known, found = solve(taken(inputs, third), **FINE), taken(many, third)
     good = known["status"] == CONVERGED
-    assert good.sum() > 0.7 * COUNT and (many["status"][good] == CONVERGED).all()
+    assert good.sum() > 0.7 * good.size and (found["status"][good] == CONVERGED).all()
     for name in (*SPEEDS, "load_factor"):
-        np.testing.assert_allclose(many[name][good], known[name][good], rtol=1e-6, err_msg=name)
-    np.testing.assert_allclose(many["omega_mean"][good], known["omega_mean"][good], rtol=1e-8)
+        np.testing.assert_allclose(found[name][good], known[name][good], rtol=1e-6, err_msg=name)
+    np.testing.assert_allclose(found["omega_mean"][good], known["omega_mean"][good], rtol=1e-8)
     # A design does not know its neighbours, nor its thread.
     order = np.random.default_rng(1).permutation(COUNT)[:90]
     part = solve(taken(inputs, order), threads=3)
@@ -192,12 +193,13 @@ def test_speeds_beyond_the_breakdown_slip_are_deferred(family: Family) -> None:
     inputs["mean_torque"][9] = -inputs["mean_torque"][9]  # drives the motor, which drives too
     with counted() as tally:
         many = solve(inputs)
-    known = solve(inputs, general=True)
+    half = slice(1, None, 2)  # of the designs, with both that have no stable speed
+    known, found = solve(taken(inputs, half), general=True), taken(many, half)
     assert 10 < tally.deferred < COUNT
-    np.testing.assert_array_equal(many["status"], known["status"])
+    np.testing.assert_array_equal(found["status"], known["status"])
     assert (many["status"][[5, 9]] == NO_STEADY_STATE).all()
     for name in SPEEDS:
-        np.testing.assert_allclose(many[name], known[name], rtol=1e-6, err_msg=name)
+        np.testing.assert_allclose(found[name], known[name], rtol=1e-6, err_msg=name)
 
 
 @pytest.mark.parametrize("change", [with_motor, with_linear_and_square_load])

@@ -100,8 +100,8 @@ DESIGNS = {
     "friction, 2 cyl, variable": unequal(2, 1.0, "variable", friction_shares=SHARES),
     "friction, offset": unequal(2, 1.6, "constant", offset=0.3, friction_shares=SHARES),
     "friction, unequal throws, cycle_time": unequal(
-        3, 2.0, "constant", "cycle_time", radius_factors=(1.0, 1.0, 0.9),
-        pressure_factors=(1.0, 0.4, 1.0), friction_shares=(0.5, 0.0, 0.1, 0.2),
+        2, 2.0, "constant", "cycle_time", radius_factors=(1.0, 0.9),
+        pressure_factors=(1.0, 0.4), friction_shares=(0.5, 0.0, 0.1, 0.2),
     ),
 }  # fmt: skip
 
