@@ -186,7 +186,8 @@ def balance(whole: xr.Dataset, model: str = "constant") -> list[str]:
     off = abs(rest - inertia * acceleration).max(over)
     size = torque.max(over) - torque.min(over)
     if model == "constant" and "shaft_inertia" not in whole and "inertia" in whole.coords:
-        off = off + size * abs(inertia / whole["inertia"] - 1.0)
+        given = whole["inertia"] + whole.get("idler_gear_inertia", 0.0)
+        off = off + size * abs(inertia / given - 1.0)
     if {"delta_error", "omega"} <= {*map(str, whole.data_vars)}:
         off = (off - _error_of_steep_torques(whole)).clip(min=0.0)
     lack = (off / size).where(whole["status"] == 0) if "status" in whole else off / size
