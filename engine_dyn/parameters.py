@@ -52,8 +52,8 @@ class Parameter:
     even: bool = False
     # Names that scenes may write for values, in file units.
     named: tuple[tuple[str, float], ...] = ()
-    # Value in file units where neither scene nor engine gives one. It may lie outside the range and
-    # then says that there is none (`passes` = 0: until the cycle closes).
+    # Value in file units where neither scene nor engine gives one. A value outside the range says
+    # that there is none (`passes` = 0: until the cycle closes).
     unless_given: float | None = None
     keyword: str = ""  # Keyword of `engine_dyn.periodic_speed`, where it has another name there
     # Value in file units that templates propose, or the keyword's default. NaN where there is none.

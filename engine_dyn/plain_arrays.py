@@ -31,8 +31,9 @@ from numba.extending import (
 class PlainArray(np.ndarray):
     """A view of an array for kernels; it is contiguous."""
 
-    # Otherwise Numba takes the type for an array, and searches for the kernel at each call: a
-    # sixth of a small run's time. Boolean and read-only arrays are mistaken all the same.
+    # Without this attribute Numba takes the type for an array, and searches for the kernel at each
+    # call: a sixth of a small run's time. Boolean and read-only arrays are taken for common ones
+    # even so.
     __numba_array_subtype_dispatch__ = True
 
 

@@ -110,7 +110,8 @@ class Launcher:
         with _launching:
             kept = vars(config).get("CUDA_LOW_OCCUPANCY_WARNINGS", 0)
             try:
-                vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0  # few designs are no mistake
+                # Few designs need few threads: no warning of Numba
+                vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0
                 self.kernel[blocks, threads, stream](*given)
             finally:
                 vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = kept

@@ -88,7 +88,7 @@ PARTS = 5  # Parts of a load: gas and crankcase pressure, reciprocating and rota
 
 DESIGNS_AT_ONCE = 65536
 
-BYTES_OF_TABLE = 32e6  # Of the pressures that are tabulated at a time
+BYTES_OF_TABLE = 32e6  # Number of bytes of the pressures that are tabulated at a time
 
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Extremes of a load: largest and mean size [N], angle of the largest [rad], rms [N]."""
@@ -330,7 +330,8 @@ def _squares(
     squares = np.empty(phi.size)
     for number in np.unique(columns[4]).astype(int).tolist():
         here = np.flatnonzero(columns[4] == number)
-        two = np.resize(here, max(here.size, 2))  # one angle alone has other bits: see `samples`
+        # A single angle is computed by another loop, with other last bits: see `samples`
+        two = np.resize(here, max(here.size, 2))
         ratio, offset, row, _, _, *factors = columns[:, two, None]
         x, y = _components(
             load, phi[two, None], engine, ratio, offset, family, row, Factors(*factors), number

@@ -211,7 +211,7 @@ def tops(
     value, place = np.full(designs, np.nan), np.full(designs, np.nan)
     top, moved = _risen(which, angle, around, step, curve)
     np.fmax.at(value, which, top)
-    # Equal crests may differ by this part of their size: the angle of the first one counts.
+    # Equal crests may differ by this fraction of their size: the angle of the first one counts.
     size = 1e-9 * np.abs(value)
     first = np.flatnonzero(top >= (value - size)[which])[::-1]  # the last one written counts
     place[which[first]] = angle[first] + step * moved[first]
@@ -224,7 +224,7 @@ def _risen(
     """Value at the top next to each crest, and the distance of the top from the crest, in steps."""
     left, here, right = np.stack([np.full(which.size, k) for k in (-1.0, 0.0, 1.0)])
     before, top, after = around.copy()
-    # A curve may still rise above the found value by this part of its largest size.
+    # A curve may still rise above the found value by this fraction of its largest size.
     least = 1e-11 * np.abs(around).max(axis=0)
     calm = np.zeros(which.size, dtype=np.int64)
     alive = np.arange(which.size)

@@ -42,7 +42,8 @@ class ArticulatedRod(NamedTuple):
     radius: float  # Distance K of the knuckle pin from the crank pin, over the crank radius [1]
     angle: float  # Direction alpha of the knuckle pin from the master rod's axis [rad]
     bank: float  # Direction gamma of the cylinder from the master cylinder's [rad]
-    # Rod length S over the crank radius [1]; 0: the master rod's less the knuckle's radius.
+    # Rod length S over the crank radius [1]; 0 stands for the master rod's length less the knuckle
+    # pin's radius.
     length: float = 0.0
     knuckle_mass: float = 0.0  # Mass at the knuckle pin over the engine's reciprocating mass [1]
 
@@ -77,7 +78,8 @@ class ArticulatedRod(NamedTuple):
     def _theta(self, crank_ratio: Any, offset: Any, half_turn: float = 0.0) -> Any:
         """Angle of the crank to the master's cylinder at a dead centre: top, or bottom with pi."""
         theta = self.bank + half_turn + 0.0 * (np.asarray(crank_ratio) + offset)
-        # Newton's method doubles the number of right digits in each step, from some degrees on.
+        # The start is within some degrees of the dead centre. From there each step of Newton's
+        # method doubles the number of right digits, so that the steps below are enough.
         for _ in range(8):
             height = self._height(theta, crank_ratio, offset)
             theta = theta - height.slope / height.bend

@@ -360,7 +360,7 @@ def arrangement_from_text(text: str, period: float = FOUR_STROKE) -> Arrangement
 def not_covered(text: str) -> str | None:
     """Why an engine that a text names is none of this project; None for all others."""
     words = text.strip().lower()
-    # These engines have another mechanism: the words for them, and why they are not covered.
+    # Words for engines with another mechanism, and why they are not covered.
     others = {
         r"wankel|rotary": "Wankel engines are not covered: a rotor is no piston on a crank",
         r"opposed[- ]piston": "opposed pistons are not covered: each cylinder has two, on "

@@ -72,7 +72,9 @@ def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
     """Angles of crank and rod, docs/method.md (2), (4) and (5)."""
     angle, ratio, offset_ratio = _checked(phi, crank_ratio, offset)
     sine, cosine = np.sin(angle), np.cos(angle)
-    if offset_ratio.any():  # sums: the angle is from dead centre, and angles are many
+    # Addition theorems turn phi, counted from top dead centre, to the crank's angle to the
+    # cylinder: where there are many angles, that is quicker than the sine of each sum.
+    if offset_ratio.any():
         shift = ratio * offset_ratio / (1.0 + ratio)
         rest = np.sqrt(1.0 - shift * shift)
         sine, cosine = sine * rest + cosine * shift, cosine * rest - sine * shift
@@ -369,8 +371,9 @@ def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
     return cosine + crank_ratio * bracket / (square * math.sqrt(square))
 
 
-# Formulas with an offset. Tables hold sine and cosine of the engine's angle; the crank stands
-# theta_T ahead, so a kernel rotates them once for each point and uses the result in all formulas.
+# Formulas with an offset. Tables hold sine and cosine of the engine's angle; the crank's angle to
+# the cylinder is larger by theta_T, so a kernel rotates them once for each point and uses the
+# result in all formulas.
 
 
 @inlined

@@ -13,7 +13,8 @@ from engine_dyn.units import DEGREE
 
 TURN = 2.0 * np.pi
 MOST_TEETH = 7200
-"""Most teeth: two marks a degree, each with two edges, are more than optical encoders have."""
+"""Largest number of teeth: two marks a degree, each with two edges, are more than optical encoders
+have."""
 
 FORMS = "60-2, 36-1, 36-2-1, '17 teeth, 2 missing, 16 teeth, 1 missing', or the angles of all teeth"
 

@@ -37,7 +37,8 @@ REVOLUTION = 2.0 * math.pi
 MOST_REVOLUTIONS = 64  # Largest number of revolutions in the period of a torque over an angle
 
 FEWEST_POINTS = 8
-HIGHEST_ORDER, MOST_ORDERS = 64.0, 200  # Highest order and most orders of a torque in closed form
+# Highest order, and largest number of orders, of a torque in closed form
+HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
 
 LARGEST = 1e12
 """Largest torque and speed of a table, far above those of any machine: nothing overflows."""
@@ -133,7 +134,8 @@ class TorqueOverAngle:
         """How often the torque repeats within its period: found, not declared."""
         torque = self.torque - self.torque.mean()
         within = ALIKE * max(float(np.ptp(torque)), 1e-300)
-        # Most candidates fail at the steepest knot, and need not be tried at all the others.
+        # Most candidates for the number of repetitions fail at the steepest knot, and need not be
+        # tried at all the others.
         steepest = int(np.argmax(np.abs(self.slope)))
         number = np.arange(len(self.angle), 1, -1)
         there = self(self.angle[steepest] + self.period / number)

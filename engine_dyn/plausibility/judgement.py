@@ -353,7 +353,8 @@ def _question(
             meant = suspicion.meant(point[key]) / size
             if math.isclose(meant, point[key], rel_tol=1e-9):
                 continue
-            if math.isnan(meant):  # another dimension was meant: nothing to compute
+            # What was meant has another dimension: there is no value to compute
+            if math.isnan(meant):
                 fitting.append((0, suspicion.question))
                 continue
             far = _fit(check, {**point, key: meant}, measured)
@@ -465,7 +466,7 @@ def _question_of_diagram(check: Check, value: float, written: float) -> str:
     if check.blames == ("angle",):
         late = value < check.low if check.name == "compression_rise" else value > check.high
         shift = "late" if late else "early"
-        if check.name == "compression_rise":  # a wrong level changes the others too
+        if check.name == "compression_rise":  # a wrong pressure level changes the others too
             return f"{shift}? Or is its pressure too {'high' if late else 'low'}"
         return shift
     if check.name not in ("peak_pressure", "lowest_pressure"):

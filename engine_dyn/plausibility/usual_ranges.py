@@ -33,7 +33,8 @@ class Suspicion:
     """Another reading of a value that may have been meant."""
 
     question: str  # Words that complete the sentence "is the value ...?"
-    meant: Callable[[float], float]  # SI value that is then meant by the number as written
+    # Function from the number as written to the SI value that it has in this other reading
+    meant: Callable[[float], float]
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class Check:
     """One measure of an engine, and the range in which it usually lies."""
 
     name: str  # Name by which the check is silenced
-    what: str  # The checked measure in words
+    # Words for the measure: the number, computed from the engine's values, that is checked
+    what: str
     unit: str  # Unit of the range, and of the measure in messages
     # Ends of the usual range, in the check's unit.
     low: float
@@ -51,7 +53,8 @@ class Check:
     measure: Callable[..., Any]  # Function that gives the measure in SI units
     blames: tuple[str, ...]  # Parameters that may be wrong, the most usual one first
     si: float = 1.0  # SI value of one unit of the range
-    zero: bool = False  # Whether a measure of exactly 0 is usual: something is left out
+    # Whether a measure of exactly 0 also counts as usual: it says that something is left out
+    zero: bool = False
 
     @property
     def plain(self) -> bool:

@@ -132,8 +132,8 @@ class Diagram:
         while pressure.size % 2 == 0 and pressure.size > 8:
             near, between = pressure[::2], pressure[1::2]
             predicted = 9.0 * (near + np.roll(near, -1)) - np.roll(near, 1) - np.roll(near, -2)
-            # Part of the pressure's range that cubics through every other knot may miss where all
-            # knots are smooth.
+            # Fraction of the pressure's range that cubics through every other knot may miss where
+            # all knots are smooth.
             if np.abs(between - predicted / 16.0).max() > 1e-6 * np.ptp(self.pressure):
                 break
             gap, pressure = 2.0 * gap, near

@@ -95,7 +95,7 @@ class DieselCycle:
     compression_exponent: float
     expansion_exponent: float
     heat: float  # Heat released per cycle over the swept volume [Pa = J/m3]; 0 is a motored engine
-    premixed_share: float  # Part of the heat that the premixed combustion releases, 0..1
+    premixed_share: float  # Fraction of the heat that the premixed combustion releases, 0..1
     # Wiebe function of the premixed part: start [rad], duration to 99.9 % [rad] and form exponent m
     # [1]; the rate grows like (phi - start)^m.
     premixed_start: float
@@ -126,7 +126,7 @@ class DieselCycle:
                 raise ValueError(f"{item.name} = {value}: must be a finite number")
         for name, field in FILE_FIELDS.items():
             if name in ("intake_loss", "exhaust_loss", "offset_ratio"):
-                continue  # other fields limit this one, below
+                continue  # the limit of this field depends on other fields: it is checked below
             low, high, value = field.low * field.size, field.high * field.size, getattr(self, name)
             if not (low <= value <= high if field.ends else low < value < high):
                 raise ValueError(self._refusal(name, field.allowed))

@@ -478,7 +478,8 @@ def follow(
     if case.wall != WOSCHNI:
         start = math.inf
 
-    # The first cycle starts from half an open part, begun with the manifold's pressure.
+    # The first cycle starts in the middle of the angles at which the cylinder is open, with the
+    # manifold's pressure.
     middle = 0.5 * (case.opening + case.closing + period)
     _, growth = geometry(math.sin(middle), math.cos(middle), case)
     p = open_part(

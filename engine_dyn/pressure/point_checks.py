@@ -16,8 +16,8 @@ from engine_dyn.periodic_spline import wrapped
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
-# Fewest points, and largest gaps between them: wide in the gas exchange, where measured files are
-# sparse, and narrow where the pressure rises and falls steeply.
+# Smallest number of points, and largest gaps between them: wide in the gas exchange, where measured
+# files are sparse, and narrow where the pressure rises and falls steeply.
 MINIMUM_POINTS = 16
 NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE

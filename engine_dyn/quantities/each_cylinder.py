@@ -46,7 +46,7 @@ def _stroke(*, double_radius: Any, **needs: Any) -> Any:
 
 def _top(*, period: float, **needs: Any) -> Any:
     top = _of_each(needs, lambda member, *crank: -member.phase_of(*crank))
-    # Rounding may put a square below 0.
+    # An angle that only rounding puts below 0 is 0; other negative angles are moved up by a period.
     return np.where(top < -1e-12, top + period, np.maximum(top, 0.0))
 
 

@@ -54,7 +54,7 @@ def _opposed(
     """Return `surplus` where the torque `shape` of load or driver balances it, else `NO_TORQUE`."""
     size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant)
     lack = (torque_mean - constant) * np.sign(shape)
-    # A torque below this part of the mean torques of engine, friction and load counts as none.
+    # A torque below this fraction of the mean torques of engine, friction and load counts as none.
     return np.where((lack < -1e-9 * size) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
 
 

@@ -91,8 +91,8 @@ class Node:
     high_included: bool = False
     whole: bool = False
     even: bool = False
-    # Value of a parameter in file units where neither scene nor engine gives it. It may lie outside
-    # the range and then means that there is none (`passes` = 0: until the cycle closes).
+    # Value of a parameter in file units where neither scene nor engine gives it. A value outside
+    # the range means that there is none (`passes` = 0: until the cycle closes).
     unless_given: float | None = None
     public: bool = True  # Whether scenes may ask for the node
     # Names that scenes may write for values of a parameter, in file units.
@@ -193,7 +193,7 @@ def balance_of(plus: Any, minus: Any) -> Any:
     """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
-    # Without a pin offset, the velocities behind the mean gas torque are exact to this part of
+    # Without a pin offset, the velocities behind the mean gas torque are exact to this fraction of
     # `minus`, docs/solver.md (58).
     return np.where(np.abs(difference) <= 1e-10 * np.abs(minus), 0.0, difference)
 

@@ -48,7 +48,8 @@ _VARIANTS: Mapping[str, tuple[dict[str, Any], ...]] = {
     ),
     "load": ({"when": "given_load"},),
     "recorded_cycle": ({"when": "over_cycles"},),
-    # Made instead of `unless_given`: archives list parameters of the laws that hold.
+    # A formula gives 0 here, in place of `unless_given`: archives would list a value of the latter
+    # also where another load law holds.
     "load_linear": ({"make": lambda: 0.0},),
     "load_square": ({"make": lambda: 0.0},),
     "rod_inertia": ({"make": lambda two_mass_rod_inertia: two_mass_rod_inertia},),

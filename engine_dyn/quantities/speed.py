@@ -128,7 +128,8 @@ def _speed_search(key: str, extreme: str) -> Any:
                 results = _search(**given, wanted_delta=wanted_delta)
                 given["inertia"] = results["inertia_required"]
             ratio = target / _solve(**given, close_angle=None, wanted=[extreme])[extreme]
-            ratio = np.where(np.isfinite(ratio), ratio, 1.0)  # the solution reports the failure
+            # A design that fails keeps its speed; the solution reports it
+            ratio = np.where(np.isfinite(ratio), ratio, 1.0)
             speed = speed * ratio
             if np.abs(ratio - 1.0).max() <= 1e-12:
                 break

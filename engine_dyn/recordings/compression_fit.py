@@ -47,13 +47,13 @@ class Priors:
 
     # Ratio of specific heats of the charge at some 600 K [1].
     exponent: tuple[float, float] = (1.355, 0.015)
-    # Rise of that exponent over ln V [1], because the gas cools as it expands.
+    # Rise of the ratio of specific heats over ln V [1], because the gas cools as it expands.
     exponent_slope: tuple[float, float] = (0.016, 0.012)
     # Angle before dead centre at which heat loss makes the motored pressure largest [rad].
     loss_angle: tuple[float, float] = (0.6 * DEGREE, 0.4 * DEGREE)
     # Exponent of the expansion [1]; late combustion lowers it, heat loss raises it.
     expansion_exponent: tuple[float, float] = (1.28, 0.05)
-    # Standard deviation of the absolute pressure: a part of the pressure at the begin of
+    # Standard deviation of the absolute pressure: a fraction of the pressure at the begin of
     # compression [1], and a constant [Pa].
     pegging: tuple[float, float] = (0.03, 0.02 * BAR)
     # ln of the true over the given clearance volume [1].

@@ -43,8 +43,8 @@ class MeanCycle:
     combustion: Floats
     firing: Sequence[float]  # Crank angle at which each cylinder fires [rad]
     period: float  # Crank angle of the cycle [rad]
-    # Damping c [1/rad] of docs/method.md (141): part of an energy deviation that the load's torque
-    # takes back; 0 where that torque does not change within a cycle; shape (samples,)
+    # Damping c [1/rad] of docs/method.md (141): fraction of an energy deviation that the load's
+    # torque takes back; 0 where that torque does not change within a cycle; shape (samples,)
     damping: Floats | float = 0.0
 
     def __post_init__(self) -> None:

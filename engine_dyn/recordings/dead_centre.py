@@ -175,8 +175,8 @@ def symmetric_shift(cycles: RecordedCycles) -> tuple[float, float, float]:
     variance = float(rest @ rest) / (count - 2.0)
     scatter = math.sqrt(float(np.linalg.inv(columns.T @ columns)[0, 0]) * variance)
     loss = shift - peak
-    # The loss angle is uncertain by this part, because heat loss may have another shape than
-    # docs/method.md (131).
+    # The loss angle is uncertain by the fraction below, because heat loss may have another shape
+    # than docs/method.md (131).
     return shift, math.hypot(scatter, 0.2 * loss), loss
 
 

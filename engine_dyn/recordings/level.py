@@ -129,7 +129,8 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
     lowest = 0.05 * BAR - float(cycles.mean.min())
     missing = max(float(peg_by_compression(cycles, known).offset.mean()), lowest)
     priors, motored = LEVEL_PRIORS, _is_motored(replace(cycles, pressure=cycles.pressure + missing))
-    # Fits about the level of the previous fit, until the level changes by less [Pa].
+    # Each fit starts from the level of the previous one, until the level changes by less than the
+    # number below [Pa].
     for _ in range(20):
         moved = replace(cycles, pressure=cycles.pressure + missing)
         if motored:
@@ -140,8 +141,8 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
             break
     else:
         raise ValueError("the compression is not that of a gas")
-    # A level is not believed if residuals exceed their expected size by more: coarse steps of a
-    # digitised curve, leaks, or no engine.
+    # A level is not believed where the residuals exceed their expected size by more than the factor
+    # below. Reasons are coarse steps of a digitised curve, leaks, or a recording of no engine.
     if fit.excess > 2.5:
         raise ValueError(
             f"compression and expansion differ from those of a gas {fit.excess:.2g} times as much "
@@ -160,7 +161,8 @@ def _is_motored(absolute: RecordedCycles) -> bool:
     if not looks_motored(absolute):
         return False
     _, uncertainty, loss = symmetric_shift(absolute)
-    # A motored cycle has a larger loss angle: less, and less than its uncertainty, is added heat.
+    # A motored cycle has a larger loss angle than the limit here: an angle further below 0, by more
+    # than its uncertainty, shows heat that is added.
     return loss > min(-0.1 * DEGREE, -2.0 * uncertainty)
 
 

@@ -462,7 +462,8 @@ def _level(speed: Floats, width: Floats, n: int) -> tuple[Floats, Drift | None]:
         start = (mean[reach] - mean[0]) / (centre[reach] - centre[0])
         end = (mean[-1] - mean[-1 - reach]) / (centre[-1] - centre[-1 - reach])
     else:
-        # From the beginning to the end of the cycle, the level rises by this step's factor.
+        # From the beginning to the end of a single cycle, the level rises by the factor of the step
+        # from its end to its beginning.
         start = end = 2.0 * np.tanh(0.5 * _step(np.log(square), width)) * mean[0] / period
     level = np.interp(middle, centre, mean)
     level += np.minimum(middle - centre[0], 0.0) * start
@@ -481,7 +482,8 @@ def _step(values: Floats, width: Floats) -> float:
     after = values[1:] + slope * 0.5 * width[1:]  # values at the edge after an interval
     before = values[:-1] - slope * 0.5 * width[:-1]  # values at the edge before an interval
     step, within = float(after[-1] - before[0]), after[:-2] - before[2:]
-    # A larger step than this many times those between neighbours elsewhere is drift.
+    # A step is drift where it exceeds the root mean square of those between neighbouring intervals
+    # elsewhere by more than the factor below.
     return step if abs(step) > 4.0 * float(np.sqrt(np.mean(within**2))) else 0.0
 
 
@@ -494,6 +496,6 @@ def _without(cycles: Floats, level: Floats, width: Floats) -> Floats:
 def _is_little(cycles: Floats, level: Floats, width: Floats, drift: Drift) -> bool:
     """Whether removing a drift would hardly change the periodic speed."""
     mean = _without(cycles, level, width).mean(axis=0)
-    # A drift is removed if it changes the speed by more than this part of the remaining fluctuation
-    # in a cycle.
+    # A drift is removed if it changes the speed by more than this fraction of the remaining
+    # fluctuation in a cycle.
     return abs(drift.in_a_cycle) < 0.05 * float(np.ptp(mean) / mean.mean())

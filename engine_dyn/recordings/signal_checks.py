@@ -117,7 +117,8 @@ def _gaps(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findin
     steps = np.diff(angle, append=angle[0] + cycles.period)
     usual = float(np.median(steps))
     widest = int(np.argmax(steps))
-    # Samples are missing where a step of the grid is wider than this many usual steps.
+    # Samples are missing where a step of the grid exceeds the usual step by more than the factor
+    # below.
     if steps[widest] > 3.0 * usual:
         yield Finding(
             "gap",
@@ -138,11 +139,12 @@ def _clipped(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Fin
         worst, count = (0, 0, 0), 0
         for row, curve in enumerate(p):
             start, length = _longest_run(curve == extreme)
-            # A clipped sensor gives at least this many samples of one extreme pressure.
+            # A clipped sensor gives a run of equal extreme samples, at least as many as the number
+            # below.
             if length < 3:
                 continue
-            # Beyond a plateau the curve would go on by more than this many steps of the converter
-            # or standard deviations of the noise.
+            # Beyond the plateau of a clipped sensor the curve would rise further, by more than the
+            # factor below times a step of the converter or the noise's standard deviation.
             if _beyond(sign * curve, start, length) > 5.0 * rough:
                 count += 1
                 worst = max(worst, (length, row, start))
@@ -205,10 +207,12 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
     half = RecordedCycles(mean.angle[::2], mean.pressure[:, ::2], mean.period)
     gross = abs(float(mean_pressures(mean, geometry).gross[0]))
-    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))  # every engine has more
+    # The gross mean pressure of every engine is larger
+    gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))
     work = float(mean_pressures(half, geometry).net[0] - mean_pressures(mean, geometry).net[0])
     peak = float(peak_pressures(half)[0][0] / peak_pressures(mean)[0][0] - 1.0)
-    # By noise alone imep and peak change when samples are left out; three deviations are allowed.
+    # Noise alone changes imep and peak when samples are left out: three standard deviations of this
+    # change are allowed.
     size = float(noise(cycles).mean()) / math.sqrt(cycles.cycles)
     free = 3.0 * size / math.sqrt(len(half.angle))
     # There are too few samples if imep changes by more than 0.5 % of its gross value, or the
@@ -260,7 +264,7 @@ def _gas_exchange(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterato
     above = (cycles.mean - cycles.mean.min()) / BAR
     far = np.abs(cycles.angle) > 270.0 * DEGREE
     high, most = float(above[far].max(initial=0.0)), float(above.max())
-    # Part of the firing compression's pressure rise that the rise at the dead centre of gas
+    # Fraction of the firing compression's pressure rise that the rise at the dead centre of gas
     # exchange, where valves are open, may reach.
     if high > 0.5 * most:
         yield Finding(

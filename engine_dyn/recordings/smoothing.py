@@ -29,7 +29,8 @@ def noise(cycles: RecordedCycles) -> Floats:
     From what each sample differs from the cubic through its four neighbours: what varies over a
     few samples counts as noise, steps of a converter too. The median keeps combustion out of it.
     """
-    # For a normal distribution, the standard deviation is this many medians of absolute values.
+    # The factor is the standard deviation of a normal distribution over the median of its absolute
+    # values.
     return np.asarray(1.4826 * np.median(np.abs(misfit_of_neighbours(cycles)), axis=1))
 
 

@@ -363,7 +363,8 @@ def _repeated(groups: Integers) -> list[tuple[int, int]]:
         if same.mean() > best and runs.size:
             best, pattern = same.mean(), groups[runs[0] : runs[0] + count]
     pairs = [(int(teeth), int(missing)) for teeth, missing in pattern]
-    # With faults near an end, a multiple of the period may agree better.
+    # With faults near an end of the recording, a multiple of the pattern's period may agree better
+    # than the period: the pattern is cut to its shortest period.
     periods = (n for n in range(1, len(pairs) + 1) if pairs == pairs[:n] * (len(pairs) // n))
     return pairs[: next(periods, 0)]
 

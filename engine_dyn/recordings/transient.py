@@ -19,7 +19,8 @@ from engine_dyn.given_numbers import given_number
 from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.types import Floats
 
-MOST_STEPS = 60  # Most steps of Newton's or the Gauss-Newton method; three to six are usual
+# Largest number of steps of Newton's or the Gauss-Newton method; three to six are usual
+MOST_STEPS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,8 @@ class SpeedOfTrain:
     # Speed at the beginning [rad/s], and load coefficient k [N m s^alpha].
     start_speed: float
     load_coefficient: float
-    # Part of a small change of the first energy that is left at the end [1]: docs/method.md (118).
+    # Fraction of a small change of the first energy that is left at the end [1]: docs/method.md
+    # (118).
     memory: float
     # Derivatives of the speed with respect to the first speed [1] and to k; shape (n + 1,)
     by_start: Floats

@@ -245,7 +245,7 @@ def solve(
         ("cylinders", "method", "inertia_model"), angles.size > 0,
         PIECE if card is None else card.piece,
     )  # fmt: skip
-    # The iteration of the load term may leave this part of the tolerance, of the range of q.
+    # The iteration of the load term may leave this fraction of the tolerance, of the range of q.
     sweep = Sweep(
         grouping, CLOSURES.index(closure), 1e-2 * tolerance if iterated is None else iterated,
         angles, threads, results, tally_in_use(), finer, general, card,

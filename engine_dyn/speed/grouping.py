@@ -96,7 +96,8 @@ class Piece:
                 yield from replace(self, chosen=self.chosen.subset(half)).calls()
             return
         columns = columns_of(self.source, needs.parts)
-        # Diagrams and loads tell a design's number of nodes; common curves and friction do not.
+        # The roughness of diagrams and loads determines a design's number of nodes; that of the
+        # common curves and of friction does not.
         rough_parts = columns.rough > ROUGHNESS * self.grouping.tolerance
         rough_parts[:FIRST_GAS] = False
         rough_parts[needs.parts.first_rubbed : needs.parts.first_torque] = False
@@ -160,7 +161,7 @@ class Grouping:
         """
         every = self.inputs.size if places is None else places.size
         names: tuple[str, ...] = TABLE_NAMES
-        if self.driven.over_angles:  # their work depends on these too
+        if self.driven.over_angles:  # the work of these torques also depends on the inputs below
             names += ("gear_ratio", "load_phase", "load_scale", "torque_factor", "bore")
             names += ("double_radius",)
         common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))
@@ -177,7 +178,8 @@ class Grouping:
                     chosen, row = chosen.subset(order), row[order]
                 size, rows = chosen.places.size, 1 + int(np.count_nonzero(np.diff(row)))
                 pairs = max(-(-size // (2 * self.piece)), rows // (2 * MOST_PARTS))
-                # Equal groups of even size for two threads save a third of 50,000 designs' time.
+                # Groups of equal size, and an even number of them for two threads, save a third of
+                # the time of 50,000 designs.
                 whole = size <= FEW and rows <= MOST_PARTS
                 for some in np.array_split(chosen.places, 1 if whole else 2 * pairs):
                     yield Piece(self, key, Chosen(self.inputs, some), source, finer)
@@ -199,7 +201,8 @@ class Grouping:
             times = math.gcd(cylinders.symmetry, repeats * cylinders.cycles)
             nodes = nodes_of(times, fewest * cylinders.cycles, self.is_steep, cycles)
             ratio, offset = (same.take(name) for name in CRANK)
-            # Phases of articulated rods depend on the crank: no polynomials between cranks.
+            # Phases of articulated rods depend on crank ratio and offset: each pair of these gets
+            # columns of its own, without polynomials in between.
             boxes = boxes_of(ratio, offset, radius, alone or cylinders.articulated)
             for (number,), alike in _split(same, [boxes]):
                 own_ratio, own_offset = (float(alike.take(name)[0]) for name in CRANK)

@@ -155,7 +155,7 @@ def search(
         high[active[below]], high_miss[active[below]] = here[below], miss[below]
         last_x[active[number]], last_miss[active[number]] = here[number], miss[number]
         left, right, stops = low[active], high[active], low_code[active]
-        # Delta must be within this part of the tolerance.
+        # Delta must be within this fraction of the tolerance.
         done = number & (np.abs(miss) <= 0.1 * tolerance)
         # The bracket is as narrow as rounding: delta jumps by more than the tolerance there, or the
         # engine stops before delta is the wanted one.

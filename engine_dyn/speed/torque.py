@@ -71,8 +71,9 @@ def torque_extremes(
     high, low, swing = results = [
         np.empty(whole.size if name in wanted else 0) for name in TORQUE_NAMES
     ]
-    # A torque is some 20 times as rough as its work, by which nodes are judged: noise of 0.02 bar
-    # at 0.2 degree then leaves 6e-6 of the torque's size, else 8e-4.
+    # A torque is some 20 times as rough as its work, whose roughness determines the number of
+    # nodes: so the tolerance is divided by 20. Noise of 0.02 bar at steps of 0.2 degree then leaves
+    # an error of 6e-6 of the torque's size; without the division it would be 8e-4.
     grouping = Grouping(whole, family, cylinders_by_count, driven, tolerance / 20.0, ("cylinders",))
 
     def solve(piece: Piece) -> int:

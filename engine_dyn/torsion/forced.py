@@ -51,9 +51,10 @@ RESULTS = {
 }
 """Results that can be asked for, by name."""
 
-DETUNED = 1e-12  # Least |k* + Z| over the sum of its terms' sizes
+DETUNED = 1e-12  # Smallest |k* + Z| over the sum of its terms' sizes
 
-SMALL = 1e-6  # Part of its terms below which |k* + Z|, with torques behind it, has lost six digits
+# Fraction of its terms below which |k* + Z|, with torques behind it, has lost six digits
+SMALL = 1e-6
 
 AT_ONCE = 1024  # Number of cases that a thread takes at once
 

@@ -42,8 +42,8 @@ class Modes(NamedTuple):
     shape: Floats
     # Modal inertia sum J a^2 [kg m2], referred to the disc of unit amplitude; shape (..., m)
     modal_inertia: Floats
-    # Referred amplitude of each node less its parent's, for stiff shafts more exact than the
-    # difference; 0 for node 0; shape (..., m, M)
+    # Referred amplitude of each node less that of its parent. It is computed by itself: for stiff
+    # shafts a difference of two amplitudes would be less exact. 0 for node 0; shape (..., m, M)
     twist: Floats
 
     @property
@@ -71,7 +71,7 @@ def natural_modes(system: ShaftSystem, speed: Any = 0.0, unit: int | None = None
     shape = amplitude[..., system.node_of_disc] * system.ratio[..., None, :]
     size = np.abs(shape)
     if unit is None:
-        # Amplitudes that differ by less than this part count as equally large.
+        # Amplitudes that differ by less than this fraction count as equally large.
         most = size >= (1.0 - 1e-9) * size.max(axis=-1, keepdims=True)
         place = most.argmax(axis=-1)
     else:

@@ -24,7 +24,7 @@ from engine_dyn.types import Floats
 from sweeps.base.errors import SceneError, not_known, one_line, shown, shown_for_whole
 from sweeps.base.ratios import BEYOND, LARGEST, number_or_ratio
 
-DEEPEST = 8  # Tables and lists in a scene may be nested so deeply
+DEEPEST = 8  # Largest depth of tables and lists within each other in a scene
 
 LONGEST_TEXT = 20_000
 """Characters of one text of a scene; the factors of the longest firing pattern take most."""

@@ -16,7 +16,7 @@ LONGEST = 4000  # Characters of a message at most
 
 LONGEST_NAME = 300  # Characters of a wrong name for which a similar one is looked for
 
-MOST_LISTED = 40  # Most names that a message lists, where a command lists all of them
+MOST_LISTED = 40  # Largest number of names that a message lists, where a command lists all of them
 
 
 class SceneError(ValueError):

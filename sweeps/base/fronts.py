@@ -66,7 +66,8 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
         pairs = along // (2 * size)
         along_pairs = np.argsort(pairs.astype(np.min_scalar_type(count // size)), kind="stable")
         here = along[along_pairs]
-        # Each pair of blocks is shifted below the pair before it
+        # Ranks in each pair of blocks are shifted below those in the pair before it, so that one
+        # running minimum serves all pairs
         level = here // (2 * size) * (count + 1)
         first = here // size % 2 == 0
         least = np.minimum.accumulate(np.where(first, rank[here], count) - level) + level

@@ -78,7 +78,8 @@ complete_list = _words(lambda: [(name, "list") for name in LISTED])
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
-# Least bytes of memory that may be asked for; with less, a block of designs could not be held
+# Smallest number of bytes of memory that may be asked for; with less, a block of designs could not
+# be held
 SMALLEST_MEMORY = 100e6
 
 PATH = click.Path(path_type=Path)

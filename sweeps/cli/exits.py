@@ -16,7 +16,7 @@ from sweeps.base.errors import SceneError, as_name, no_laboratory, one_line, pri
 
 FAILURE, BAD_INPUT, DESIGNS_FAILED = 1, 2, 3
 
-LONGEST_MESSAGE = 2000  # Most characters of a message about bad input
+LONGEST_MESSAGE = 2000  # Largest number of characters of a message about bad input
 
 
 def say(text: object, *, err: bool = False) -> None:

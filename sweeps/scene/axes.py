@@ -22,7 +22,7 @@ from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
 from sweeps.scene.word_keys import WordKey
 
-MOST_VALUES = 2 * LARGEST_AXIS  # Most values of all axes of one scene together
+MOST_VALUES = 2 * LARGEST_AXIS  # Largest number of values of all axes of one scene together
 
 _ONE_ENGINE = "an engine of the catalogue or the path of an engine file"
 

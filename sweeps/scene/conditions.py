@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Units = Callable[[str], str | None]  # Function from a name to its unit, None where it is not known
 
-LONGEST = 500  # Most characters of a condition
+LONGEST = 500  # Largest number of characters of a condition
 
 
 @dataclass(frozen=True)

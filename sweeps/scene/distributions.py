@@ -248,7 +248,8 @@ def _truncated(given: Mapping[str, float], where: str) -> TruncatedNormal:
     mean, deviation, low, high = (given[key] for key in ("mean", "deviation", "low", "high"))
     if deviation <= 0.0:
         raise SceneError(f"{where} deviation = {deviation:g}: must be above 0")
-    # Most standard deviations between the mean and the nearer cut of a normal distribution
+    # Largest number of standard deviations between the mean and the nearer cut of a normal
+    # distribution
     farthest = 6.0
     if low > mean + farthest * deviation or high < mean - farthest * deviation:
         raise SceneError(

@@ -33,7 +33,7 @@ from sweeps.scene.engine.cylinder_keys import (
 from sweeps.scene.engine.engine_files import engine_path, load_engine
 from sweeps.scene.toml_tables import SceneFile
 
-MOST = 200  # Most ordinary scenes that one scene may consist of
+MOST = 200  # Largest number of ordinary scenes that one scene may consist of
 
 
 # Names of engine and arrangement, and the positions of the choice along the axes

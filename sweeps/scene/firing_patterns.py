@@ -34,10 +34,10 @@ _LETTERS: Mapping[str, float] = {"1": 1.0, "0": 0.0, "d": SEALED}
 
 
 MOST_FIRINGS, MOST_SEEDS, MOST_TOGETHER = 4096, 1000, 2520
-"""Most firings of a pattern, patterns that one text stands for, and cycles after which all patterns
-of a scene repeat."""
+"""Largest number of firings of a pattern, patterns that one text stands for, and cycles after which
+all patterns of a scene repeat."""
 
-LONG = 60  # Most letters of the name of a pattern
+LONG = 60  # Largest number of letters of the name of a pattern
 
 
 @dataclass(frozen=True)

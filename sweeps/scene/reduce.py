@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Default quantiles of statistics
 
-MOST_KEPT = 100_000  # Most designs that one search keeps
+MOST_KEPT = 100_000  # Largest number of designs that one search keeps
 
 MOST_SEARCHES = 16
 
@@ -112,6 +112,6 @@ class Reduce:
     statistics: tuple[str, ...]  # Quantities with statistics
     over: tuple[str, ...]  # Axes over which statistics and counts are taken
     quantiles: tuple[float, ...]  # Ascending shares of the quantiles
-    within: tuple[str, ...]  # Conditions that are counted
+    within: tuple[str, ...]  # Conditions; the designs that meet each of them are counted
     at_every: tuple[str, ...]  # Axes at all values of which the kept designs are judged
     kept: tuple[Kept, ...]  # Searches for designs to keep

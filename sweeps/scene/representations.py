@@ -11,7 +11,7 @@ import numpy as np
 from engine_dyn.quantities.graph import PARAMETERS
 from sweeps.base.errors import one_line
 
-FEW = 4  # Most names in a list
+FEW = 4  # Largest number of names in a list
 
 
 def named_some(names: Iterable[str], few: int = FEW) -> str:

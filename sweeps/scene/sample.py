@@ -35,19 +35,19 @@ METHODS = {
 
 SEARCH = "search"  # Method of archives of a search, whose designs were looked for, not drawn
 
-LARGEST = 1 << 24  # Most designs of one sample
+LARGEST = 1 << 24  # Largest number of designs of one sample
 
 LARGEST_REDUCED = 1 << 30
-"""Most designs of a sample that is reduced as it is computed: points of SciPy's Sobol' sequences.
-"""
+"""Largest number of designs of a sample that is reduced as it is computed: points of SciPy's Sobol'
+sequences."""
 
 PORTION = 1 << 16
 """Designs that are drawn at a time where a sample is reduced as it is computed: four times as many
 would save 10 % of the time of the quickest scenes, and take 60 MB more."""
 
 MOST_OF_SOBOL = 50
-"""Most parameters with Sobol' sequences. In more dimensions, samples of usual sizes fill space no
-better than random numbers do."""
+"""Largest number of parameters with Sobol' sequences. In more dimensions, samples of usual sizes
+fill space no better than random numbers do."""
 
 WORDS = LABELS[1:]  # Parameters whose values are texts: one of several, equally likely
 
@@ -128,7 +128,7 @@ def with_sample(
     tables: dict[str, Any] = {}
     for key, table in raw.items():
         tables[key] = table
-        if key == "sample":  # Its place among the tables sets the slowest dimension
+        if key == "sample":  # The place of [sample] among the tables sets the slowest dimension
             count = sample.portion if reduced else sample.number
             tables["designs"] = drawn(sample, count) if columns is None else dict(columns)
     return tables, sample

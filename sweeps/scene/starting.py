@@ -45,7 +45,8 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     without_effect = ["friction_"] if law == BY_COMPONENT else []
     if engine.torque is not None:  # A given torque counts as it comes from the shaft
         without_effect = ["friction_", "crankcase_pressure"]
-    if isinstance(torque_tables.LOAD.of(engine), TorqueOverSpeed):  # It replaces k omega^exponent
+    # A table over speed replaces k omega^exponent
+    if isinstance(torque_tables.LOAD.of(engine), TorqueOverSpeed):
         without_effect.append("load_exponent")
     # Comments on values that an engine file lacks; other values have their unit as a comment
     meanings = {

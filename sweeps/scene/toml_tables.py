@@ -28,7 +28,7 @@ FAILURES = tuple(name for code, name in enumerate(status.MEANINGS) if code != st
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 LARGEST_ORDER = 360.0
 
-LARGEST_AXIS = 10_000_000  # Most values of one axis
+LARGEST_AXIS = 10_000_000  # Largest number of values of one axis
 
 
 class Range(Strict):

@@ -28,7 +28,7 @@ class Given(NamedTuple):
     # Table `set`, `axes` or `designs`; empty for a value of the engine, and for a default
     table: str
     values: npt.NDArray[Any]  # Values in the table, in the units of files; a single one if constant
-    dims: tuple[str, ...]  # Dimension along which it varies, if any
+    dims: tuple[str, ...]  # Dimension along which the parameter varies, if any
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -66,7 +66,9 @@ def _cylinder_words(
     equal = equal and varied <= {"firing_angle"} and patterns is None
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
     if patterns is not None and any(SEALED in one.firings for one in patterns.each):
-        throws = False  # The mean work of the cylinders of a throw is no mean of their factors
+        # A sealed cylinder's pressure factor is a code: the mean work of a throw's cylinders does
+        # not follow from the mean of their pressure factors
+        throws = False
     throws = throws and (centred or not any(engine.both_sides for engine in engines))
     own_pins = all(engine.own_pins for engine in engines)
     plain_rods = not any(engine.articulated for engine in engines)

@@ -24,7 +24,7 @@ and 0 for forces); size up to which a sum is rounding; amplitudes, the real part
 imaginary one, of what turns with the crank, against it, and at twice its speed forwards and
 backwards."""
 
-LEAST = 5  # Row of the size up to which a sum is rounding
+LEAST = 5  # Row with the size below which a sum counts as rounding
 
 TURN_SAMPLES = 360  # Samples of a revolution among which the largest vector is searched
 
@@ -183,7 +183,8 @@ def largest_of(motion: Floats, lines: Floats, turn: Floats, largest: Floats) -> 
         _vectors(motion, design, own, cylinders, turn, x, y)
         for i in range(samples):
             x[i] = _unless_rounding(x[i] * x[i] + y[i] * y[i], motion[LEAST, design])
-        # The highest sample may be next to the second highest crest: parabolas compare them.
+        # The highest sample may lie beside the second highest crest, so crests are compared by
+        # parabolas through their samples.
         best, crest, total = 0, -1.0, 0.0
         for i in range(samples):
             total += x[i]
@@ -314,7 +315,7 @@ def _lowest_of_all(square: Floats, slope: Floats, bend: Floats) -> float:
         here = min(max(_lowest_of_two(low, high), below), above)
         known = max(_value(low, here), _value(high, here))
         new = _highest(square, slope, bend, here)
-        # A parabola is higher only if it exceeds the largest known square by this part.
+        # A parabola is higher only if it exceeds the largest known square by this fraction.
         if not _value(new, here) > known * (1.0 + 1e-12):
             break
         if new[1] + here * new[2] > 0.0:

@@ -564,7 +564,7 @@ def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:
         )  # fmt: skip
         return float(gear.moment_max() if order is None else gear.moment_ellipse(order).major)
 
-    # A moment counts as zero below this part of one cylinder's inertia force times the throw
+    # A moment counts as zero below this fraction of one cylinder's inertia force times the throw
     # distance: V12 engines keep 3e-4 of sixth order.
     return moment(1.0, 0.0) < 1e-3 < moment(1e-12, 1.0)
 

@@ -139,7 +139,8 @@ def load_for_torque(
         done |= np.abs(load - last) <= resolution
         solution[todo[done]] = load[done]
         down = here > 0.0
-        # The value at an end that stays twice is halved, so that the other end moves as well.
+        # The missed torque of an end that stays twice is halved, so that the other end moves as
+        # well.
         below = np.where(down, np.where(side < 0.0, 0.5 * below, below), here)
         above = np.where(down, here, np.where(side > 0.0, 0.5 * above, above))
         low, high = np.where(down, low, load), np.where(down, load, high)

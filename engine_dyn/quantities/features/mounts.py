@@ -177,7 +177,8 @@ def _harmonics(*, roll_moment_harmonics: Any, order: Any, mounts: Any, mount: An
                ) -> Any:  # fmt: skip
     gear, turn = running_gear(needs), _upright(needs)
     forward, backward = (wave * turn for wave in gear.force_orders(order))
-    # Real and imaginary part of F exp(i nu phi) + B exp(-i nu phi), each as a forward wave.
+    # Real and imaginary part of F exp(i nu phi) + B exp(-i nu phi), each as its coefficient of
+    # exp(i nu phi).
     up, side = forward + np.conj(backward), -1j * (forward - np.conj(backward))
     pitch: Any = 0.0
     if "cylinder_spacing" in needs:

@@ -211,7 +211,7 @@ def _summed(shaft: Crankshaft, engine: Cylinders, weights: list[Any]) -> Any:
     most: Any = 0.0
     for vector, weight in zip(_vectors(shaft, engine), weights, strict=True):
         total, most = total + vector * weight, most + np.abs(vector * weight)
-    # A vector sum below this part of the sum of sizes is rounding.
+    # A vector sum below this fraction of the sum of sizes is rounding.
     return np.where(np.abs(total) < 1e-13 * most, 0.0, total)
 
 

@@ -23,7 +23,7 @@ HALO = 4  # Coarse nodes repeated before and behind the period
 
 MANY = 65536.0  # More than the number of coarse nodes
 
-MOST_TERMS = 24  # Most terms of the polynomial that stands for a law
+MOST_TERMS = 24  # Largest number of terms of the polynomial that replaces a load law
 
 SOLVING, SETTLED, LEFT = 1.0, 0.0, -1.0
 """States of a lane: passes continue, passes are done, or the general solver takes the design."""
@@ -61,15 +61,15 @@ class Lanes(NamedTuple):
     """Numbers of each design of a block, shape (1, lane)."""
 
     state: Rows  # `SOLVING`, `SETTLED` or `LEFT`
-    # Slope of the law at the nominal speed, 1 where it does not depend on the speed; `free` is 0
-    # there, else 1.
+    # Slope of the load law at the nominal speed, 1 where it does not depend on the speed; `free` is
+    # 0 there, else 1.
     slope: Rows
     free: Rows
     mu: Rows  # Mean of the load law F
-    # Highest and lowest u at the nodes.
+    # Highest and lowest u = (omega/omega_n)^2 - 1 at the nodes.
     high: Rows
     low: Rows
-    # Range of u in which a polynomial stands for the law: its centre, 1 over its half-width.
+    # Range of u in which a polynomial replaces the load law: its centre, 1 over its half-width.
     centre: Rows
     half: Rows
     terms: Rows  # Number of the polynomial's terms; 0 for none
@@ -108,7 +108,8 @@ class Peaks(NamedTuple):
     # Extreme values, and how much they may miss.
     value: Rows
     missed: Rows
-    hidden: Rows  # Largest rise of u between coarse nodes above their values
+    # Largest rise of u = (omega/omega_n)^2 - 1 between coarse nodes above its values at them
+    hidden: Rows
     step: Rows  # Step to the next node; at first 1 where there is a node to begin at, else 0
     # Values at `node`: `WorkTable.fine`, then the load, X and r from polynomials through coarse
     # nodes, and the steepness.

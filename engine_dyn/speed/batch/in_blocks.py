@@ -20,7 +20,8 @@ from engine_dyn.speed.work.columns import Columns
 from engine_dyn.status import CONVERGED, TOLERANCE_NOT_MET
 from engine_dyn.types import Booleans, Floats
 
-LOWEST = -0.9  # Lowest u of a design; slower designs are left to the general solver
+# Lowest u = (omega/omega_n)^2 - 1 of a design; slower designs are left to the general solver
+LOWEST = -0.9
 
 
 def solve_in_blocks(
@@ -92,7 +93,7 @@ def solve_blocks(
     fine node).
     """
     number = designs.table
-    known = -1  # table that all designs of the block before share
+    known = -1  # number of the work table that all designs of the previous block share; -1: none
     for block in range(-(-count // LANES)):
         first, last = number[block, 0], number[block, LANES - 1]
         if not first == last == known:

@@ -73,10 +73,10 @@ def fit_laws(
     scratch.
     """
     low, high, state = read(lanes.low, 0), read(lanes.high, 0), read(lanes.state, 0)
-    # The polynomial's range exceeds that of u by 0.3 of it on both sides, with a half-width of at
-    # least 0.01.
+    # The polynomial's range is wider than that of u = (omega/omega_n)^2 - 1 by 0.3 of it on both
+    # sides, and has a half-width of at least 0.01.
     centre, half = 0.5 * (low + high), np.maximum((0.5 + 0.3) * (high - low), 0.01)
-    # Designs that come below q = 0.04 are left to the general solver.
+    # Designs whose q = (omega/omega_n)^2 falls below 0.04 are left to the general solver.
     solving = (state > 0.0) & (1.0 + centre - half > 0.04)
     write(lanes.centre, 0, centre)
     write(lanes.half, 0, 1.0 / half)
@@ -283,7 +283,8 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
     span, reach = high - low, np.maximum(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    # The factor between changes is taken as at least this: one change may be small by chance.
+    # The ratio of a change to the one before is taken as at least the number below: one change may
+    # be small by chance.
     shrinks = np.maximum(change / np.maximum(last, ROUNDING), 0.1)
     shrinks = where(change < last, shrinks, 0.5)
     ahead = change * shrinks / (1.0 - shrinks)
@@ -343,7 +344,7 @@ def solve_curves(
             if not settle_lanes(tolerance, going, last, change, lanes):
                 break
             going = read(lanes.state, 0) > 0.0
-            if not timed:  # mu and r change in turns then
+            if not timed:  # with a given cycle time, mu and r change in turns
                 last = change
     write(lanes.mu, 0, mu)
     for k in range(LANES):

@@ -100,7 +100,8 @@ def fill_work(
     write(scratch.lanes.state, 0, state)
 
 
-TINY = 1e-11  # Least beta [1/rad], which stands for no load: the limit of a weak one
+# Smallest beta [1/rad]; it is taken where there is no load, as the limit of a weak one
+TINY = 1e-11
 
 LARGEST_STEP = 0.05
 """Largest beta times coarse interval: stronger loads are left to the general solver."""

@@ -137,7 +137,7 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     """Whether a power law with the power mean stalls always: docs/method.md (94)."""
     most = largest(1.0, motion.w)
     least = design.kappa * width * len(motion.w) - largest(-1.0, motion.w)
-    # A bound below 1 cannot have a mean above 1, unless tau is small: the usual case.
+    # An upper bound below 1 cannot have a mean above 1, unless tau is small: most designs end here.
     if most - least < 1.0:
         return False
     total = 0.0
@@ -165,7 +165,7 @@ def _falls_short(width: float, design: Design, motion: Motion) -> bool:
         for k in range(nodes):
             j, n = (begin + k) % nodes, (begin + k + 1) % nodes
             e += motion.w[n] - motion.w[j] + rise
-            if e < -0.05:  # nominal energies: more nodes change less
+            if e < -0.05:  # in nominal energies; more nodes change e by less
                 return True
     return False
 

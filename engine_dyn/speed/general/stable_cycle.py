@@ -26,7 +26,9 @@ REPEATS, STANDS, RUNS_AWAY, LOST = CONVERGED, STALLED, NO_STEADY_STATE, NOT_CONV
 
 HIGHEST = 1e8  # Energy over the nominal energy above which a design runs away within a cycle
 
-MOST_STARTS = 14  # Largest number of starts between standstill and running away
+# Largest number of energies at node 0, between standstill and running away, that are tried as
+# starts
+MOST_STARTS = 14
 
 PROBABLY = -1.0  # Error that is reported where not all starts could be followed
 
@@ -100,7 +102,8 @@ def _follow(
         if e >= above and end > e:
             return RUNS_AWAY, e, missed, cycle, steps
         step, plain = end - e, end
-        # Only multiples of rounding: a steady cycle that repels does not count.
+        # A cycle also counts as repeated where its ends differ by a small multiple of rounding. A
+        # steady cycle that repels others, with a factor of 1 or more, does not count.
         rounded = abs(step) <= 2e-14 * abs(end)
         if factor < 1.0:
             step /= 1.0 - factor
@@ -141,7 +144,8 @@ def _cycle_at(
             runs_away, too_high = runs_away or fate == RUNS_AWAY, too_high or fate == LOST
             high = min(e, high)
             e = 0.5 * (low + high)
-    if too_high and low > start:  # all starts that can be followed stand: probably all do
+    # All starts that can be followed come to standstill: probably the others do too
+    if too_high and low > start:
         return STANDS, e, PROBABLY, cycles, steps
     if too_high or (runs_away and bounded):
         fate = LOST
@@ -206,7 +210,8 @@ def stable_cycle(
         if fate == REPEATS:
             e, late = node, _late(motion)
             before, slowest = slowest, _slowest(motion)
-            # Below this (omega/omega_n)^2 the cycle's time grows with its logarithm.
+            # Where the smallest (omega/omega_n)^2 is below the number here, the cycle's time grows
+            # with its logarithm.
             near = late_slow == math.inf and slowest < before < 1e-2
             if near and late_before < late < 0.0 and sure:
                 grows = (late - late_before) / math.log(before / slowest)
@@ -233,10 +238,11 @@ def stable_cycle(
         else:
             here += step if late_slow > 0.0 else -step
             step *= 2.0
-    # Where no values of mu lie closer, a larger error of the time is accepted; it counts as missed.
+    # Where rounding leaves no value of mu between the ends of the bracket, a larger error of the
+    # cycle's time is accepted, and added to the error of the energy.
     if least and max(late_slow, -late_quick) <= 1e-6:
         return CONVERGED, cycles, mu, missed + max(late_slow, -late_quick)
-    # Near standstill, the cycle still takes less time than it should.
+    # The engine stalls where even a cycle near standstill takes less time than it should.
     stalls = sure and least and late_slow == math.inf
     return (STALLED if stalls else NOT_CONVERGED), cycles, 1.0, math.inf
 

@@ -85,7 +85,7 @@ class Parts(NamedTuple):
 FEWEST_NODES = 720
 """Least number of nodes of a cycle: one a degree, the step of most measured diagrams."""
 
-FEWEST_COARSE = 60  # Least number of coarse nodes of a period
+FEWEST_COARSE = 60  # Smallest number of coarse nodes of a period
 
 WIDE, NARROW, STEEP = 5, 4, 3
 """Fine intervals of a coarse one, where there are many and few, and where the torque answers
@@ -135,13 +135,13 @@ def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> N
     stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
     stride = STEEP if steep else stride
     coarse = max(-(-each // stride), FEWEST_COARSE)
-    coarse += coarse * stride % 2  # even: every other node shows whether all suffice
+    coarse += coarse * stride % 2  # an even number: every other node shows whether all suffice
     return Nodes(coarse * stride * cycles, stride, times, cycles)
 
 
 ATMOSPHERE = 101325.0  # Pressure [Pa] under the piston that the columns of the gas contain
 
-SAME_PLACE = 1e-9  # Part of an interval by which rounding may displace a phase
+SAME_PLACE = 1e-9  # Fraction of an interval by which rounding may displace a phase
 
 VALUE, SLOPE, MIDDLE, BETWEEN = range(4)  # Values of each part in `Columns.fine`
 
@@ -415,7 +415,8 @@ def _add_friction(source: Source, diagram: RubbedDiagram, member: Member, curves
         shapes.append(stacked_parts(load, velocity(angle, ratio, offset), np.sin(angle)))
     of_points = np.repeat(WEIGHTS, at_node.size) / at_node.size
     mean = np.einsum("psq,q->ps", shapes[0], of_points)[..., None]
-    # A part with a mean of 0, of rings that are always lifted, is 0.
+    # A part of the friction has a mean of 0 where the piston rings are always lifted: its torque is
+    # 0.
     shapes = [np.where(mean > 0.0, -shape / np.where(mean > 0.0, mean, 1.0), 0.0)
               for shape in shapes]  # fmt: skip
     points = shapes[0].reshape(*shapes[0].shape[:-1], WEIGHTS.size, -1)

@@ -201,7 +201,8 @@ def names_and_units(
             continue
         filled = sum(map(bool, fields))
         one_unit = filled == 1 and bool(fields[-1]) and _are_units(fields)
-        if filled == 1 < width and not (alone or one_unit):  # A single word there is a note
+        # A single word in a row above the numbers is a note
+        if filled == 1 < width and not (alone or one_unit):
             alone = True
             continue
         if (width > 1 and filled < 2 and not one_unit) or (alone and not _are_names(fields, width)):

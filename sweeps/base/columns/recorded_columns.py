@@ -99,7 +99,7 @@ class Recording:
     def _check_missing(self, values: Floats, where: str) -> None:
         """Refuse numbers far away from all others that stand for missing values."""
         for end in (float(values.min()), float(values.max())):
-            # Loggers write these for missing numbers.
+            # Loggers write the numbers below in place of missing ones.
             if abs(end) in (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30):
                 there = values == end
                 rest = np.abs(values[~there])

@@ -335,7 +335,7 @@ def encoding_of(data: bytes, label: str, given: str | None = None) -> tuple[str,
 def _as_given(data: bytes, label: str, given: str) -> str:
     try:
         name = codecs.lookup(given).name
-        # These codecs of Python are no encodings of files.
+        # The codecs of Python below are no encodings of files.
         no_files = "idna", "punycode", "undefined", "unicode_escape", "raw_unicode_escape", "utf-7"
         if name in no_files:
             raise LookupError

@@ -20,9 +20,10 @@ import psutil
 from sweeps.base.errors import SceneError, counted, one_line, shown, size_text
 from sweeps.catalogue import PACKAGE
 
-MOST_TEXT = 1 << 27  # Most bytes of a scene, engine file or table; archives keep copies
+# Largest number of bytes of a scene, engine file or table; archives keep copies
+MOST_TEXT = 1 << 27
 
-MOST_ROWS = 10**8  # Most rows of a table of designs
+MOST_ROWS = 10**8  # Largest number of rows of a table of designs
 
 
 def opened_file(path: Path) -> IO[bytes]:
@@ -113,7 +114,7 @@ def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> I
         raise SceneError(f"{name}: cannot be read ({reason}); expected {what}") from None
 
 
-MOST_RECORDING = 1 << 30  # Most bytes of a laboratory's recording
+MOST_RECORDING = 1 << 30  # Largest number of bytes of a laboratory's recording
 
 _FILES: ContextVar[_Kept | None] = ContextVar("_FILES", default=None)
 

@@ -16,12 +16,13 @@ from sweeps.base.errors import SceneError, not_known, size_text
 from sweeps.base.files.child_process import Limits, answer_apart, answering
 from sweeps.base.files.libraries import library, library_reading
 
-MOST_INFLATED = 1 << 30  # Most bytes of all parts of an .xlsx file, a ZIP archive of XML
+# Largest number of bytes of all parts of an .xlsx file, a ZIP archive of XML
+MOST_INFLATED = 1 << 30
 
 MOST_CELLS = 2 * 10**7
-MOST_ROWS = 1 << 20  # Most rows of a sheet
+MOST_ROWS = 1 << 20  # Largest number of rows of a sheet
 
-MOST_TEXT = 1 << 27  # Most characters of all cells together; cells may share one text
+MOST_TEXT = 1 << 27  # Largest number of characters of all cells together; cells may share one text
 
 LONGEST_TEXT = 1 << 15  # Characters of a cell that are kept; Excel itself allows no more
 
@@ -34,8 +35,8 @@ MEMORY, MEMORY_RATE, MOST_MEMORY = 1 << 29, 40, 6 << 30
 """
 
 COMPRESSED = 30
-"""Most bytes of XML that a byte of a compressed file stands for, where limits are set by its size.
-"""
+"""Largest number of bytes of XML that a byte of a compressed file stands for, where limits are set
+by its size."""
 
 
 def sheets(

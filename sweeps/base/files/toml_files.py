@@ -12,8 +12,8 @@ from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.regular_files import read_text
 
 MOST_BYTES, MOST_KEYS = 1 << 24, 200_000
-"""Most bytes and keys of a scene or engine file, of which more take minutes. Longer lists stand in
-tables."""
+"""Largest number of bytes and keys of a scene or engine file, of which more take minutes. Longer
+lists stand in tables."""
 
 _MISTAKES = (
     (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
@@ -69,8 +69,8 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
         key, _, value = (part.strip() for part in on_it.partition("="))
         hints = [f"; {hint}" for mistake, hint in _MISTAKES if mistake.match(value[:80])][:1]
-        # Any file may be named: the message shows at most one key of its text, and only one of our
-        # keys.
+        # Any file may be named, also one whose content is secret: of its text the message shows at
+        # most one key, and only if that is the name of a parameter.
         message = re.sub(r"\s*\([^)]*\)|\s*'[^']*'", "", message)
         told = f", of {key}" if key in PARAMETERS else ""
         raise SceneError(

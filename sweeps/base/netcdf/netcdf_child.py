@@ -32,7 +32,8 @@ from sweeps.base.files.child_process import Limits, started, watched
 
 SECONDS = 10.0  # Seconds that reading may take, besides those for the bytes of the file
 
-RATE = 10e6  # Least bytes a second that are read; compressed values are slower than others
+# Smallest number of bytes a second that are read; compressed values are slower than others
+RATE = 10e6
 
 OPENING = 1 << 29
 """Bytes of memory that the child may take to open a file and its attributes, besides eight times

@@ -29,8 +29,8 @@ from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.base.netcdf.netcdf_child import read_apart
 
 LARGEST_CHUNK = 1 << 28
-"""Most bytes of one chunk of a netCDF file: reading any value loads its chunk. `run` writes chunks
-of one megabyte."""
+"""Largest number of bytes of one chunk of a netCDF file: reading any value loads its chunk. `run`
+writes chunks of one megabyte."""
 
 LARGEST_RATIO = 1040
 """Largest ratio of values to file size. Archives are uncompressed or compressed by zlib, whose best
@@ -46,7 +46,8 @@ SLAB = 16e6  # Bytes of a variable that are read or copied at a time
 
 _UNTRUSTED: ContextVar[bool] = ContextVar("untrusted", default=False)
 
-TEXT_REFERENCE = 16  # Least bytes that the reference to a text of a netCDF-4 variable takes
+# Smallest number of bytes that the reference to a text of a netCDF-4 variable takes
+TEXT_REFERENCE = 16
 
 
 def check_file(path: Path) -> None:
@@ -350,8 +351,9 @@ def slabs(
 class _Library:
     """A lock that a thread may take several times, and that can be copied and pickled."""
 
-    # It includes the lock that xarray has for files. xarray reads attributes without any lock:
-    # files that are opened here by xarray are opened with this lock held, and use it themselves.
+    # Taking this lock also takes the lock that xarray has for files, where xarray is loaded. xarray
+    # reads attributes without any lock: so files are opened by xarray while this lock is held, and
+    # xarray uses this lock for what it reads of them later.
 
     def __init__(self) -> None:
         self._own = threading.RLock()

@@ -154,7 +154,8 @@ def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
     """Coordinates along an axis in the order of their names."""
     along = sorted(str(n) for n, c in dataset.coords.items() if c.dims == (dimension,))
     if len(along) > 1 and dimension in along and dataset[dimension].dtype.kind == "i":
-        along.remove(dimension)  # Positions of words and of designs say nothing more than these
+        # Numbers that count words or designs say nothing that the other coordinates do not say
+        along.remove(dimension)
     return [dataset[name].values for name in along]
 
 

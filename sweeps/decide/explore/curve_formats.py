@@ -33,7 +33,7 @@ CRANK_ANGLE, ORDER = "crank_angle", "order"
 _KIND = {CRANK_ANGLE: 0, ORDER: 20}
 """Abscissas of curves, with the number that data set 58 has for each (0: no other)."""
 
-MOST_SETS = 1000  # Most data sets of a file, since other programs list each of them
+MOST_SETS = 1000  # Largest number of data sets of a file, since other programs list each of them
 
 
 def universal_file(
@@ -151,7 +151,7 @@ def _field(text: str, width: int) -> str:
 
 def _is_even(x: npt.NDArray[np.float64]) -> bool:
     """Whether a start and a step of six digits, all that the file can hold, give the values."""
-    # Otherwise each value is written, with six digits.
+    # Where a start and a step do not give the values, each value is written, with six digits.
     start, step = float(f"{x[0]:.5e}"), float(f"{x[1] - x[0]:.5e}")
     error = np.abs(start + step * np.arange(len(x)) - x).max()
     return bool(error <= 1e-9 * math.fabs(x[-1] - x[0]))

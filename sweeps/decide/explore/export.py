@@ -244,7 +244,7 @@ MOST_ROWS = 1_048_576  # Largest number of rows of a sheet of Excel
 
 HEADS = 2  # Rows above the numbers: names and units
 
-LONGEST = 32_767  # Most characters of a cell of Excel
+LONGEST = 32_767  # Largest number of characters of a cell of Excel
 
 
 def check_rows(rows: int, path: Path) -> None:

@@ -36,7 +36,7 @@ from sweeps.scene.reading import built_in_scenes, is_scene, read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 1000  # Most firing orders that are computed
+MOST = 1000  # Largest number of firing orders that are computed
 
 CRITERIA: Mapping[str, str] = {
     "torque_after_throw_range": "largest range of the torque along the shaft",

@@ -23,9 +23,9 @@ from sweeps.scene.reading import read_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 2000  # Most patterns that are computed
+MOST = 2000  # Largest number of patterns that are computed
 
-LONGEST = 24  # Most firings after which a pattern repeats
+LONGEST = 24  # Largest number of firings after which a pattern repeats
 
 
 def firing_patterns(
@@ -201,7 +201,7 @@ def _factor_of_torque(
     wanted, low, high = (torque.isel({FIRING_PATTERN: i}).values for i in range(3))
     factors = ends[0] + (ends[1] - ends[0]) * (wanted - low) / (high - low)
     factor = float(np.mean(factors))
-    # Part by which the factor that keeps the torque may differ from point to point of a scene
+    # Fraction by which the factor that keeps the torque may differ between points of the axes
     if not np.ptp(factors) <= 1e-3:
         others = ", ".join(str(dim) for dim in torque.dims if dim != FIRING_PATTERN)
         raise SceneError(

@@ -52,7 +52,8 @@ from sweeps.scene.sample import SEARCH, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_ROWS = 100_000  # Most designs from which indices are estimated that were not drawn for it
+# Largest number of designs from which indices are estimated that were not drawn for it
+MOST_ROWS = 100_000
 
 LEAST_ROWS = 128  # Fewer designs do not tell indices
 

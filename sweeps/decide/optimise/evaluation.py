@@ -39,7 +39,7 @@ class Judgement:
     # Amount by which each condition fails, in multiples of its limit, 0 or less where it holds; the
     # last column counts missing results; shape (designs, conditions + 1)
     violation: Floats
-    fulfilling: Booleans  # Whether all conditions hold at every point that counts
+    fulfilling: Booleans  # Whether all conditions hold at every point of the axes that counts
 
     def __getitem__(self, places: npt.NDArray[Any]) -> Judgement:
         return Judgement(self.wanted[places], self.violation[places], self.fulfilling[places])

@@ -30,8 +30,8 @@ class Task:
     # Quantities and parameters that are optimised, with 1 where less is wanted and -1 where more
     # is.
     wanted: tuple[tuple[str, float], ...]
-    conditions: tuple[Constraint, ...]  # Conditions that must hold at every point
-    not_counted: tuple[str, ...]  # Outcomes whose points are left out
+    conditions: tuple[Constraint, ...]  # Conditions that must hold at every point of the axes
+    not_counted: tuple[str, ...]  # Outcomes; points of the axes that have one are left out
     # Quantities that are computed: those of the scene and of the search, without curves.
     quantities: tuple[str, ...]
     left_out: tuple[str, ...]  # Curves that the scene asks for, which are left out

@@ -319,7 +319,7 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         raise SceneError(f"{where}: {counted(len(angle), 'sample')}; must be 8 at least")
     steps = np.diff(angle, append=angle[0] + period)
     beside = np.maximum(np.roll(steps, 1), np.roll(steps, -1))
-    # A step is a gap where it is longer than this many of the steps on both its sides
+    # A step is a gap where it exceeds the steps on both its sides by more than the factor below
     gap = np.flatnonzero(steps > 2.5 * beside)
     if len(gap):
         at = int(gap[0])
@@ -332,7 +332,7 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         raise SceneError(f"{where}: the angle {angle[at]:g} degree occurs twice")
 
 
-MOST_REMARKS = 8  # Most remarks on the signal of the wheel that are reported
+MOST_REMARKS = 8  # Largest number of remarks on the signal of the wheel that are reported
 
 
 def with_encoder_angles(

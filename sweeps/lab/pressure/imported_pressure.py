@@ -26,7 +26,8 @@ from sweeps.base.errors import SceneError, counted, one_line, printable
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE
 from sweeps.scene.features.indicator_files import HEADER, NOT_PEGGED
 
-# Most cycles of a recording: each becomes a diagram with tables of a tenth of a megabyte
+# Largest number of cycles of a recording: each becomes a diagram with tables of a tenth of a
+# megabyte
 MOST_CYCLES = 1000
 
 
@@ -218,7 +219,7 @@ def offer_of(
         return ""
     inlet = f"{level.inlet / BAR:.2f}"
     away = abs(level.offset + options.ambient_pressure * BAR)
-    # A level below the right one by about the ambient pressure may be gauge pressure.
+    # A pressure level below the right one by about the ambient pressure may be gauge pressure.
     gauge = away < 0.05 * BAR + 2.0 * level.uncertainty
     asked = "; is it gauge pressure (such as --unit barg)? If not, give" if gauge else "; give"
     return (

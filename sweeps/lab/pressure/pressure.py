@@ -119,7 +119,8 @@ def imported(
                 level = level_of(cycles, name, geometry, said)
                 if level is not None:
                     levels[name] = level
-                elif not looks_motored(cycles):  # An angle is known no better than the level
+                elif not looks_motored(cycles):
+                    # Without a pressure level, the dead centre is not known either
                     silent.append("dead_centre")
             signal_remarks = examine(cycles, geometry, silenced=silent, level=level)
             warnings += [

@@ -166,7 +166,7 @@ def _travel(
         "in3": 0.0254**3,
     }  # fmt: skip
     lengths = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # Metres in each unit of lengths
-    # Factor to parts of the stroke of each unit
+    # Factor from each unit to fractions of the stroke
     parts = {"1": 1.0, "-": 1.0, "x/s": 1.0, "%": 0.01, "percent": 0.01}
     known = volumes if over_volume else {**parts, **lengths}
     plain = unit.strip().lower().replace("³", "3").replace("^", "").replace("**", "")
@@ -252,7 +252,8 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
     moving = np.flatnonzero(signs)
     if not len(moving):
         raise SceneError(f"{source}: the piston does not move; is this the right column?")
-    # Points with the same travel belong to the move before them, until the turn is known.
+    # Points with the same travel count to the movement before them, until the turning point is
+    # known.
     last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(count - 1), -1))
     sense = np.where(last >= 0, signs[last], signs[moving[0]])
     down = np.append(sense > 0.0, sense[-1] > 0.0)
@@ -273,14 +274,14 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
 
 def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down: bool) -> bool:
     """Whether the last point before or the first after a dead centre is on the way down."""
-    # It belongs to the side on which the steps next to it are more alike. Near a dead centre the
-    # travel grows as the square of the angle.
+    # The point belongs to the side on which the steps next to it are more alike. Near a dead centre
+    # the travel grows as the square of the angle.
     at = 1.0 if not begins_down else 0.0
     here = math.sqrt(abs(travel[middle] - at))
     before = math.sqrt(abs(travel[first - 1] - at)) if first > 0 else here
     after = math.sqrt(abs(travel[end + 1] - at)) if end + 1 < len(travel) else here
-    # If the point stays on its side the steps are before - here and after + here, otherwise
-    # reversed.
+    # If the point stays on the side before the turn, the steps to its neighbours are before - here
+    # and after + here; on the other side they are before + here and after - here.
     on_old = abs(before - here - (after + here))
     on_new = abs(before + here - (after - here))
     return begins_down if on_new < on_old else not begins_down
@@ -288,7 +289,8 @@ def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down
 
 def _check_turn(travel: float, at_top: bool, source: _Source, place: int) -> None:
     apart = travel if at_top else 1.0 - travel
-    near = 0.02  # Part of the stroke within which a loop must approach a dead centre to turn back
+    # Fraction of the stroke within which a loop must approach a dead centre to turn back
+    near = 0.02
     if apart > near:
         raise SceneError(
             f"{source.at(place)}, column '{one_line(source.name, 60)}': turns back at {travel:.4g} "

@@ -250,7 +250,8 @@ class _Fitting:
             moved = free._replace(make=lambda number: _starting(free.make(number), start))
             return self._solved(moved, self.goal)
 
-        # Starts of the combustion between which a largest pressure is looked for
+        # Starts of the combustion [rad] between which the start that gives the wanted largest
+        # pressure is searched
         starts = np.linspace(*self.kind.starts, 9) * DEGREE
         try:
             cycle = peak_by_start(at, peak, starts.tolist())

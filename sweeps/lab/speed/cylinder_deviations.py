@@ -50,9 +50,9 @@ FALSE_ALARMS = 1e-4  # Probability of a false alarm in one cycle of the whole en
 TOOTH_DEVIATION = 0.001
 """Standard deviation of unknown errors of teeth, in shares of the smallest interval."""
 
-FEWEST = 6  # Fewest cycles from which a dispersion is estimated
+FEWEST = 6  # Smallest number of cycles from which a dispersion is estimated
 
-FEWEST_INTERVALS = 4  # Fewest intervals of a cycle, for each cylinder
+FEWEST_INTERVALS = 4  # Smallest number of intervals of a cycle, for each cylinder
 
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the absolute value of a normally distributed number, over its standard deviation."""
@@ -342,8 +342,9 @@ def _against_others(speed: Floats, good: Booleans) -> tuple[Floats, int]:
 
 def _passage(relative: Floats, wheel: Wheel, count: int) -> float:
     """Error of the passages of teeth, from changes too rough for any torque."""
-    # It takes fourth differences of the places of teeth that are one pitch apart, whose first
-    # difference is the relative speed; their median size, so that single pulses do not count.
+    # The error follows from fourth differences of the places of teeth that are one pitch apart,
+    # whose first difference is the relative speed. Their median size is taken, so that single
+    # pulses do not count.
     turns = relative.shape[1] // wheel.teeth
     even = np.tile(wheel.width < wheel.width.min() * 1.01, turns)
     rough = np.diff(relative, 3, axis=1)
@@ -361,7 +362,8 @@ def _dispersion(
 ) -> float:
     """Dispersion of the imep of normal cycles that explains the scatter of the deviations."""
     spread = np.nanmedian(np.abs(deviations - np.nanmedian(deviations, axis=0))) / SCATTER_OF_MEDIAN
-    # Scatter of an estimate for each unit of dispersion: from other cycles, and its own
+    # Variance of a deviation over that of normal cycles: by the other cylinders' cycles, by the
+    # cycle itself, and by the mean over cycles
     each = float(np.mean(others / assumed) ** 2) + 1.0 + 1.0 / count
     left = float(spread) ** 2 - float(np.mean(noise**2))
     return float(np.sqrt(max(left, 0.01 * float(spread) ** 2) / each))
@@ -415,7 +417,7 @@ def _dataset(
     singles, lastings = (
         np.array([getattr(f, key) for f in results]) / BAR for key in ("single_std", "lasting_std")
     )
-    # Part of the work of combustion above which the lack of a weak cylinder makes it a dead one
+    # Fraction of the work of combustion above which the lack of a weak cylinder makes it a dead one
     data: dict[str, Any] = {
         "imep_deviation": (every, single + lasting[:, None, :], bar,
                            "deviation of imep from the mean of the other cylinders"),

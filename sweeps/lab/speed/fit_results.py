@@ -239,8 +239,8 @@ def _unit(name: str) -> str:
 
 
 MOST_SAMPLES = 720
-"""Most samples of a cycle of speed over angle that a fit takes: a degree of a four-stroke engine.
-"""
+"""Largest number of samples of a cycle of speed over angle that a fit takes: a degree of a
+four-stroke engine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,8 +323,8 @@ class Seen:
                 shifts = shifts + values[:, place] * DEGREE
         shown_logs = []
         for number, start in enumerate(self.starts):
-            # Logarithms of this size stand for a design without an answer: the fit then takes a
-            # smaller step.
+            # Logarithms as large as the number below mark a design without an answer: the fit then
+            # takes a smaller step.
             rows = np.full((len(values), self.recordings.width.size), 1.0)
             rows[:, ::2] *= -1.0
             for shift in np.unique(shifts):

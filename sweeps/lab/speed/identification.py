@@ -294,7 +294,7 @@ class _Task:
         errors = speed_fit.tooth_errors[given.used]
         logs = seen(value[None])[0][0][given.used] + errors
         step = 0.1 * speed_fit.fit.deviation[shared]
-        # A value at its bounds has no step
+        # The deviation of a value at its bounds is 0: its step follows from the value
         step = np.where(step > 0.0, step, 1e-3 * np.maximum(np.abs(value), 1e-3))
         rise = np.zeros((0, logs.size))
         if shared:

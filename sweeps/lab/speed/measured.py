@@ -271,7 +271,7 @@ def _errors_of(
     has: Booleans,
 ) -> tuple[Floats, Floats, ToothErrors | None]:  # fmt: skip
     """Errors of the teeth for each recording, their uncertainty, and those of the wheel."""
-    # They are estimated from recordings that have a computed speed.
+    # The errors are estimated from recordings that have a computed speed.
     count, zero = len(raw), np.zeros((len(raw), wheel.teeth))
     if not isinstance(how, str):
         return np.tile(how, (count, 1)), zero, ToothErrors(how, np.full(wheel.teeth, np.nan))

@@ -42,9 +42,10 @@ def gap_doubts(
     free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else gap
     best, here = _likeness(free), _likeness(gap)
     if is_given and _clearly_more(best, here):
-        # If two angles are equally alike, as with cylinders that fire evenly, one of them may be
-        # near. Another angle of the gap must be so far away, however fine the wheel: otherwise it
-        # is a pitch.
+        # The given angle is doubted if the best angle is clearly more alike than all angles within
+        # `reach` of the given one. Where cylinders fire evenly, several angles are equally alike,
+        # and one of them may be near. However fine the wheel, `reach` is at least three degrees: an
+        # angle nearer than that may differ by a pitch of the wheel alone.
         reach = max(float(np.median(wheel.width)), 3.0 * DEGREE)
         near = max(
             _likeness(find_gap_angle(raw, angle, speeds, wheel, period, gap.angle + away, used))
@@ -56,7 +57,8 @@ def gap_doubts(
                 f"correlation ({best:.2f} instead of {here:.2f} at {gap.angle / DEGREE:.1f}); "
                 "is gap_angle wrong, or the recording reversed?"
             )
-    # A wheel that looks different from its two sides is refused in reverse
+    # Only a wheel that is alike from both its sides can be read backwards unnoticed: any other is
+    # refused in reverse
     if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
         # The last interval of the reversed wheel is the widest again
         turned = np.roll(raw[:, ::-1], -1, axis=1)
@@ -157,7 +159,7 @@ def _likeness(gap: GapAngle) -> float:
 
 def _clearly_more(one: float, other: float) -> bool:
     """Whether a correlation leaves clearly less unexplained than another one."""
-    # A correlation is clearly larger if its share 1 - r^2 is less than this part of the other's
+    # A correlation is clearly larger if its share 1 - r^2 is less than this fraction of the other's
     return one > max(other, 0.0) and 1.0 - one**2 < 0.5 * (1.0 - max(other, 0.0) ** 2)
 
 

@@ -31,7 +31,7 @@ TURNING_BACK = 0.3
 share, as large as a gap in every second turn makes it, counts if they fit the wheel."""
 
 
-FEWEST = 12  # Fewest samples of a cycle of speed over angle
+FEWEST = 12  # Smallest number of samples of a cycle of speed over angle
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +254,7 @@ def _marked(
     time: float | Floats, period: float,
 ) -> SpeedRecord:  # fmt: skip
     """The record with its teeth counted from the mark of another column, where one is given."""
-    # `time` is that between samples, or the times of changes.
+    # `time` is the time between samples, or the times at which the level changes.
     if table.mark_column is None:
         return replace(record, gap=_given_gap(table))
     assert record.teeth is not None
@@ -478,7 +478,7 @@ def _speed_over_angle(
     if speed.ndim == 2:
         cycles = np.array([np.interp(grid, angle, one, period=period) for one in speed])
         return grid, cycles, ()
-    # A train of cycles without a period at its ends is not bent into itself
+    # Only a recording of one cycle is closed on itself; a series of cycles is cut into whole ones
     if angle[-1] - angle[0] < period + 1.5 * step:
         return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
     first = np.ceil((angle[0] + 0.5 * period) / period - 1e-9)

@@ -47,19 +47,22 @@ NOT_FOLLOWED: Mapping[str, str] = {
 }
 """Words of scenes whose trains of cycles are not computed, and what must hold instead."""
 
-MOST_APART = 2  # Most cycles by which the recordings of pressure and speed may begin apart
+# Largest number of cycles by which the recordings of pressure and speed may begin apart
+MOST_APART = 2
 
-FEWEST = 2  # Fewest cycles with a measured speed: a single speed does not determine speed and load
+# Smallest number of cycles with a measured speed: a single speed does not determine speed and load
+FEWEST = 2
 
 MOST_SAMPLES = 10_000_000
-"""Most pressures of a train, two for each step: a thousand cycles in steps of a seventh degree."""
+"""Largest number of pressures of a series of cycles, two for each step: a thousand cycles in steps
+of a seventh degree."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
     """The computed train, and the measured speed next to it."""
 
-    speed: SpeedOfTrain  # Computed speed over the train
+    speed: SpeedOfTrain  # Computed speed over the series of recorded cycles
     how: str  # Source of first speed and load coefficient, in words
     # Crank angles in the middle of the intervals between teeth [rad], from the first of a cycle;
     # shape (intervals,)
@@ -68,7 +71,8 @@ class _Fit:
     raw: Floats | None = None
     # Measured mean over the angle of each cycle [rad/s]; shape (cycles,)
     means: Floats | None = None
-    said: Mapping[str, Any] | None = None  # Attributes on the fit to the recording
+    # Attributes of the dataset that describe the fit to the measured speed
+    said: Mapping[str, Any] | None = None
 
 
 @tables_in_signature
@@ -214,7 +218,7 @@ def _at_mean_speed(
 ) -> SpeedOfTrain:
     """Train from a first speed, with the load coefficient that gives it a wanted mean speed."""
     coefficient = steady.load_coefficient
-    for _ in range(60):  # Most steps of the search
+    for _ in range(60):  # Largest number of steps of the search
         followed = _solved(follow_train(train, steady.start_speed, coefficient), "the train", name)
         step = (wanted - _mean(followed.speed)) / _mean(followed.by_coefficient)
         coefficient += step
@@ -306,7 +310,7 @@ def _fit_from(
     """Fit to a recording that begins at an angle of the train, and its relative rms differences."""
     # The first difference takes only what changes from cycle to cycle: errors of teeth and of the
     # model repeat, and do not tell where the recording begins. The second takes everything. None
-    # where too little of the recording lies within the train; inf where no fit exists.
+    # where too little of the recording lies within the series of cycles; inf where no fit exists.
     edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
     speed = np.where(row.used, row.speed, np.nan).ravel()
     inside = np.flatnonzero((edges >= 0.0) & (edges <= train.angle[-1]))
@@ -329,7 +333,8 @@ def _fit_from(
         count = np.isfinite(each).sum(axis=0)
         usual = np.nansum(each, axis=0) / np.where(count, count, 1)
     own = each - usual
-    # The deviations of few cycles from their mean are too small
+    # The deviations of few cycles from their mean are too small: their squares are divided by the
+    # degrees of freedom
     freedom = max(int((count - 1).clip(min=0).sum()), 1)
     return float(np.sqrt(np.nansum(own**2) / freedom)), float(np.sqrt(np.nanmean(off**2))), followed
 

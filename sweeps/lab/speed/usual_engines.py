@@ -66,7 +66,7 @@ class EngineKind:
     cycle: Mapping[str, Usual]  # Usual numbers of the cycle, in the units of engine files
     # Earliest and latest start of the combustion in the fit of a largest pressure [degree].
     starts: tuple[float, float]
-    intake: tuple[float, float]  # Least and largest intake pressure in a fit [bar]
+    intake: tuple[float, float]  # Smallest and largest intake pressure in a fit [bar]
     charge_fitted: bool  # Whether the intake pressure follows from the power at full load
     # Whether lower loads have a lower intake pressure, with the same air-fuel ratio.
     throttled: bool
@@ -220,7 +220,7 @@ def _inertia(values: Mapping[str, float], kind: EngineKind) -> float:
     """Inertia by size; for few cylinders by the power and its speed, if that is more."""
     by_size = kind.inertia * _displacement(values) ** (5.0 / 3.0)
     between = PERIOD / values["cylinders"]  # Angle from one firing to the next
-    # Least coefficient of speed fluctuation that a flywheel is designed for
+    # Smallest coefficient of speed fluctuation that a flywheel is designed for
     steady_share = ADMISSIBLE["pump"][0]
     fired = triangular_torque(1e3 * values["power"], values["speed"] * RPM, steady_share, between)
     return _rounded(max(by_size, float(fired.inertia)))

@@ -33,7 +33,8 @@ from sweeps.scene.plan.shards import part, shard
 from sweeps.scene.reading import scene_of
 from sweeps.scene.sample import parameters_of
 
-MOST = 1 << 30  # Most positions along an axis of which an archive may claim to be a part
+# Largest number of positions along an axis of which an archive may claim to be a part
+MOST = 1 << 30
 
 
 @dataclass(frozen=True)

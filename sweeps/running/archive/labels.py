@@ -460,8 +460,8 @@ def _of_engine(engine: Engine) -> dict[str, str]:
 
 def _arrangements(scene: Scene) -> str:
     """JSON of the cylinders of the scene; empty where their throws are not known."""
-    # It is a list where the arrangement is an axis, and empty where a firing angle or the number of
-    # cylinders is.
+    # The text is a list where the arrangement is an axis, and empty where a firing angle or the
+    # number of cylinders is an axis.
     keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
     if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
         return ""
@@ -477,7 +477,7 @@ def _arrangements(scene: Scene) -> str:
 
 def _shaft(scene: Scene) -> str:
     """JSON of the discs joined by shafts and gears, and of the throws' discs, counted from 1."""
-    # It is empty without a shaft.
+    # The text is empty without a shaft.
     shaft = scene.engine.shaft
     if shaft is None:
         return ""

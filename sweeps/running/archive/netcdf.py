@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Writer", "chunks_of", "new", "open_archive", "publish", "replaced", "slabs", "write"]
 
-CHUNK = 1 << 17  # Most numbers in a chunk, about a megabyte
+CHUNK = 1 << 17  # Largest number of values in a chunk, about a megabyte
 
 SMALLEST_CHUNK = 1 << 12
 

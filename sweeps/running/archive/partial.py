@@ -67,14 +67,14 @@ def sync_folder(path: Path) -> None:
             os.close(handle)
 
 
-LONGEST_NAME = 255  # Most bytes of a file's name that file systems accept
+LONGEST_NAME = 255  # Largest number of bytes of a file's name that file systems accept
 
-# Most bytes of `run.json`, which holds the scene with only the lengths of long lists
+# Largest number of bytes of `run.json`, which holds the scene with only the lengths of long lists
 MOST_HEADER = 1 << 27
 
-MOST_BLOCK = 1 << 32  # Most bytes of the values of a block whose size is not known
+MOST_BLOCK = 1 << 32  # Largest number of bytes of the values of a block whose size is not known
 
-MOST_OTHER = 1 << 20  # Most bytes of a block besides its values
+MOST_OTHER = 1 << 20  # Largest number of bytes of a block besides its values
 
 _HEADER, _LOCK, _ARCHIVE, _ADDED, _ENDING = "run.json", "lock", "archive.nc", "added.nc", ".new"
 _SCENE, _TRIED = "scene.bin", "tried"
@@ -168,7 +168,7 @@ class Partial:
                 try:
                     yield
                 except BaseException:
-                    # Otherwise the lock has been given up already
+                    # The lock is given up, unless that has been done already
                     if _is(stream, self.path / _LOCK):
                         self.give_up()
                     raise

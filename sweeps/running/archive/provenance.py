@@ -292,7 +292,8 @@ def confidential_hashes(text: str) -> dict[str, str]:
 
 
 MOST = 1 << 28
-"""Most bytes of the files in an archive, so that a few archives do not fill the memory."""
+"""Largest number of bytes of the files in an archive, so that a few archives do not fill the
+memory."""
 
 
 def _inflated(data: bytes, room: int) -> bytes:

@@ -39,11 +39,11 @@ from sweeps.scene.plan.plan import Plan
 
 LOCAL = "local:"
 
-MOST = 1024  # Most processes on one machine
+MOST = 1024  # Largest number of processes on one machine
 
-EACH = 4  # Fewest blocks for each worker, so that none waits long for the last one
+EACH = 4  # Smallest number of blocks for each worker, so that none waits long for the last one
 
-FEWEST = 64  # Fewest blocks of a run, because more workers may join later
+FEWEST = 64  # Smallest number of blocks of a run, because more workers may join later
 
 _TICK = 0.05  # Seconds between two checks for finished blocks
 
@@ -111,7 +111,8 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
 
 def _check_reached(address: str) -> None:
     """Connect once: dask's client does not end after a failure that it does not expect."""
-    # Such failures are `tls://` without dask's TLS settings, and protocols that need a package.
+    # Failures that dask's client does not expect are those of `tls://` without dask's TLS settings,
+    # and of protocols that need a package.
     from distributed.comm.core import connect
     from distributed.security import Security
 

@@ -35,7 +35,8 @@ from sweeps.scene.plan.shards import by_cycles
 from sweeps.scene.reading import read_scene
 
 MOST_CHECKED = 1 << 20
-"""Most values of a quantity that are computed to see whether the physics refuses any of them."""
+"""Largest number of values of a quantity that are computed to see whether the physics refuses any
+of them."""
 
 
 class Computation:
@@ -326,7 +327,7 @@ def _filled(
 
 def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
     """Array with one axis for each of `dims`, of size 1 where the value does not depend on it."""
-    # Points that a kernel takes whole keep their dimension, which follows the axes of designs.
+    # Dimensions that a kernel takes whole, such as the crank angle, follow the axes of designs.
     if set(value.dims) <= set(DIMENSIONS) - set(dims):
         return value.si
     whole = tuple(d for d in value.dims if d in DIMENSIONS and d not in dims)

@@ -264,7 +264,7 @@ class _Run:
         self, lengths: dict[str, int], done: Finished, *, one_piece: bool, discard: bool
     ) -> None:
         """Compute the missing blocks, then join all of them."""
-        # Most times that damaged blocks are computed again
+        # Largest number of times that damaged blocks are computed again
         for _ in range(3):
             began = time.perf_counter()
             written = self._all_blocks(lengths, one_piece=one_piece)

@@ -31,7 +31,7 @@ def progress_bar(**options: Any) -> Any:
             if self.beats is not None:
                 ended, thread = self.beats
                 ended.set()
-                thread.join()  # It would draw once more what is cleared here
+                thread.join()  # The thread would draw once more what is cleared here
                 if self.shown:  # An empty bar would stay on the terminal
                     self.last_print_t = self._time()
             super().close()

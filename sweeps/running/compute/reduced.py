@@ -24,7 +24,8 @@ from sweeps.scene.plan.shards import Portions
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_UNITS = 256  # Most units of a run; an interrupted run loses the unit that it was computing
+# Largest number of units of a run; an interrupted run loses the unit that it was computing
+MOST_UNITS = 256
 
 
 class Units:

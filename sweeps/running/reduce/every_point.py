@@ -63,16 +63,16 @@ def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
 class Judged:
     """Some designs: what holds at all points that were read so far."""
 
-    good: Booleans  # Whether all conditions hold at every point that counts
+    good: Booleans  # Whether all conditions hold at every point of the axes that counts
     # Largest value of each quantity times its sign over the points that count, along the first
     # axis.
     worst: Floats
-    points: Booleans  # Whether any point counts
+    points: Booleans  # Whether any point of the axes counts
     holds: list[Booleans]  # Whether each condition holds by itself
     # Largest excess of a value over the limit of each condition, in its unit, along the first axis:
     # negative inside, -inf where no point has a number.
     excess: Floats
-    lacking: npt.NDArray[np.int64]  # Points that count and lack a number
+    lacking: npt.NDArray[np.int64]  # Number of points that count and lack a number
 
     @property
     def fulfilling(self) -> Booleans:
@@ -282,7 +282,7 @@ def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
 
 def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> None:
     """Check that designs differ only in what can be chosen, or in the axes that a person named."""
-    # Raises SceneError with a line that says how to ask.
+    # Raises SceneError with a line that says how to name the axes.
     points = [d for d in own if d in NOT_CHOSEN and d not in named and archive.sizes[d] > 1]
     if points:
         axes, first = ",".join(points), points[0]

@@ -183,7 +183,7 @@ class Reduction:
         known = self.labels.variables.get(name) or self.labels.coordinates.get(name)
         return {} if known is None else known.attributes
 
-    # --- parts --------------------------------------------------------------------------------
+    # --- joining what parts of a run know -----------------------------------------------------
 
     def state(self) -> State:
         """All that is known, for `merge`."""

@@ -19,7 +19,7 @@ from sweeps.scene.reduce import Kept
 if TYPE_CHECKING:
     import xarray as xr
 
-AT_ONCE = 1 << 16  # Fewest designs that are compared at a time
+AT_ONCE = 1 << 16  # Smallest number of designs that are compared at a time
 
 
 class Front:

@@ -25,7 +25,7 @@ from engine_dyn.accumulation import (
 )
 from engine_dyn.types import Floats, Integers
 
-MOST_BINS = 64  # Most bins of a histogram for readers
+MOST_BINS = 64  # Largest number of bins of a histogram for readers
 
 
 class Statistics:

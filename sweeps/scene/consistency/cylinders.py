@@ -47,7 +47,7 @@ def check_misfire(values: GivenValues, name: str) -> None:
     """Check that the cylinder that does not burn is one of the engine's in every combination."""
     table, silent, _ = values.given_or_own("misfire", 0.0)
     of_count, counts, _ = values.given_or_own("cylinders")
-    if not of_count == table == "designs":  # All values are compared with all
+    if not of_count == table == "designs":  # Unless both are columns, all values meet
         silent, counts = silent.max(keepdims=True), counts.min(keepdims=True)
     wrong = np.flatnonzero(silent > counts)
     if wrong.size:

@@ -19,8 +19,9 @@ from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 
 MOST_DIAGRAMS = 1024
-"""Most speeds times loads of one scene, where given diagrams change with the speed: the table of
-each takes about a tenth of a megabyte. Modelled cycles of the scene are made block by block."""
+"""Largest number of speeds times loads of one scene, where given diagrams change with the speed:
+the table of each takes about a tenth of a megabyte. Modelled cycles of the scene are made block by
+block."""
 
 
 def check_diagram_count(scene: Scene, name: str) -> None:

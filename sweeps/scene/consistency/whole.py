@@ -48,7 +48,7 @@ def check_scene(scene: Scene, name: str) -> None:
     check_diagram_count(scene, name)
     check_rod(scene, name)
     check_ring(scene, name)
-    extremes = extreme_cylinders(scene, name)  # It refuses values that no cylinder can have
+    extremes = extreme_cylinders(scene, name)  # Refuses values that no cylinder can have
     check_offset(scene, extremes, name)
     check_throw_radii(scene, extremes, name)
     check_misfire(scene, name)
@@ -138,7 +138,7 @@ def _check_speeds(curve: TorqueOverSpeed, what: str, scene: Scene, name: str) ->
     gears = np.ones(1)
     if curve.own_speed:
         of_gear, gears, _ = scene.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
-        if not of_gear == table == "designs":  # All values are compared with all
+        if not of_gear == table == "designs":  # Unless both are columns, all values meet
             speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
     there = gears * speeds
     bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))
@@ -191,7 +191,7 @@ def check_rod(values: GivenValues, name: str) -> None:
         return
     table, rods, _ = given
     of_stroke, strokes, _ = values.given_or_own("stroke", 0.0)
-    if not of_stroke == table == "designs":  # All values are compared with all
+    if not of_stroke == table == "designs":  # Unless both are columns, all values meet
         rods, strokes = rods.min(keepdims=True), strokes.max(keepdims=True)
     short = np.flatnonzero(rods <= strokes / 2.0)
     if short.size:

@@ -41,13 +41,13 @@ from sweeps.scene.design_files.design_columns import (
     take_numbers,
 )
 
-MOST = 1 << 28  # Most bytes of a file with designs
+MOST = 1 << 28  # Largest number of bytes of a file with designs
 
 PIECE = 1 << 20
 """Bytes of a CSV file that are parsed at a time; line by line this takes fifty times as much
 memory."""
 
-LONGEST_LINE = 1 << 20  # Most bytes of one line
+LONGEST_LINE = 1 << 20  # Largest number of bytes of one line
 
 
 def read_design_csv(path: Path, name: str) -> DesignColumns:

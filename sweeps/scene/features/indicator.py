@@ -60,7 +60,7 @@ def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
     return frozenset(needing & set(ALL_QUANTITIES))
 
 
-# These nodes contain the diagram of a single cylinder, over angle or order.
+# Nodes that contain the diagram of a single cylinder, over angle or order.
 TELLING = _all_that_need((
     "pressure", "crank_pin_components", "piston_pin_components", "main_journal_components",
     "torque_after_throw", "cylinder_gas_torque_harmonics", "cylinder_torque_harmonics",

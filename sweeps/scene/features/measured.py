@@ -154,7 +154,7 @@ def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -
             raise SceneError(
                 f"{where} {key} and mark_column: both tell where the wheel is; give one"
             )
-    for key in ("time_column", "unit"):  # These keys are about the times of a signal
+    for key in ("time_column", "unit"):  # Both keys describe the times of a signal
         if given.sample_rate is not None and getattr(given, key) is not None:
             raise SceneError(f"{where} sample_rate and {key}: only one of them")
     return Measured(

@@ -184,7 +184,7 @@ def _work_once(plan: Plan) -> dict[str, float]:
                 work[piece] += times * count
         elif stage.node.throws:
             work["revolutions"] += stage.size
-        elif stage.node.make is not None:  # Otherwise a stage gives this value
+        elif stage.node.make is not None:  # Without `make`, another stage gives the values
             work["values"] += stage.size
     return {name: count for name, count in work.items() if count}
 
@@ -322,7 +322,7 @@ def _part_of_cycle(plan: Plan) -> list[str]:
     cycle = round(math.degrees(plan.scene.engine.period))
     engines = plan.leaves["cylinders_by_count"].data
     load = plan.scene.driven.over_angle
-    repeats = [0]  # Every number divides 0
+    repeats = [0]  # No load over angle: gcd(n, 0) is n
     if load is not None:
         gear = np.unique(plan.leaves["gear_ratio"].data)
         repeats = np.unique(repeats_of(load, gear, plan.scene.engine.period)).tolist()

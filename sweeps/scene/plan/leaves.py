@@ -43,7 +43,7 @@ LOOKED_AT, LOOKED_AT_ONCE = 1024, 16
 scene is refused if none of them gives a cycle."""
 
 
-# --- points of the dimensions that quantities add -------------------------------------------------
+# --- values along dimensions of quantities, such as crank angle and order -------------------------
 
 
 def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
@@ -104,7 +104,7 @@ def _crank_angles(period: float, cycles: int, step: float) -> Floats:
     return np.asarray(-0.5 * cycle + np.arange(points) * step, dtype=np.float64)
 
 
-# --- leaves ---------------------------------------------------------------------------------------
+# --- leaves: values that no stage computes --------------------------------------------------------
 
 
 def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str, Value]:
@@ -321,7 +321,8 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     # Frequencies up to this factor above the range of orders count: a mode responds below its
     # resonance too, and varying masses count with their mean
     count = _below(soft, 1.25 * scene.highest_order * speed) - free
-    at_least = 6  # Fewest modes that are computed by default, even above the range of orders
+    # Smallest number of modes that are computed by default, even above the range of orders
+    at_least = 6
     if count >= total or total <= at_least:
         return ModesKept(total, total, "")
     why = f"all that orders up to {scene.highest_order:g} can excite at {speed / RPM:.5g} rpm"
@@ -349,7 +350,7 @@ def _largest(what: str, values: Any) -> Any:
 
 def _lowest(what: str, values: Any) -> Any:
     """End of the values that lowers frequencies, or the mean where neither end does."""
-    # Least values of the first group lower all frequencies, largest values of the second.
+    # Smallest values of the first group lower all frequencies, largest values of the second.
     softening = (
         "shaft_stiffness", "damper_stiffness", "disc_ground_stiffness", "shaft_diameter",
         "shaft_shear_modulus",

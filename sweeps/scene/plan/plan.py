@@ -31,7 +31,8 @@ from sweeps.scene.plan.variations import Variation, variations_of
 from sweeps.scene.representations import html_tables, named_some
 
 MOST_CELLS = 1000
-"""Most points of the axes that statistics of [reduce] do not go over; each has sums and bins."""
+"""Largest number of points of the axes that statistics of [reduce] do not go over; each has sums
+and bins."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +187,8 @@ class Part:
     # Ascending positions among those of all parts, along each dimension of which the part may lack
     # some: those of designs on which parts differ, and those that quantities add.
     places: Mapping[str, Integers]
-    # For dimensions along which results repeat: the part's own point for each of all points, -1
-    # where results are 0.
+    # Dimensions along which the part's results repeat: for each position in the results of all
+    # parts, the position in the part's own, or -1 where results are 0.
     own: Mapping[str, Integers] = field(default_factory=dict)
 
 
@@ -395,7 +396,8 @@ class _Ancestors:
         dims: set[str] = set(node.adds)
         for need in node.needs:
             here = self.visit(need)
-            # A kernel takes points as a whole: only curves among its results have their dimension.
+            # A kernel takes all points of a dimension at once: among its results only curves have
+            # that dimension.
             dims.update(set(here) - DIMENSIONS.keys() if node.kind == "stage" else here)
         dims.difference_update(node.removes)
         ordered = tuple(d for d in self.order if d in dims)

@@ -44,8 +44,8 @@ from sweeps.scene.plan.leaves import mean_of
 from sweeps.scene.plan.plan import Plan
 
 MOST_AXES = 30
-"""Most varying numbers whose ends are combined: NumPy's arrays have 64 axes at most, older ones 32.
-"""
+"""Largest number of varying numbers whose ends are combined: NumPy's arrays have 64 axes at most,
+older ones 32."""
 
 _known: WeakKeyDictionary[Plan, tuple[str, ...]] = WeakKeyDictionary()
 
@@ -154,7 +154,7 @@ class _Given:
             if name in PARAMETERS:
                 return (name,)
             return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
-        if name in ("inertia_required", "load"):  # These need a solution, if not given
+        if name in ("inertia_required", "load"):  # Without given values, a solution is needed
             return None
         node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
@@ -381,7 +381,7 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     phases = [[engine.members[i].phase for i in place] for place in places]
     orders = np.asarray(plan.points["order"])
     vectors = np.array([sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases])
-    # Part of the cylinders whose phase vectors add up in strong orders
+    # Fraction of the cylinders whose phase vectors add up in strong orders
     strong = np.abs(vectors.sum(axis=0)) >= 0.5 * engine.count
     orders, vectors = orders[strong][:2], vectors[:, strong][:, :2]  # Two orders are enough
     if not orders.size:

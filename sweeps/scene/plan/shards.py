@@ -74,7 +74,7 @@ def part(plan: Plan, axis: str, places: Integers, piece: str) -> Plan:
     """Plan of some positions along one axis; `piece` says which, for the archive."""
     sizes = {**plan.sizes, axis: len(places)}
     leaves = dict(plan.leaves)
-    if not plan.parts:  # Otherwise each part has its own points
+    if not plan.parts:  # Parts have points of their own: `_parts_of` takes those
         for name, value in leaves.items():
             if axis in value.dims:
                 data = np.take(value.data, places, axis=value.dims.index(axis))
@@ -112,7 +112,7 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
     whole = _with_outputs(plan, reached)
     leaves = {name: value for name, value in plan.leaves.items() if name != CYCLES}
     parts = []
-    # Dimensions whose points follow from the cycles after which firing patterns repeat
+    # Dimensions whose points depend on the number of cycles after which firing patterns repeat
     over_cycles = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
     for own in np.unique(cycles).tolist():
         points_of_cycles = points_of(plan.scene, own)

@@ -200,7 +200,7 @@ def _changed_parameters(scene: Scene, leaves: Collection[str], used: set[str]) -
     if "double_acting" in scene.words:
         given.difference_update(OF_EFFECTIVE_PRESSURE)
     if scene.indicator is not None or (family.diagrams and family.low == family.high):
-        given.discard("load")  # It only names the single diagram
+        given.discard("load")  # The load only names the single diagram
     return [
         key
         for key, node in PARAMETERS.items()

@@ -42,7 +42,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_TOGETHER = 6  # Most panels of a figure with several variables in each: more would be too small
+# Largest number of panels of a figure with several variables in each: more would be too small
+MOST_TOGETHER = 6
 
 DEVIATION = "Deviation from the mean over the cycle (%)"
 
@@ -155,7 +156,8 @@ def _draw_group(
 
 def curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the crank angle, along each axis that changes it."""
-    with_speed = torque_and_speed_names(study.view)  # Their figure shows the nominal design
+    # The figure of these variables shows the nominal design
+    with_speed = torque_and_speed_names(study.view)
     for name in names:
         views = list(study.views_of(name))
         others = [(view, along) for view, along in views if along not in COUNTED]

@@ -281,7 +281,8 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 for name in names_of[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
-                and "flag_meanings" not in study.view.array(name).attrs  # Verdicts are words
+                # The numbers of verdicts stand for words
+                and "flag_meanings" not in study.view.array(name).attrs
                 and name not in statistics
                 and (name in chosen if chosen else name not in taken)
                 and (kind.draw is not numbers.numbers or numbers.says_something(study.view, name))

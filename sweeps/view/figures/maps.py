@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_MARKS = 900
-"""Most cells of a map in which designs that missed the tolerance are marked one by one."""
+"""Largest number of cells of a map in which designs that missed the tolerance are marked one by
+one."""
 
 
 def map_panels(
@@ -269,7 +270,7 @@ def _colour_bar(
 def outcome_names(view: View) -> list[str]:
     """The status, where there are two axes and some designs failed."""
     if not view.has("status") or len(_outcome_axes(view)) < 2 or REDUCTION in view.data.attrs:
-        return []  # Few of the designs were kept
+        return []  # A reduced archive kept only few of its designs
     return [] if np.isin(view.array("status").values, SOUND).all() else ["status"]
 
 

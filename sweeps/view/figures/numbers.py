@@ -332,7 +332,7 @@ def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _is_level(view: View, name: str) -> bool:
     """Whether one number describes a variable: it has no axis, or no axis has an effect."""
-    # So does "no value", if all values are missing and no design failed.
+    # "no value" also describes a variable, if all values are missing and no design failed.
     axes, array = view.axes([name]), view.array(name)
     if not axes:
         return True

@@ -32,7 +32,7 @@ ZEROS: Mapping[str, tuple[float, str]] = {
 
 MOST_STYLE = 1 << 20  # Largest style file in bytes
 
-MOST_DPI = 1200  # Most dots per inch of a style; with more, a figure takes gigabytes
+MOST_DPI = 1200  # Largest number of dots per inch of a style; with more, a figure takes gigabytes
 
 MOST_POINTS = 500
 """Largest letters, lines, marks and gaps of a style in points; larger ones fill any figure."""

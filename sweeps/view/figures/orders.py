@@ -131,7 +131,8 @@ def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floa
     return known & (size > NOTHING * np.nanmax(size, initial=0.0))
 
 
-MOST_STEMS = 24  # Most speeds of a waterfall: the stems of more speeds would hide each other
+# Largest number of speeds of a waterfall: the stems of more speeds would hide each other
+MOST_STEMS = 24
 
 
 def waterfall_names(view: View) -> list[str]:

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_BARS = 14  # Most parameters of one chart; less important ones are left out, and counted
+# Largest number of parameters of one chart; less important ones are left out, and counted
+MOST_BARS = 14
 
 
 def name_rows(panel: Axes, texts: Sequence[str], label: str) -> None:

@@ -43,7 +43,8 @@ class Line:
     x: Floats | None = None  # Abscissas, if not the axis's own values
     strong: bool = False
     band: tuple[Floats, Floats] | None = None  # Ends of the uncertainty
-    look: Mapping[str, Any] = field(default_factory=dict)  # Style, by default that of its rank
+    # Style of the line; by default that of its place among the panel's lines
+    look: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

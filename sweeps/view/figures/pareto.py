@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NAMED = 5  # Most designs of a front that the legend names
+NAMED = 5  # Largest number of designs of a front that the legend names
 
-MOST_POINTS = 20_000  # Most designs that are drawn besides a front, which is drawn whole
+# Largest number of designs that are drawn besides a front, which is drawn whole
+MOST_POINTS = 20_000
 
-MOST_AT_ONCE = 1_000_000  # Most designs that are read at one time
+MOST_AT_ONCE = 1_000_000  # Largest number of designs that are read at one time
 
 
 def is_searched(view: View) -> bool:

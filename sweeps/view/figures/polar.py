@@ -122,7 +122,8 @@ def _frame(
     view: View, names: Sequence[str], ratio: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Lower left corner and size of a frame for all curves and zero, with one scale."""
-    # It is widened towards `ratio`, width over height of the room, so that the axes fill the page.
+    # The frame is widened towards `ratio`, width over height of the room, so that the axes fill the
+    # page.
     ranges = []
     for name in names:
         values = view.numbers(name)
@@ -168,7 +169,7 @@ def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> 
             continue
         step = count // parts
         turned = np.hypot(np.roll(x[:-1], step) - x[:-1], np.roll(y[:-1], step) - y[:-1])
-        # A curve repeats itself where it stays within this part of the largest load.
+        # A curve repeats itself where it stays within this fraction of the largest load.
         if np.all(turned <= 2e-3 * size):
             return _Loop(angle[: step + 1], x[: step + 1], y[: step + 1])
     return _Loop(angle, x, y)

@@ -66,7 +66,7 @@ def recorded_train(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _first_cycles(panel: Axes, view: View, entries: Entries) -> None:
     """Draw the speed over the angle of the first cycles, counted in cycles."""
-    # Most cycles whose speed is drawn over the crank angle
+    # Largest number of cycles whose speed is drawn over the crank angle
     detail = 4
     number, angle = view.numbers("recorded_cycle")[:detail], view.numbers("crank_angle")
     turn = 720.0 if angle[-1] - angle[0] > 365.0 else 360.0

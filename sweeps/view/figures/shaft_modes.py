@@ -101,7 +101,7 @@ def mode_shapes(study: Study, names: Sequence[str]) -> NamedFigures:
             markersize=8.0, markerfacecolor="none",
         )  # fmt: skip
         if nodes.size:
-            entries["node"] = entries.pop("node", marks)  # It stands last in the legend
+            entries["node"] = entries.pop("node", marks)  # The mark of nodes is last in the legend
     panel.axhline(0.0, color=rc("text.color"), linewidth=0.6)
     parameter_ticks(panel, view.axis(DISC), "x", 5.0)
     y_label(panel, f"Amplitude over the largest of the mode{view.unit(SHAPE)}", 2.8)

@@ -29,11 +29,11 @@ from sweeps.view.figures.wording import (
     value_text,
 )
 
-MOST_LINES = 8  # Most lines of one panel: more cannot be told apart without colour
+MOST_LINES = 8  # Largest number of lines of one panel: more cannot be told apart without colour
 
-MOST_PANELS = 9  # Most panels of one figure
+MOST_PANELS = 9  # Largest number of panels of one figure
 
-MOST_ROWS = 45  # Most rows of a chart with a row for each case
+MOST_ROWS = 45  # Largest number of rows of a chart with a row for each case
 
 MISFIRE = "misfire"  # Axis of the cylinder that does not burn; its value 0 means normal running
 
@@ -47,7 +47,8 @@ FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc"
 
 NO_VALUE = "no value"  # Words for a number that is missing though its design did not fail
 
-MOST_READ = 4_000_000  # Most values of a variable that are read to see whether an axis changes it
+# Largest number of values of a variable that are read to see whether an axis changes it
+MOST_READ = 4_000_000
 
 
 @dataclass(frozen=True)

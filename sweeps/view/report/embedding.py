@@ -33,7 +33,7 @@ Places = npt.NDArray[np.int64]
 ROUNDING = 1e-8
 """Variation, relative to the largest number, up to which a quantity is taken for constant."""
 
-LONGEST_WORD = 120  # Most characters of a name in the page
+LONGEST_WORD = 120  # Largest number of characters of a name in the page
 
 
 @dataclass

@@ -41,12 +41,13 @@ Values = npt.NDArray[Any]
 OF_CURVES = ("crank_angle", "order")
 
 MOST_OPTIONS = 1000
-"""Most values of an axis whose slider shows the values themselves, not their numbers."""
+"""Largest number of values of an axis whose slider shows the values themselves, not their
+numbers."""
 
-MOST_POINTS = 5000  # Most points of a line
+MOST_POINTS = 5000  # Largest number of points of a line
 
 
-MOST_CELLS = 200  # Most cells along a side of a map
+MOST_CELLS = 200  # Largest number of cells along a side of a map
 
 
 def explore(archive: str | Path | xr.Dataset, *, units: str | None = None) -> Any:

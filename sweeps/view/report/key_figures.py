@@ -14,10 +14,10 @@ FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "t
 """Quantities with one number for each design that are drawn first; others follow."""
 
 
-MOST_CURVES = 8  # Most curves of one figure
+MOST_CURVES = 8  # Largest number of curves of one figure
 
 
-NAMED = 60  # Most designs of a list whose names stand along an axis
+NAMED = 60  # Largest number of designs of a list whose names stand along an axis
 
 
 def starting_places(page: Embedded) -> dict[str, int]:
@@ -128,7 +128,8 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
     names = [
         n for n, q in page.quantities.items()
         if over in q["dims"] and not (over == "order" and "crank_angle" in q["dims"])
-        and n not in page.flat and not n.endswith("_std")  # Next to the mean, a line at zero
+        # A standard deviation, drawn next to its mean, would be a line at zero
+        and n not in page.flat and not n.endswith("_std")
     ]  # fmt: skip
     kind = _kind(over)
     figures: list[Specification] = []

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Choices = Mapping[str, str]
 
-MOST_ROWS = 60  # Most designs of an archive that are all in one table
+MOST_ROWS = 60  # Largest number of designs of an archive that are all in one table
 
 
 def results(archive: xr.Dataset, choices: Choices) -> str:

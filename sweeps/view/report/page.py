@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LIMIT = 20e6  # Most bytes of a report by default
+LIMIT = 20e6  # Largest number of bytes of a report by default
 
 SPARE = 50e3  # Bytes reserved for names and shapes of the numbers in the page
 

@@ -134,9 +134,9 @@ def _span(variable: xr.Variable, span: Sequence[float], choice: str | None) -> s
     return one if low == high else f"{one} to {other}"
 
 
-MOST_LINES = 500  # Most warnings, assumptions or parameters that are listed
+MOST_LINES = 500  # Largest number of warnings, assumptions or parameters that are listed
 
-FEW = 12  # Most values of an axis that are all listed
+FEW = 12  # Largest number of values of an axis that are all listed
 
 OUTCOMES: Mapping[str, str] = {
     "converged": "steady state found with the requested accuracy",

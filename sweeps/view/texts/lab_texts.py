@@ -50,7 +50,7 @@ def measured_text(comparison: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-MOST_ROWS = 40  # Most cycles that are listed
+MOST_ROWS = 40  # Largest number of cycles that are listed
 
 
 def train_text(train: xr.Dataset) -> str:
@@ -103,7 +103,7 @@ def train_text(train: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-MOST_LISTED = 20  # Most missed cycles that are named for each cylinder
+MOST_LISTED = 20  # Largest number of missed cycles that are named for each cylinder
 
 
 def deviations_text(deviations: xr.Dataset) -> str:

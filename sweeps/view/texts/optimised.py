@@ -51,7 +51,7 @@ def _condition(text: str, archive: xr.Dataset) -> str:
     return str(condition) if condition.written else f"{condition} {unit}".rstrip()
 
 
-MOST_OF_FRONT = 12  # Most designs of a front that are printed, spread over it
+MOST_OF_FRONT = 12  # Largest number of designs of a front that are printed, spread over it
 
 
 def optimised_text(archive: xr.Dataset) -> str:

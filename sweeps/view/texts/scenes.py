@@ -128,7 +128,7 @@ def _listed(values: Any) -> str:
     texts = [f"{v:.6g}" for v in array] if array.dtype.kind in "iuf" else [str(v) for v in array]
     texts = [one_line(text, 60) for text in texts]
     distinct = list(dict.fromkeys(texts))
-    few = 8  # Most values that are listed; otherwise the ends and the number are shown
+    few = 8  # Largest number of values that are listed; otherwise the ends and the number are shown
     if len(distinct) <= few:
         return ", ".join(distinct)
     if array.dtype.kind in "iuf":

@@ -13,7 +13,7 @@ from sweeps.base.errors import counted, one_line
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_POINTS = 10  # Most points, of axes besides the sample, that are printed
+MOST_POINTS = 10  # Largest number of points, of axes besides the sample, that are printed
 
 
 def has_indices(archive: xr.Dataset) -> bool:
