@@ -64,7 +64,7 @@ def _solve(**needs: Any) -> dict[str, Any]:
     close = {name: kernels for name, kernels in CLOSE_CURVES.items() if name in wanted}
     between, number = needs.pop("close_angle"), 0
     given = _keywords(needs)
-    if close:  # one solution gives mean and close curves
+    if close:  # one solution gives the curves at both sets of angles
         number = np.size(given["crank_angle"]) if set(CURVE_NAMES) & set(here) else 0
         points = np.concatenate([np.ravel(given["crank_angle"])[:number], np.ravel(between)])
         given["crank_angle"] = points

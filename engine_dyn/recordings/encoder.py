@@ -199,7 +199,8 @@ def teeth_of_signal(
     refusal: ValueError | None = None
     slowest = 0.0
     for height in heights:
-        # A ripple within the hysteresis does not count; the hysteresis is narrower near a level.
+        # A ripple within the hysteresis does not count; the hysteresis is narrower for a threshold
+        # near an end of the signal's swing.
         band = min(0.06, 0.4 * min(height, 1.0 - height)) * swing
         band = band if hysteresis is None else hysteresis
         for one in edges:

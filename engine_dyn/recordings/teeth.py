@@ -200,7 +200,7 @@ def _starts(gaps: Floats, wheel: Wheel) -> Integers:
     misfit, apart = _misfit(gaps, wheel), wheel.teeth // wheel.symmetry
     fits = np.flatnonzero(misfit < np.log(FACTOR))
     chosen: list[int] = []
-    for start in fits:  # few fit: only an even wheel fits often
+    for start in fits:  # few intervals fit, unless the wheel has no gap
         if chosen and start - chosen[-1] < apart:
             if misfit[start] < misfit[chosen[-1]]:
                 chosen[-1] = int(start)

@@ -214,7 +214,7 @@ def modes_below(
     for node in range(parent.size - 1, 0, -1):
         stiff = stiffness[node] + following[node] * (square / (order * order))
         pivot = stiff + dynamic[node]
-        if pivot == 0.0:  # a branch alone resonates: it is detuned by its rounding
+        if pivot == 0.0:  # a branch that resonates by itself gets a pivot as small as rounding
             pivot = 1e-16 * (stiff + abs(dynamic[node])) + 1e-300
         below += pivot < 0.0
         dynamic[parent[node]] += stiff * (dynamic[node] / pivot)

@@ -260,7 +260,7 @@ def _sentence(model: type[Strict], error: Any) -> str:
             if error["type"] != "extra_forbidden":
                 if of_free_keys:
                     place.append(part)
-                break  # The rest of the place is a member of a union: the field says enough
+                break  # What follows only names the member of a union that was tried
             known = list(inside.model_fields)
             kind = "table or key" if inside is model else "key"
             return f"{_place([*place, part])}: unknown {kind}{not_known(part, known)}"

@@ -100,7 +100,8 @@ def solve_blocks(
             fill_work_table(block, columns, designs, scratch.table)
         known = first if first == last else -1
         here = min(LANES, count - block * LANES)
-        # A separate function for these five, with everything inlined, took a second to compile.
+        # The five functions below are called one by one: a function for all of them, with
+        # everything inlined, took a second to compile.
         fill_work(block, task.variable, weights, designs, scratch)
         solve_curves(
             block, task.variable, task.closure, task.iterated, task.form, weights, designs, scratch

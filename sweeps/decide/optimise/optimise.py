@@ -169,7 +169,8 @@ def optimise(
     search = _Search(task, inverse, number, generations, restarts, threads)
     search.run(progress)
     if inverse is not None and not search.designs.all.fulfilling.any():
-        # The inertia for a wanted delta is not enough where other points have no number with it.
+        # The inertia for the wanted delta may leave other points of the axes without a number: then
+        # the inertia is searched as any other parameter.
         inverse = None
         search = _Search(task, None, number, generations, restarts, threads)
         search.run(progress)

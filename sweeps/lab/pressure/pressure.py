@@ -205,10 +205,10 @@ def _cycles(
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
     # Falling rows of several cycles that are counted backward may also be in reverse order; then a
-    # fired cycle looks motored, but for its largest pressure. These are limits of the work over its
-    # absolute area, and of the angle [degree] of the largest pressure: where both are above them, a
-    # cycle that takes work is a motored one. A fired cycle that is reversed takes more work, or has
-    # its largest pressure earlier.
+    # fired cycle looks motored, but for its largest pressure. The numbers below are limits of the
+    # work over its absolute area, and of the angle [degree] of the largest pressure: where both are
+    # above them, a cycle that takes work is a motored one. A fired cycle that is reversed takes
+    # more work, or has its largest pressure earlier.
     least_work, earliest = -0.12, -2.0 if crank_signals.backward else -5.0
     # Ratio of work to absolute area below which an engine's diagram is taken for a reversed one
     against = -0.05
