@@ -229,7 +229,7 @@ def slope_and_sign(
 class LawFacts(NamedTuple):
     """Name and needs of one law over speed."""
 
-    name: str  # Word of the law among the variants of quantities
+    name: str  # Word for the law in `Node.when`, which says for which scenes a node holds
     meaning: str  # One line that describes the scenes with the law
     needs: tuple[str, ...]  # Nodes of the graph of quantities that the law takes for each design
     numbers: tuple[str, ...]  # Inputs of kernels that are the law's first and second number

@@ -98,7 +98,8 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
             f"point {top + 1}: the largest pressure is {bars(p[top])} bar: must be at least "
             f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
         )
-    # Lowest pressures of naturally aspirated cycles in megapascal, and what tells them from pumps.
+    # Pressures in megapascal that were taken for bar: with natural aspiration the lowest is in this
+    # range, and the ratio of the largest to it tells an engine from a pump.
     low = float(p.min())
     if 0.05 * BAR <= low < 0.15 * BAR and 15.0 * low <= p[top] <= 35.0 * BAR:
         raise ValueError(

@@ -138,7 +138,7 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
 def _angle_at_travel(
     *, piston_travel: Any, crank_ratio: Any, offset_ratio: Any, double_radius: Any, stroke: Any
 ) -> Any:
-    # By rounding, the quotient of equal numbers may exceed the stroke.
+    # For a travel equal to the stroke, rounding may make the quotient exceed its largest value.
     most = 2.0 * np.asarray(slider_crank.dead_centres(crank_ratio, offset_ratio).stroke)
     travel = np.minimum(2.0 * piston_travel / double_radius, most)
     angle = slider_crank.angle_of_travel(travel, True, crank_ratio, offset_ratio)

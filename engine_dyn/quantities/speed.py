@@ -43,7 +43,8 @@ def _cycle_delta(
 
 def kernel_inputs(needs: dict[str, Any]) -> dict[str, Any]:
     """Needs of a stage under the names that the kernels' front has for them."""
-    # The kernels' constant load contains the mean of a load over angle.
+    # Kernels have the load's torque that is independent of speed as `offset`; it contains the mean
+    # of a load over angle.
     names = {**NAMES_OF_QUANTITIES, "load_constant": "offset", "cylinder_set": "cylinders"}
     return {names.get(name, name): value for name, value in needs.items()}
 

@@ -130,7 +130,8 @@ class WorkEstimator:
     # (cylinders,)
     others: Floats
     dispersion: float  # Standard deviation of the imep of normal cycles [Pa]
-    # Number of cycles in the reference mean; infinite for a computed speed.
+    # Number of earlier cycles in the mean that each cycle is compared with; infinite where it is
+    # compared with a computed speed.
     reference_cycles: float
 
     @property
@@ -190,8 +191,8 @@ class Detection:
 
     # Deviation of imep [Pa], negative, below which a cycle counts as misfired; shape (cylinders,)
     threshold: Floats
-    # Distance of each cylinder's mean missed cycle from the threshold, over its standard deviation;
-    # shape (cylinders,)
+    # How far the mean deviation of imep in missed cycles is below the threshold, over the standard
+    # deviation of that in missed cycles; shape (cylinders,)
     margin: Floats
     probability: Floats  # Probability that a missed cycle is detected; shape (cylinders,)
     false_alarms: float  # Probability of a false alarm in one cycle of the engine

@@ -215,8 +215,8 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     # change are allowed.
     size = float(noise(cycles).mean()) / math.sqrt(cycles.cycles)
     free = 3.0 * size / math.sqrt(len(half.angle))
-    # There are too few samples if imep changes by more than 0.5 % of its gross value, or the
-    # largest pressure by more than 1 %.
+    # There are too few samples if, when every second one is left out, imep changes by more than
+    # 0.5 % of its gross value, or the largest pressure by more than 1 %.
     if abs(work) - free > 0.005 * gross:
         said, value = f"imep by {work / gross:+.1%}", work / gross
     elif abs(peak) - 3.0 * size / float(mean.pressure.max()) > 0.01:

@@ -232,7 +232,7 @@ def _counted_on(time: Floats, starts: Integers, wheel: Wheel, first: int | None)
 def _check_sense(gaps: Floats, wheel: Wheel, starts: Integers) -> None:
     """Refuse pulses that fit the reversed wheel better, where it differs."""
     if wheel.mirrored:
-        return  # one sensor cannot tell the sense of rotation
+        return  # the wheel looks the same in both senses of rotation
     other = wheel.reversed
     backwards = _starts(gaps, other)
     here, there = (

@@ -516,7 +516,7 @@ def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]
             meets[v] = True
         if not meets[v]:
             solution[0, :, v], solution[1, 0, v] = solved[:nodes], 0.0
-            with np.errstate(divide="ignore", invalid="ignore"):  # 0/0 for empty dampers
+            with np.errstate(divide="ignore", invalid="ignore"):  # 0/0 where a shaft has k* = 0
                 known = np.abs(stiff) > scale
                 twist = np.where(known, scale * solved[nodes:] / stiff, joins @ solved[:nodes])
             solution[1, 1:, v] = twist

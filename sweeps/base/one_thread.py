@@ -20,7 +20,7 @@ _lock = Lock()
 _limits: dict[bool, Any] = {}
 """Limits in force, by whether SciPy was loaded, which brings a library of its own."""
 
-_inside = 0  # Number of users of the limit, on any thread, that are still at work
+_inside = 0  # Contexts of `linear_algebra_on_one_thread` that are open, on all threads
 
 
 @lru_cache(maxsize=2)

@@ -128,7 +128,8 @@ def with_sample(
     tables: dict[str, Any] = {}
     for key, table in raw.items():
         tables[key] = table
-        if key == "sample":  # The place of [sample] among the tables sets the slowest dimension
+        # [designs] gets the place of [sample]: the order of tables decides what varies slowest.
+        if key == "sample":
             count = sample.portion if reduced else sample.number
             tables["designs"] = drawn(sample, count) if columns is None else dict(columns)
     return tables, sample

@@ -132,7 +132,8 @@ class SolverSettings:
     # Methods of the solver, as the scene asks.
     methods: tuple[str, ...]
     inertia_models: tuple[str, ...]
-    axes: dict[str, tuple[str, ...]]  # Keys of the solver with lists, which are dimensions
+    # Words of each key of [solver] that has a list: it is a dimension of the results.
+    axes: dict[str, tuple[str, ...]]
     # `passes`, `start_speed` and `start_angle`, where given, in the units of files.
     start: dict[str, float]
 

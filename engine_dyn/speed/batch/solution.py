@@ -283,8 +283,8 @@ def settle_lanes(tolerance: float, going: Any, last: Any, change: Any, lanes: La
     centre, state = read(lanes.centre, 0), read(lanes.state, 0)
     span, reach = high - low, np.maximum(high - centre, centre - low)
     fits = (reach * read(lanes.half, 0) <= 1.0) & (span < 1e300) & (span >= 0.0)
-    # The ratio of a change to the one before is taken as at least the number below: one change may
-    # be small by chance.
+    # The ratio of a change to the one before is taken as at least 0.1: one change may be small by
+    # chance.
     shrinks = np.maximum(change / np.maximum(last, ROUNDING), 0.1)
     shrinks = where(change < last, shrinks, 0.5)
     ahead = change * shrinks / (1.0 - shrinks)

@@ -144,7 +144,7 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     for j in range(len(motion.w)):
         q = max((motion.w[j] - least) / motion.tau[j], FLOOR)
         total += math.log(q) if design.flat else load_terms(q, design.law)[0] - 1.0
-    # With a margin, because the mean over nodes stands for an integral.
+    # The mean must exceed 0 by a margin, because a mean over nodes stands for an integral.
     return total > 0.01 * len(motion.w)
 
 

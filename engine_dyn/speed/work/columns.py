@@ -515,7 +515,7 @@ def arrange(
                 fine[part, i, 0, term], fine[part, i, 1, term] = y[i], slope[i]
                 fine[part, i, 2, term], integral[i] = half[i] - cubic, total
                 total += (y[i] + 4.0 * half[i] + y[after]) / 6.0  # Simpson's rule, exact for cubics
-            integral[nodes] = total  # nearly 0: the work has no mean
+            integral[nodes] = total  # nearly 0, as the work less its mean is summed
             for c in range(wide + STENCIL):
                 turn = (c - BEFORE + wide) // wide - 1
                 node = (c - BEFORE - turn * wide) * stride

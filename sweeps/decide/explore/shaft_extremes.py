@@ -48,7 +48,8 @@ class BarredSpeeds:
     # Name of the quantity that is above its limit, and name of the shaft.
     quantity: str
     place: str
-    # Ends of the range [rpm], between points by straight lines.
+    # Ends of the range [rpm]: where straight lines between the archive's speeds cross the limit, or
+    # the outermost speed over it where there is no value beyond.
     low: float
     high: float
     largest: float  # Largest ratio of value to limit within the range

@@ -395,7 +395,7 @@ class LeastInertia:
     """Designs of all other parameters, each with the least inertia that meets the wanted delta."""
 
     task: Task  # Search that asks for designs
-    limit: float  # Largest allowed delta
+    limit: float  # Largest delta that all conditions on delta allow
     threads: int | None  # Threads that the kernels use
 
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:

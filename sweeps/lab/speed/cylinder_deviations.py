@@ -75,7 +75,7 @@ class _Deviations:
     of_cycle: Detection
     of_mean: Detection
     missing: float  # Indicated mean effective pressure that a missed cycle lacks [Pa]
-    # Standard deviation of the indicated mean effective pressure of normal cycles
+    # Standard deviation of the indicated mean effective pressure of normal cycles [Pa]
     dispersion: float
     passage: float  # Errors of the places of passing teeth, in shares of the smallest interval
     reference_cycles: int  # Number of cycles in the mean that single cycles are compared with

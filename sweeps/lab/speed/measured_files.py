@@ -233,7 +233,8 @@ def _logs(
             tried.append((turns, scatter, edge, logs))
     if not tried:
         raise SceneError(refusal)
-    most = max(turns for turns, *_ in tried)  # The other edge may lose a turn at an end
+    # An edge may lose a turn at an end of each log and still count as good.
+    most = max(turns for turns, *_ in tried)
     good = [one for one in tried if one[0] >= most - len(events)]
     *_, edge, best = min(good, key=lambda one: one[1])
     said = f"the level is logged at its changes; the {edge} edge is used"

@@ -460,8 +460,8 @@ def _of_engine(engine: Engine) -> dict[str, str]:
 
 def _arrangements(scene: Scene) -> str:
     """JSON of the cylinders of the scene; empty where their throws are not known."""
-    # The text is a list where the arrangement is an axis, and empty where a firing angle or the
-    # number of cylinders is an axis.
+    # The JSON is a list where the scene has an axis of arrangements; it is empty where a firing
+    # angle or the number of cylinders varies over the results.
     keys = {key: PARAMETERS[key].si for key in scene.cylinder_keys}
     if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
         return ""

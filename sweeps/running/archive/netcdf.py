@@ -251,7 +251,8 @@ def chunks_of(
     chunks = list(shape)
     for i, dimension in enumerate(dims):
         if dimension in lengths:
-            # Short ranges have few divisors; long ones are multiples of `blocks.STEP`.
+            # The length of a short block may have few divisors: its chunks have one position. That
+            # of a long block is a multiple of `STEP`, which shorter chunks divide.
             chunks[i] = lengths[dimension] if lengths[dimension] > STEP else 1
     # Largest fraction of the room of all chunks that may be unused
     while (large := math.prod(chunks) > CHUNK) or (

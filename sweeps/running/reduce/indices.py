@@ -162,7 +162,8 @@ class Indices:
 
     def _of(self, sums: npt.NDArray[Any], groups: int) -> Floats:
         """First-order and total indices, shape (2, parameters), rounded once."""
-        # The sums are whole numbers, so `variance` is V times (2 groups UNITS_IN_ONE)^2.
+        # The sums are whole numbers of units 1 / UNITS_IN_ONE, so `variance` is the variance V over
+        # all A and B times (2 * groups * UNITS_IN_ONE)^2.
         many = self.many
         values, products, changes = np.split(sums[:-1], [many + 2, 2 * many + 2])
         a, mixed, b = values[0], values[1:-1], values[-1]

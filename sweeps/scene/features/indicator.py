@@ -169,7 +169,7 @@ def _laboratory(where: str) -> Callable[..., Any]:
 
 def _is_diagram(table: Indicator, path: Path) -> bool:
     """Whether a file is read as it is: no key asks for more, and it has one of our columns."""
-    # A file of an archive that was imported once is not imported again.
+    # An archive keeps the diagram that was made of a recording: it is not made again.
     try:
         head = file_bytes(path)[:HEAD]
     except (OSError, ValueError):

@@ -135,8 +135,8 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
     """
     cores = cores or psutil.cpu_count() or 1
     plans = [part.plan for part in plan.parts] or [plan]
-    # Seconds for a design of a Pareto front of three numbers: from 3e-7 where few are in the front
-    # to 2.6e-6 where all are, measured with 2^20 designs on one machine
+    # Seconds for each candidate design of a Pareto front of three objectives: from 3e-7 where few
+    # candidates are in the front to 2.6e-6 where all are, measured with 2^20 designs on one machine
     of_fronts = {FRONT: 1e-6}
     serial = {*SERIAL, *of_fronts}
     # Seconds that one core takes for a shaft of nine discs and 180 orders: measured on one machine

@@ -239,7 +239,7 @@ def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], F
 
 def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
     """Number of each design's set of cylinders, and the sets by these numbers."""
-    # Sets that differ only in the number of cylinders have it as their number.
+    # Where sets differ only in how many cylinders they have, that count is the number of the set.
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
     if not (arrangements or keys or np.any(misfire.data) or patterns):
@@ -350,7 +350,7 @@ def _largest(what: str, values: Any) -> Any:
 
 def _lowest(what: str, values: Any) -> Any:
     """End of the values that lowers frequencies, or the mean where neither end does."""
-    # Smallest values of the first group lower all frequencies, largest values of the second.
+    # Frequencies are lowest with the smallest values of `softening` and the largest of `heavy`.
     softening = (
         "shaft_stiffness", "damper_stiffness", "disc_ground_stiffness", "shaft_diameter",
         "shaft_shear_modulus",

@@ -94,7 +94,8 @@ class Study:
 
 def parameters_of(data: xr.Dataset) -> list[str]:
     """Parameters that vary over the designs."""
-    # Columns of a list of designs on the way of computing a design
+    # Columns of designs that are no parameters of the engine: name of the design, how the solver
+    # starts and how many cycles it computes, and how a search came to the design
     bookkeeping = ("case", "start_speed", "start_angle", "passes", *SEARCHED)
     return [
         str(key)

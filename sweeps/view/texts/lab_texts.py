@@ -164,7 +164,8 @@ def fit_text(fit: xr.Dataset) -> str:
         )
     lines += _correlations(fit)
     likely = float(fit.attrs["likelihood_of_noise"])
-    # No random draw was larger: the likelihood is this or less.
+    # Where no random draw of noise has residuals as large as those of the fit, the likelihood of
+    # noise is only known to be this or less.
     at_most = "at most " if likely <= float(fit.attrs.get("least_likelihood", 0.0)) else ""
     lines.append(
         f"condition number {fit.attrs['condition_number']:.3g}; residuals: reduced chi square "
