@@ -261,7 +261,7 @@ def _even_starts(gaps: Floats, wheel: Wheel, first: int | None) -> Integers:
 
 def _usual(gaps: Floats) -> Floats:
     """Median of the intervals around each one; both ends take the nearest whole group."""
-    # Number of intervals whose median is the usual one.
+    # Number of neighbouring intervals whose median is taken as the usual interval.
     count = min(11, gaps.size - (gaps.size + 1) % 2)
     middle = np.median(np.lib.stride_tricks.sliding_window_view(gaps, count), axis=1)
     half = count // 2

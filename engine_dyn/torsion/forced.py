@@ -53,7 +53,8 @@ RESULTS = {
 
 DETUNED = 1e-12  # Smallest |k* + Z| over the sum of its terms' sizes
 
-# Fraction of its terms below which |k* + Z|, with torques behind it, has lost six digits
+# Fraction of the size of k* and Z below which their sum has lost six digits by cancellation; this
+# matters where torques act on what is behind the shaft
 SMALL = 1e-6
 
 AT_ONCE = 1024  # Number of cases that a thread takes at once

@@ -125,7 +125,8 @@ def load_for_torque(
         low, high = np.where(holds, left, low), np.where(holds, right, high)
         below, above = np.where(holds, one, below), np.where(holds, other, above)
     todo = np.flatnonzero(np.isnan(solution) & np.isfinite(low))
-    # Bracket: both ends, the torque missed at each, the end that stayed (-1 the lower), last load.
+    # Rows: both ends of the bracket, the torque missed at each, the end that stayed in the last
+    # step (-1 the lower, 1 the upper, 0 before the first step), and the last load.
     bracket = np.stack([low, high, below, above, np.zeros(goal.size), low])[:, todo]
     for _ in range(60):
         if not todo.size:

@@ -190,7 +190,7 @@ def _factor_of_torque(
     given: Any, name: str, tables: Mapping[str, Any], word: str, idle: str, density: float
 ) -> float:
     """Factor on the combustion pressure with which the mean torque is that of all firings."""
-    # The torque is linear in the factor, but for a friction that follows the largest pressure.
+    # The torque is linear in the factor, unless friction depends on the largest pressure.
     from sweeps.running.compute.in_memory import run
 
     ends = 1.0, min(1.0 / density, LARGEST_FIRING)

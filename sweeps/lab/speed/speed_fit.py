@@ -143,7 +143,8 @@ class FittedSpeeds:
     tooth_deviation: Floats
     # Measured less computed shape, in standard errors, for each recording.
     residual: tuple[Floats, ...] = field(repr=False)
-    # Mean square of the residuals, by their number less that of the fitted values: 1 for noise.
+    # Sum of the squares of the residuals over the degrees of freedom: intervals that count, less
+    # one for each recording, less all unknowns. About 1 for noise alone.
     reduced_chi_square: float
     # Probability that noise like the spread over cycles, with its correlation over angle, leaves
     # residuals as large as these. If it is small, the model lacks an effect, which the intervals

@@ -153,7 +153,7 @@ class Computation:
                 uses[need] -= 1
                 if uses[need] == 0 and need not in self.known and need not in kept:
                     values.pop(need)  # No later stage takes this value
-        if self.common:  # Common results belong to the first block alone
+        if self.common:  # What all blocks share is computed with the first one, and kept
             again = {name: _read_only(values[name]) for name in self.common}
             values, self.known = values | again, self.known | again
             self.stages, self.common = self.varying, set()

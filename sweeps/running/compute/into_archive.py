@@ -406,7 +406,7 @@ class _ReducedRun(_Run):
         return len(self._units(lengths))
 
     def _check_disk(self, count: int, finished: int) -> bool:
-        return False  # The kept designs are few
+        return False  # Few designs are kept: the room on the disk is not checked
 
     def _every(self, lengths: Mapping[str, int]) -> dict[int, Block]:
         return {number: {} for number in range(self._count(lengths))}
