@@ -100,8 +100,8 @@ class Shaft:
         ring = place - (self.own_discs if kind == "disc" else self.own_shafts) + 1
         if ring < 1:
             return f"{what}_{place + 1}"
-        # A damper's ring is damped by the shaft between it and its hub, not against the frame; a
-        # pendulum has no keys.
+        # A damper's ring is damped by the shaft between it and its hub, not against the frame. The
+        # disc and the shaft of a pendulum have no keys.
         none = what == "disc_damping" or ring > self.dampers
         return "" if none else f"damper_{quantity}_{ring}"
 
