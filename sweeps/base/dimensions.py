@@ -11,8 +11,6 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.base.ratios import number_or_ratio
 
@@ -178,6 +176,8 @@ def selected_places(archive: xr.Dataset, values: Mapping[str, float | str]) -> d
 
 
 def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, list[int]]:
+    import numpy as np  # Not above: `engine-dyn --help` would load it
+
     words = words_of(archive)
     if name in words:
         column = archive[words[name]]

@@ -67,6 +67,10 @@ def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
     assert not modules & {"scipy", "engine_dyn.speed.dispatch", *COMPILER}
 
 
+def test_help_loads_no_numbers() -> None:
+    assert not modules_after("--help") & {"numpy", "pydantic", "engine_dyn.parameters"}
+
+
 def test_archives_are_told_without_the_compiler(tmp_path: Path) -> None:
     path = tmp_path / "of_two.nc"
     sweeps.stream(SCENE, path)
