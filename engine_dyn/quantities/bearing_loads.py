@@ -136,7 +136,7 @@ def _load_nodes(
     whole, extreme = f"{load}_components", f"{load}_extremes"
     variants: tuple[tuple[str, tuple[str, ...]], ...] = (("", _COUNTED),)
     if load != "main_journal":
-        # Nodes for articulated rods are in `each_cylinder`.
+        # With articulated rods, nodes of the same names in `each_cylinder` hold.
         plain = " plain_rods" if load == "crank_pin" else ""
         variants = ((f"equal{plain}", ()), (f"unequal{plain}", _COUNTED))
     made = [

@@ -127,7 +127,7 @@ def curve_mean(curve: Any) -> Any:
     2.0
     """
     values = np.asarray(curve, dtype=float)
-    # With this order in memory, the sum of a row has the same bits for any number of rows.
+    # Where each row is contiguous in memory, its sum has the same bits for any number of rows.
     return values if values.ndim == 0 else np.ascontiguousarray(values).mean(axis=-1)
 
 

@@ -187,7 +187,8 @@ NOT_FOLLOWED = frozenset({
 
 FOLLOWED = frozenset({
     *(node.name for node in NODES),
-    # Lengths and masses; values of cylinder 1, which is a master.
+    # Lengths, masses and inertia; the motion of cylinder 1, whose rod is a master rod: it moves as
+    # a plain rod does.
     "rod", "double_radius", "stroke_share", "mass_share", "mass_of_first", "direction_of_first",
     "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration",
     "position_coefficient",

@@ -218,7 +218,8 @@ NODES = (
         public=False, when="given_inertia inertia_in_parts",
         make=lambda inertia_beyond_gear: inertia_beyond_gear,
     ),
-    # The load's part of an inertia that is given whole is unknown: scenes that ask are refused.
+    # Of an inertia that is given as one number, or by the discs of a shaft, the load's share is
+    # unknown: scenes that need it are refused.
     *(
         Node(
             "load_side_inertia", "", "kg m2",
@@ -387,7 +388,7 @@ NODES = (
         / inertia_required - 1.0,
     ),
     *(
-        # Where a torque is given, the masses of the running gear are not known.
+        # Where a torque is given in place of pressures, the masses of the running gear are unknown.
         Node(
             "flywheel_inertia_required", r"\Theta_{fl}", "kg m2",
             "flywheel inertia needed for the wanted delta, in addition to running gear, "
@@ -406,7 +407,8 @@ NODES = (
         *_SIZED, public=False, when="given_inertia inertia_in_parts",
         make=lambda flywheel_inertia: flywheel_inertia,
     ),
-    # The flywheel's part of an inertia given whole is unknown: scenes that ask are refused.
+    # Of an inertia that is given as one number, or by the discs of a shaft, the flywheel's share is
+    # unknown: scenes that need it are refused.
     *(
         Node(*_SIZED, public=False, when=f"given_inertia {when}", kind="parameter")
         for when in ("inertia_whole", "inertia_of_shaft")

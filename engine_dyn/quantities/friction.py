@@ -171,7 +171,7 @@ def _share(names: tuple[str, ...]) -> Callable[..., Any]:
 
 def _intake_ratio(family: Any, row: Any, pressure_scale: Any) -> Any:
     """Pressure at the dead centre before compression over atmospheric pressure."""
-    # One angle for all designs: `pressure` then takes the same branch, with the same bits.
+    # All designs have one angle, so that `pressure` computes any number of them in the same way.
     angle = np.array([-np.pi])
     place = np.asarray(row, dtype=float)[..., None]
     pressure = torque.pressure(angle, family, place)[..., 0]

@@ -166,7 +166,7 @@ _DEVIATIONS = (
 
 def _grid_curve(of: str) -> Callable[..., Any]:
     def make(*, order: Any, crank_angle: Any, **needs: Any) -> Any:
-        harmonics = np.asarray(needs[of])[..., 0]  # the axis before the crank angle
+        harmonics = np.asarray(needs[of])[..., 0]  # drops the axis of the crank angle
         return times.sum_of_orders(harmonics, np.ravel(order), np.ravel(crank_angle))
 
     return make

@@ -126,7 +126,7 @@ def _component(component: _Component, part: _Part, source: str) -> Node:
         return force * component.ratio(**needs)
 
     symbol = f"{component.symbol}_{part.letter}" if part.letter else component.symbol
-    # Nodes for articulated rods are in `each_cylinder`.
+    # With articulated rods, nodes of the same names in `each_cylinder` hold.
     plain = part.prefix + component.name == "wall_thrust"
     of_part = f"{component.short}{part.whose}{component.behind}"
     return _force(

@@ -42,8 +42,8 @@ class Dimension:
     unit: str
     long_name: str
     si: float = 1.0  # SI value of one file unit
-    whole: bool = False  # Whether its values are whole numbers
-    public: bool = True  # Whether archived quantities have it; else only nodes on the way do
+    whole: bool = False  # Whether the dimension's values are whole numbers
+    public: bool = True  # Whether quantities of archives have the dimension
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Node:
     unit: str
     long_name: str
     source: str = ""
-    # Names of the nodes that `make` takes; left out, they are its arguments.
+    # Names of the nodes that `make` takes; unless given, the names of its arguments.
     needs: tuple[str, ...] = ()
     # Dimensions of the node that its needs lack: see `engine_dyn.quantities.graph.DIMENSIONS`.
     adds: tuple[str, ...] = ()
@@ -71,8 +71,8 @@ class Node:
     # axes, in the order of `engine_dyn.quantities.graph.DIMENSIONS`.
     removes: tuple[str, ...] = ()
     # Function that computes the node from its needs, in SI units, broadcasting. Its arguments are
-    # the needs, by name and in any order. A stage's also takes `wanted` (the `gives` that are
-    # used), `threads` and `progress`, and returns a dict.
+    # the needs, by name and in any order. That of a stage also takes `wanted` (the `gives` that
+    # are used), `threads` and `progress`, and returns a dict.
     make: Callable[..., Any] | None = None
     si: float = 1.0  # SI value of one file unit
     # "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
@@ -83,8 +83,8 @@ class Node:
     # empty: for any scene.
     when: str = ""
     can_fail: bool = False  # Whether the stage writes `status`
-    # Range of a parameter in file units; `low_included`, `high_included` say whether its ends
-    # belong to it; `whole` that only whole numbers do, `even` that only even ones do.
+    # Range of a parameter in file units: `low_included`, `high_included` say whether its ends are
+    # allowed, `whole` that only whole numbers are, `even` that only even ones are.
     low: float = -math.inf
     high: float = math.inf
     low_included: bool = False
@@ -100,8 +100,8 @@ class Node:
     # Meanings of the numbers 0, 1, 2 ..., for a quantity that is a verdict; one word each.
     meanings: tuple[str, ...] = ()
     throws: bool = False  # Whether the node needs the places of the engine's throws
-    # Bytes of one value with the arrays that `make` holds meanwhile, for the size of blocks; for a
-    # stage, bytes of a design beyond inputs and results.
+    # Bytes of one value and of the arrays that `make` holds meanwhile, for the size of blocks of
+    # designs; for a stage, bytes of a design beyond inputs and results.
     width: int = 8
     # Whether `make` also takes `threads`, the largest number of threads; None for one a processor.
     threaded: bool = False
@@ -112,8 +112,8 @@ class Node:
     # Quantities that archives also hold where this node is computed, because warnings refer to
     # their results.
     beside: tuple[str, ...] = ()
-    # Curve whose extreme the node is, and which one: see `EXTREMES`. It is found between the
-    # curve's points, and does not depend on their distance.
+    # Curve whose extreme the node is, and its kind, one of `EXTREMES`. An extreme is found between
+    # the curve's points, and does not depend on their distance.
     extreme_of: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
@@ -193,8 +193,8 @@ def balance_of(plus: Any, minus: Any) -> Any:
     """Difference of two torques or pressures; what is only inexact is 0 (the engine idles)."""
     plus, minus = np.asarray(plus), np.asarray(minus)
     difference = plus - minus
-    # Without a pin offset, the velocities behind the mean gas torque are exact to this fraction of
-    # `minus`, docs/solver.md (58).
+    # With a centred mechanism, the piston velocities in the mean gas torque, and so the torque, are
+    # exact to this fraction of `minus`, docs/solver.md (58).
     return np.where(np.abs(difference) <= 1e-10 * np.abs(minus), 0.0, difference)
 
 
@@ -211,7 +211,7 @@ def power(base: Any, exponent: Any) -> Any:
     and calls `pow` elsewhere: the last digit would depend on the shape of the arrays.
     """
     result = base**exponent
-    # For these exponents NumPy has other loops; 0 and 1 give the same bits with every loop.
+    # NumPy's loops differ for these two exponents; 0 and 1 have the same bits with each loop.
     for special, function in ((2.0, np.square), (0.5, np.sqrt)):
         if np.any(exponent == special):
             result = np.where(exponent == special, function(base), result)

@@ -48,8 +48,8 @@ _VARIANTS: Mapping[str, tuple[dict[str, Any], ...]] = {
     ),
     "load": ({"when": "given_load"},),
     "recorded_cycle": ({"when": "over_cycles"},),
-    # A formula gives 0 here, in place of `unless_given`: archives would list a value of the latter
-    # also where another load law holds.
+    # The value 0 is a formula's, because archives would list a value of `unless_given` also where
+    # another load law holds.
     "load_linear": ({"make": lambda: 0.0},),
     "load_square": ({"make": lambda: 0.0},),
     "rod_inertia": ({"make": lambda two_mass_rod_inertia: two_mass_rod_inertia},),

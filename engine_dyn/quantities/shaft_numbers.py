@@ -306,4 +306,4 @@ LIMIT_NODES: tuple[Node, ...] = (
     ),
 )  # fmt: skip
 
-JUDGING = frozenset(node.name for node in LIMIT_NODES)  # Names of the quantities that judge
+JUDGING = frozenset(node.name for node in LIMIT_NODES)  # Quantities that judge a shaft

@@ -197,7 +197,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
 def _inertia_search(solution: Node) -> Node:
     """Return the stage that finds the inertia for a wanted delta, beside a stage that solves."""
     needs = [need for need in solution.needs if need not in ("inertia", *_ANGLES_OF_CURVES)]
-    # With a load over speed alone, the search finds its own start, and faster.
+    # With a load over speed alone, the search finds a start without the energy swing, and faster.
     by_torque = "by_torque" in solution.when
     swing = ("energy_swing",) if by_torque or "load_offset" not in needs else ()
     return replace(

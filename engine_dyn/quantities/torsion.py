@@ -22,7 +22,7 @@ from engine_dyn.units import DEGREE, RPM
 
 COMPLEX = 16  # Bytes of one harmonic, a complex number
 
-OF_MODES = 6000  # Bytes of a shaft of some ten discs, with referred values and matrices
+OF_MODES = 6000  # Bytes of a design whose shaft has some ten discs, with its matrices
 
 
 def _slope(name: str) -> Any:
@@ -170,7 +170,7 @@ def _critical_speeds(
 def _vector_sum(shaft_system: Shaft, mode_shape: Any, throw_phase_vectors: Any) -> Any:
     """Size |sum_j a_j exp(i nu psi_j)| of phase vectors; last axes: throw, mode, disc, order."""
     vectors, shape = np.asarray(throw_phase_vectors), np.asarray(mode_shape)
-    total: Any = 0.0  # axes: throw, mode, disc, order
+    total: Any = 0.0
     for throw, disc in enumerate(shaft_system.throws):
         total = total + shape[..., 0, :, disc, :] * vectors[..., throw, 0, :, :]
     return np.abs(total)
@@ -205,7 +205,7 @@ def _respond(
         shaft, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
         load_damping,
     )  # fmt: skip
-    # Computed here, because nodes of `throw_torque_harmonics` would keep an array for each design.
+    # The torques of throws are added up here: a node of them would keep an array for each design.
     radius = 0.5 * double_radius
     lever = piston_area(bore) * radius
     ratios = shaft.speed_ratios(values)

@@ -192,7 +192,7 @@ class Detection:
     # Deviation of imep [Pa], negative, below which a cycle counts as misfired; shape (cylinders,)
     threshold: Floats
     # How far the mean deviation of imep in missed cycles is below the threshold, over the standard
-    # deviation of that in missed cycles; shape (cylinders,)
+    # deviation of these deviations; shape (cylinders,)
     margin: Floats
     probability: Floats  # Probability that a missed cycle is detected; shape (cylinders,)
     false_alarms: float  # Probability of a false alarm in one cycle of the engine

@@ -161,8 +161,8 @@ def _is_motored(absolute: RecordedCycles) -> bool:
     if not looks_motored(absolute):
         return False
     _, uncertainty, loss = symmetric_shift(absolute)
-    # A motored cycle has a larger loss angle than the limit here: an angle further below 0, by more
-    # than its uncertainty, shows heat that is added.
+    # The loss angle of a motored cycle is above this limit. A smaller one, below 0 by more than its
+    # uncertainty, shows that heat is added.
     return loss > min(-0.1 * DEGREE, -2.0 * uncertainty)
 
 

@@ -31,7 +31,7 @@ class Fluctuation:
     """Coefficient of speed fluctuation of a measured speed."""
 
     delta: float  # Range of the mean speed over cycles, over its mean: (max - min)/mean
-    # Standard error of that delta: by the scatter of both extreme values over cycles, and by errors
+    # Standard error of `delta`: by the scatter of both extreme values over cycles, and by errors
     # of their teeth where these were corrected.
     uncertainty: float
     of_cycles: float  # Mean of delta over single cycles; noise makes it larger than `delta`
@@ -184,7 +184,7 @@ def find_gap_angle(
         Teeth of a turn with which a recording could begin, see `Wheel.symmetry`. Without a known
         angle, that of the first recording is the first tooth.
     turn_known : bool
-        Whether all cycles begin with their first turn, see `marks.MarkedTeeth`.
+        Whether all cycles begin with their first turn, see `encoder.MarkedTeeth`.
     """
     turns = round(period / TURN)
     possible = 1 if turn_known else turns * groups
@@ -295,7 +295,7 @@ def orders_of_samples(
     amplitude, phase : ndarray, shape (..., m)
         Of cosines, in rad/s and rad: sum of amplitude cos(order phi + phase).
     """
-    damping = np.sinc(orders * width[:, None] / TURN)  # sin(x)/x of half an interval's phase
+    damping = np.sinc(orders * width[:, None] / TURN)  # sin(x)/x, x half an interval's phase
     waves = np.hstack(
         [
             np.ones((middle.size, 1)),
@@ -462,8 +462,8 @@ def _level(speed: Floats, width: Floats, n: int) -> tuple[Floats, Drift | None]:
         start = (mean[reach] - mean[0]) / (centre[reach] - centre[0])
         end = (mean[-1] - mean[-1 - reach]) / (centre[-1] - centre[-1 - reach])
     else:
-        # From the beginning to the end of a single cycle, the level rises by the factor of the step
-        # from its end to its beginning.
+        # One cycle alone has no second level: its own rises from beginning to end by the factor of
+        # the step from its end to its beginning.
         start = end = 2.0 * np.tanh(0.5 * _step(np.log(square), width)) * mean[0] / period
     level = np.interp(middle, centre, mean)
     level += np.minimum(middle - centre[0], 0.0) * start

@@ -164,7 +164,7 @@ def _longest_run(same: Booleans) -> tuple[int, int]:
     """First sample and length of the longest run of a closed cycle."""
     if same.all() or not same.any():
         return 0, len(same) if same.all() else 0
-    begin = int(np.argmin(same))  # from a change on, no run wraps around
+    begin = int(np.argmin(same))  # from a change on, so that no run wraps around
     turned = np.roll(same, -begin)
     edges = np.diff(np.concatenate([[0], turned.astype(np.int8), [0]]))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
@@ -207,7 +207,7 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     mean = RecordedCycles(cycles.angle, cycles.mean[None], cycles.period)
     half = RecordedCycles(mean.angle[::2], mean.pressure[:, ::2], mean.period)
     gross = abs(float(mean_pressures(mean, geometry).gross[0]))
-    # The gross mean pressure of every engine is larger
+    # The gross mean pressure of every engine is above this fraction of the pressure's range.
     gross = max(gross, 1e-6 * float(np.ptp(mean.pressure)))
     work = float(mean_pressures(half, geometry).net[0] - mean_pressures(mean, geometry).net[0])
     peak = float(peak_pressures(half)[0][0] / peak_pressures(mean)[0][0] - 1.0)

@@ -74,7 +74,7 @@ class PassedTeeth:
         knots = gap_angle + TURN * self.turn[:, None] + within
         joined = self.turn[1:] == self.turn[:-1] + 1
         keep = np.ones(self.time.shape, dtype=bool)
-        keep[:-1, -1] = ~joined  # first tooth of the next turn
+        keep[:-1, -1] = ~joined  # the last tooth of a turn is the first of the next
         at, phi = self.time[keep], knots[keep]
         step, secant = np.diff(at), np.diff(phi) / np.diff(at)
         slope = np.empty(at.size)
@@ -200,7 +200,7 @@ def _starts(gaps: Floats, wheel: Wheel) -> Integers:
     misfit, apart = _misfit(gaps, wheel), wheel.teeth // wheel.symmetry
     fits = np.flatnonzero(misfit < np.log(FACTOR))
     chosen: list[int] = []
-    for start in fits:  # few intervals fit, unless the wheel has no gap
+    for start in fits:  # a short loop: few intervals fit, unless the wheel has no gap
         if chosen and start - chosen[-1] < apart:
             if misfit[start] < misfit[chosen[-1]]:
                 chosen[-1] = int(start)

@@ -88,7 +88,6 @@ class PeriodicSpeed:
     omega: Floats
 
 
-# Longer than other functions by its docstring.
 def periodic_speed(
     diagram: Diagram, *, bore: float, stroke: float, crank_ratio: float, reciprocating_mass: float,
     inertia: float, speed: float, cylinders: int = 1, offset: float = 0.0,

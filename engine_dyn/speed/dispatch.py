@@ -78,8 +78,8 @@ def compare(
         with np.errstate(divide="ignore", invalid="ignore"):
             error = SAFETY * np.abs(delta / refined["delta"][here] - 1.0)
             slowest = np.abs(coarse["omega_min"][here] / refined["omega_min"][here] - 1.0)
-            # Twice the difference of the smallest speeds: 4/3 at first order, and room for
-            # rounding, which near a stall is alike in both solutions.
+            # Twice the difference of the smallest speeds: at first order, 4/3 of it is the error;
+            # the rest is for rounding, which near a stall is alike in both solutions.
             error = np.maximum(error, 2.0 * slowest) + LEAST_ERROR
             eta = 0.25 * np.square(at("double_radius")) * np.divide(at("mass"), at("inertia"))
             error += ROUNDING * (1.0 + CANCELLED * eta) / delta
@@ -146,7 +146,6 @@ class Sweep:
         return map_on_threads(partial(_solve_piece, self), pieces, self.threads)
 
 
-# Longer than other functions by its docstring; its parameters are every caller's keywords.
 def solve(
     *,
     family: Family,
@@ -245,7 +244,7 @@ def solve(
         ("cylinders", "method", "inertia_model"), angles.size > 0,
         PIECE if card is None else card.piece,
     )  # fmt: skip
-    # The iteration of the load term may leave this fraction of the tolerance, of the range of q.
+    # Iterations may leave an error of a hundredth of the tolerance, over the range of q.
     sweep = Sweep(
         grouping, CLOSURES.index(closure), 1e-2 * tolerance if iterated is None else iterated,
         angles, threads, results, tally_in_use(), finer, general, card,

@@ -161,7 +161,7 @@ class Grouping:
         """
         every = self.inputs.size if places is None else places.size
         names: tuple[str, ...] = TABLE_NAMES
-        if self.driven.over_angles:  # the work of these torques also depends on the inputs below
+        if self.driven.over_angles:  # the work of torques over angle depends on more inputs
             names += ("gear_ratio", "load_phase", "load_scale", "torque_factor", "bore")
             names += ("double_radius",)
         common = np.broadcast_shapes(*(self.inputs.arrays[name].shape for name in names))

@@ -80,7 +80,7 @@ def map_on_threads(
     rest = iter(jobs)
     first = list(islice(rest, 2))
     all_jobs = chain(first, rest)
-    if len(first) > 1:  # counting processors takes some 60 us, a pool 200
+    if len(first) > 1:  # counting processors takes some 60 us, making a pool 200
         threads = threads or os.cpu_count() or 1
         if threads > 1:
             return _on_pool(do, all_jobs, threads)

@@ -79,7 +79,7 @@ def solve_for_inertia(
     def outcome(active: Places, inertia: Floats) -> tuple[Floats, Codes]:
         places: Any = active
         given: dict[str, Any] = {**columns, "inertia": inertia.reshape(shape)}
-        # Unfinished designs are solved separately when no more than this fraction remains.
+        # Unfinished designs are solved separately when no more than a quarter of all remains.
         if active.size <= 0.25 * math.prod(shape):
             places, along = slice(None), np.unravel_index(active, shape) if shape else ()
             given = {
@@ -130,7 +130,7 @@ def search(
         x, target = np.log(start), np.log(goal)
     state = np.where(np.isfinite(x), status.NOT_CONVERGED, status.INVALID_INPUT).astype(np.int8)
     active = np.flatnonzero(state == status.NOT_CONVERGED)
-    # Ends of the bracket, too light (or delta too large) and too heavy, with their residuals.
+    # Ends of the bracket of ln Theta: `low` is too light (or delta too large), `high` too heavy.
     low, high = np.full(x.size, -np.inf), np.full(x.size, np.inf)
     low_code = np.full(x.size, status.CONVERGED, dtype=np.int8)
     high_miss, last_x, last_miss = np.full((3, x.size), np.nan)
@@ -147,7 +147,7 @@ def search(
         # where that of the reciprocating parts exceeds the given one.
         light = np.isin(code, (status.STALLED, status.INVALID_INPUT))
         number = runs & np.isfinite(miss)
-        # An outcome without numbers that is not too light does not depend on the inertia.
+        # A design without numbers that is not too light has none with any inertia.
         lost = ~number & ~light
         above, below = light | (number & (miss > 0.0)), number & (miss <= 0.0)
         low[active[above]] = np.maximum(low[active[above]], here[above])
@@ -177,7 +177,7 @@ def search(
         if progress is not None:
             progress(int(np.count_nonzero(~go)))
         active = active[go]
-    # Designs without further steps that stall at the lower end of the bracket.
+    # Designs that ran out of steps have the outcome of the light end of the bracket, if any.
     unfinished = (state == status.NOT_CONVERGED) & (low_code != status.CONVERGED)
     state[unfinished] = low_code[unfinished]
     inertia = np.where(np.isin(state, status.WITH_NUMBERS), np.exp(x), np.nan)

@@ -124,7 +124,7 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motio
         swing = 0.0
         for sign in (1.0, -1.0):
             swing += _top(sign, columns.width, motion.w, motion.dw, motion.w_missed)
-        # Designs are reduced by the kinetic energy of 1 kg m2 at nominal speed.
+        # The works of designs are in units of the kinetic energy of 1 kg m2 at nominal speed.
         found[designs.target[which]] = 0.5 * designs.speed[which] ** 2 * swing
 
 
@@ -132,8 +132,8 @@ def _swings(count: int, columns: Columns, designs: Designs, found: Floats, motio
 def _candidates(sign: float, v: Floats, place: Floats) -> None:
     """Places in nodes where sign * v of a periodic curve may be largest; NaN behind the last one.
 
-    A node above which neither a smooth curve nor a kink rises, see `forces.samples`, is no place.
-    Of too many places, those that reach highest are kept.
+    A node above which neither a smooth curve nor a kink rises (see `forces.superposition`) is no
+    place. Of too many places, those that reach highest are kept.
     """
     n, number = len(v), 0
     reach = np.empty(len(place))
@@ -225,7 +225,7 @@ def _highest(sign: Floats, place: Floats, width: float, curve: CurveOfDesigns) -
     """Largest sign * value of the curves themselves, from places in nodes, (row, candidate).
 
     There is a row or two for each design. Parabolas through three near points find the value; where
-    they do not converge, at a kink or in noise, the search of `forces.samples` does.
+    they do not converge, at a kink or in noise, the search of `forces.superposition` does.
     """
     which, column = np.nonzero(np.isfinite(place))
     angle = place[which, column] * width
@@ -300,7 +300,7 @@ def _means(family: Family, box: Box, member: Member, rows: Integers) -> tuple[Fl
     """Mean of each diagram times each column of the velocity, shape (row, term)."""
     angle, weights = mean_weights(member, box, family.period)
     means = np.empty((rows.size, len(weights)))
-    if isinstance(family, CycleTable):  # all at once: the table keeps one request
+    if isinstance(family, CycleTable):  # all rows at once: a later request may replace earlier rows
         family.curves(rows)
     for begin in range(0, rows.size, ROWS_AT_ONCE):
         some = rows[begin : begin + ROWS_AT_ONCE]

@@ -51,10 +51,10 @@ RESULTS = {
 }
 """Results that can be asked for, by name."""
 
-DETUNED = 1e-12  # Smallest |k* + Z| over the sum of its terms' sizes
+DETUNED = 1e-12  # Smallest |k* + Z| over (|k*|^2 + |Z|^2)^(1/2); nearer to 0 it is raised
 
-# Fraction of the size of k* and Z below which their sum has lost six digits by cancellation; this
-# matters where torques act on what is behind the shaft
+# Where |k* + Z| is below this fraction of (|k*|^2 + |Z|^2)^(1/2), the sum has lost six digits by
+# cancellation, which matters where torques act on what is behind the shaft
 SMALL = 1e-6
 
 AT_ONCE = 1024  # Number of cases that a thread takes at once
@@ -419,7 +419,7 @@ def _eliminate(
     digits.
     """
     orders = lost.size
-    scale = stiff[0, 0]  # root: sum of squares of all terms that add up there
+    scale = stiff[0, 0]  # sum of squares of all terms of the root's Z; its k* is not needed
     for v in range(orders):
         scale[v] = dynamic[0, 0, v] ** 2 + dynamic[0, 1, v] ** 2
     for node in range(parents.size - 1, 0, -1):

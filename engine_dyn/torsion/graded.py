@@ -75,7 +75,7 @@ def graded_modes(
             squares[design, m] = sizes[i] ** 2
             for node in range(nodes):
                 amplitude[design, m, node] = modes[i, node] / math.sqrt(own[node])
-                torque = 0.0  # over omega k^(1/2): the shaft's row of W
+                torque = 0.0  # torque in the shaft over omega k^(1/2), by its row of W
                 for j in range(rank):
                     torque += again[i, j] * left[j, node]
                 over = sizes[i] / math.sqrt(stiff[node]) if stiff[node] > 0.0 else 0.0

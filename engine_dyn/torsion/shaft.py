@@ -139,7 +139,7 @@ class Shaft:
                     values[f"shaft_diameter_{number}"], values.get(f"shaft_bore_{number}", 0.0),
                 )  # fmt: skip
             elif i >= self.own_shafts and not np.ndim(given) and np.isnan(given):
-                stiffness[i] = 0.0  # ring in oil alone, or pendulum
+                stiffness[i] = 0.0  # a damper's ring in oil alone, or a pendulum
         return stiffness
 
     def inertias(self, values: Mapping[str, Any], reciprocating: Any = 0.0) -> list[Any]:
@@ -157,7 +157,7 @@ class Shaft:
         return inertia
 
     def as_discs(self, values: Mapping[str, Any]) -> list[Pendulum]:
-        """Return the pendulums as discs on shafts, see `dampers.pendulum`."""
+        """Return the pendulums as discs on shafts, see `pendulum`."""
         if not self.pendulums:
             return []
         ratios, rows = self.speed_ratios(values), []

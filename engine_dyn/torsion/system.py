@@ -98,7 +98,7 @@ def shaft_system(
     damping : array_like
         Viscous, in each shaft [N m s/rad].
     speed_stiffness : array_like
-        Stiffness over the square of the crank's speed [kg m2]: see `dampers.pendulum`.
+        Stiffness over the square of the crank's speed [kg m2]: see `shaft.pendulum`.
     disc_damping : array_like
         Viscous, from each disc to the frame [N m s/rad]; below 0 where what acts there drives the
         more, or brakes the less, the faster the disc turns.
@@ -220,7 +220,7 @@ def _tree(
 ) -> tuple[list[int], list[int], list[int], Floats]:  # fmt: skip
     """Parents of the nodes, node of each disc, node below each shaft, and ratios of the discs."""
     beside: list[list[tuple[int, int]]] = [[] for _ in range(discs)]
-    group = list(range(discs))  # group of each disc, by the links so far
+    group = list(range(discs))  # discs that the links so far join have one group
     for edge, (first, second) in enumerate([*shafts, *meshes]):
         if group[first] == group[second]:
             mesh = edge - len(shafts)

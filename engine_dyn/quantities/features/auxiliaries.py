@@ -17,7 +17,7 @@ from engine_dyn.loads.driven_machine import WHOLE, TorqueOverAngle
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.types import Floats
 
-APART = 1e-9  # Angle [rad] within which two knots are one
+APART = 1e-9  # Knots nearer to each other than this angle [rad] count as one
 
 MOST_KNOTS = 200_000
 

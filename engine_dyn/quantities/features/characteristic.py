@@ -114,7 +114,8 @@ def load_for_torque(
     knots = np.asarray(loads, dtype=np.float64)
     every = np.arange(goal.size)
     miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
-    # Relative excess of a torque over those of the diagrams that is only rounding.
+    # Where the wanted torque differs from that of the largest or smallest load by less than this,
+    # which is only rounding, that load is the solution.
     slack = 1e-9 * np.abs(goal)
     solution = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):

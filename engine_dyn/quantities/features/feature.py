@@ -22,18 +22,18 @@ class HasParts(Protocol):
 class Addition(NamedTuple):
     """An amount that a part adds to a parameter, wherever the graph takes the parameter."""
 
-    # Parameter to which an amount is added. Its own value stays as given: archives list it, and
+    # Parameter to which the amount is added. Its own value stays as given: archives list it, and
     # elasticities vary it.
     parameter: str
     node: str  # Node that holds the amount, in the parameter's SI unit
-    when: str = ""  # Words that a scene must have for the addition, as in a node
+    when: str = ""  # Words that a scene must have for the addition, see `Node.when`
 
 
 @dataclass(frozen=True)
 class Feature(Generic[Part]):
     """Everything that the graph of quantities has because of one part of an engine."""
 
-    name: str  # Key of the part in `Engine.parts`, or in those of a scene
+    name: str  # Key of the part in `Engine.parts`, or in the parts of a scene
     long_name: str  # Meaning of the part, in one line
     subject: str = ""  # Group of `engine-dyn list quantities` for the part's quantities
     # Nodes of the part: its quantities, and its keys of scenes.
@@ -45,7 +45,8 @@ class Feature(Generic[Part]):
     # Groups of words that select variants, with their meanings, as in
     # `engine_dyn.quantities.graph`; the reader of a scene decides which word holds.
     words: tuple[Mapping[str, str], ...] = ()
-    # Other names that people look for: of the part's quantities, and of those it answers to.
+    # Words that people search for, by the quantity that they mean: one of the part, or one that
+    # the part is there for, such as `shaking_force` for mounts.
     called: Mapping[str, str] = field(default_factory=dict)
     adds: tuple[Addition, ...] = ()  # Amounts that the part adds to parameters
     # Name of the node that holds the part as a whole; None where no node needs it.

@@ -55,8 +55,8 @@ class Mounts:
 
     # Distance of each mount to the right of the crank's axis [m]; the crank turns clockwise.
     lateral: Floats
-    # Position of each mount along the shaft [m], from the throws' position 0, away from the free
-    # end. None: pitch is not computed.
+    # Position of each mount along the shaft [m], from position 0 of the throws, away from the free
+    # end. With None, pitch is not computed.
     position: Floats | None
     stiffness: Floats  # Stiffness of each mount over that of any one [1]
     height: float = 0.0  # Height of all mounts above the crank's axis [m]
@@ -177,8 +177,8 @@ def _harmonics(*, roll_moment_harmonics: Any, order: Any, mounts: Any, mount: An
                ) -> Any:  # fmt: skip
     gear, turn = running_gear(needs), _upright(needs)
     forward, backward = (wave * turn for wave in gear.force_orders(order))
-    # Real and imaginary part of F exp(i nu phi) + B exp(-i nu phi), each as its coefficient of
-    # exp(i nu phi).
+    # Real part (up) and imaginary part (side) of forward exp(i nu phi) + backward exp(-i nu phi),
+    # each as its coefficient of exp(i nu phi).
     up, side = forward + np.conj(backward), -1j * (forward - np.conj(backward))
     pitch: Any = 0.0
     if "cylinder_spacing" in needs:

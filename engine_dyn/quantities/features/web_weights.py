@@ -48,8 +48,8 @@ class WebWeights:
 
     mass: Floats  # Mass of each counterweight [kg]
     radius: Floats  # Distance of its centre of gravity from the shaft's axis [m]
-    angle: Floats  # Direction of the counterweight [rad], as for the throws' angles
-    # Position along the shaft [m], from the throws' position 0, away from the free end.
+    angle: Floats  # Direction of the counterweight [rad], counted as the angles of throws are
+    # Position along the shaft [m], from position 0 of the throws, away from the free end.
     position: Floats
 
 
@@ -211,7 +211,7 @@ def _summed(shaft: Crankshaft, engine: Cylinders, weights: list[Any]) -> Any:
     most: Any = 0.0
     for vector, weight in zip(_vectors(shaft, engine), weights, strict=True):
         total, most = total + vector * weight, most + np.abs(vector * weight)
-    # A vector sum below this fraction of the sum of sizes is rounding.
+    # A sum of vectors below this fraction of the sum of their sizes is rounding.
     return np.where(np.abs(total) < 1e-13 * most, 0.0, total)
 
 
@@ -244,7 +244,7 @@ def middle_of(engine: Cylinders) -> float:
 def _throws(engine: Cylinders) -> list[float]:
     """Positions of the throws along the shaft, each once."""
     made = engine.arrangement
-    assert made is not None  # nodes ask only with counterweights
+    assert made is not None  # scenes without throws are refused these nodes
     return sorted({throw.position for throw in made.throws})
 
 

@@ -21,7 +21,7 @@ from engine_dyn.types import Floats, Integers
 
 HALO = 4  # Coarse nodes repeated before and behind the period
 
-MANY = 65536.0  # More than the number of coarse nodes
+MANY = 65536.0  # Counts a candidate in one sum with its node's number, which is always less
 
 MOST_TERMS = 24  # Largest number of terms of the polynomial that replaces a load law
 
@@ -33,7 +33,7 @@ class ColumnRows(NamedTuple):
     """Columns as the kernels of the batch solver take them, see `Columns`."""
 
     fine: Floats  # Work at the fine nodes, with further values: `KINDS` for each node
-    coarse: Floats  # Work at the coarse nodes, and error of its mean by six of them
+    coarse: Floats  # Work at the coarse nodes, and error of its interval means by six nodes
     jagged: Floats  # Rise of the work between coarse nodes above a smooth curve
 
 
@@ -43,7 +43,7 @@ class WorkTable(NamedTuple):
     # Work of the pressure P and squared velocity V at the coarse nodes.
     gas: Rows
     square: Rows
-    # Errors of P and V: six nodes against the mean over the interval behind each node.
+    # Errors of the means of P and V over the interval behind each node, as six nodes give them.
     gas_missed: Rows
     square_missed: Rows
     factor: Rows  # Factors of the polynomial columns
@@ -105,14 +105,14 @@ class Peaks(NamedTuple):
     node: Rows
     start: Rows
     end: Rows
-    # Extreme values, and how much they may miss.
+    # Largest u and largest -u, and how much they may miss.
     value: Rows
     missed: Rows
     # Largest rise of u = (omega/omega_n)^2 - 1 between coarse nodes above its values at them
     hidden: Rows
     step: Rows  # Step to the next node; at first 1 where there is a node to begin at, else 0
-    # Values at `node`: `WorkTable.fine`, then the load, X and r from polynomials through coarse
-    # nodes, and the steepness.
+    # Values at `node`: those of `WorkTable.fine`, then the load, X and r by polynomials through
+    # coarse nodes, and the steepness F'/(s tau).
     seen: Rows
 
 

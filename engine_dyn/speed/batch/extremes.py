@@ -32,8 +32,8 @@ from engine_dyn.speed.work.interpolation import BEFORE, STENCIL, cubic_in_middle
 from engine_dyn.types import Floats
 
 JAGGED = 3.0
-"""Margin of the rise that jagged work hides: it is known in the middle of a box, and with
-variable inertia its factor may be as low as `LIGHTEST`."""
+"""Margin of the rise that jagged work hides: it is known in the middle of a box, and a variable
+inertia of 0.4 of its mean or more divides it."""
 
 
 @inlined

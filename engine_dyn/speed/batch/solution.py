@@ -130,7 +130,8 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
         for m in range(size):
             total = total + _POWERS[number, n, m] * read(values, m)
         write(law, n, where(tried, total, read(law, n)))
-    # T_n begins with 2^(n - 1) x^n: the last two Chebyshev coefficients are that much smaller.
+    # The Chebyshev polynomial T_n begins with 2^(n - 1) x^n: the last two coefficients of such
+    # polynomials are smaller by this factor than those of powers.
     missed = np.abs(total) + 2.0 * np.abs(last)
     # The last coefficients may reach 1e-10 of the range of the law.
     return missed * 0.5 ** (size - 2) <= 1e-10 * (most - least)
@@ -310,8 +311,9 @@ def solve_curves(
     of_mass, of_tilt = read(weights.of_mass, block), read(weights.of_tilt, block)
     write(lanes.slope, 0, read(weights.slope, block))
     write(lanes.passes, 0, 1.0)
-    drive = curves.work  # at first, r is 0
-    # `terms` is not known yet; from a 0 the compiler would make each function of it twice.
+    drive = curves.work  # X + r, where r is 0 at first
+    # The number of terms is known after the first pass; had it 0 as its first value, the compiler
+    # would make each function that takes it twice.
     timed, terms, mu = closure == CYCLE_TIME, len(law), 0.0 * decay + 1.0
     going, change, last = decay > 0.0, 0.0 * decay, 0.0 * decay
     # Each function is called at one place only, because the compiler copies it to each.

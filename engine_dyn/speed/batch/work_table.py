@@ -95,12 +95,12 @@ def fill_work(
             write(curves.light, i, 1.0 / (1.0 + v))
     repeat_ends(curves.work)
     if variable:
-        # A design whose least inertia over its mean is lower is left to the general solver.
+        # Where the least inertia is below 0.4 of its mean, the general solver takes the design.
         state = where(lightest > 0.4, state, LEFT)
     write(scratch.lanes.state, 0, state)
 
 
-# Smallest beta [1/rad]; it is taken where there is no load, as the limit of a weak one
+# Smallest beta [1/rad]; a design without a load has this one, as the limit of weak loads
 TINY = 1e-11
 
 LARGEST_STEP = 0.05
@@ -117,7 +117,7 @@ class Weights(NamedTuple):
     decay: Floats
     of_mass: Floats
     of_tilt: Floats
-    end: Floats  # Decay over a period, as 1 - exp(-beta Phi_s)
+    end: Floats  # 1 - exp(-beta Phi_s), where Phi_s is the period
 
 
 def weights_of(designs: Designs, form: Form, width: float, nodes: int) -> Weights:

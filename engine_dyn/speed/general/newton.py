@@ -76,7 +76,7 @@ def _settle(width: float, design: Design, motion: Motion) -> None:
                 force, first = load_terms((1.0 + new) / tau[j], design.law)
                 residual = new - base + push * (force - 1.0)
                 slope = 1.0 + push * first / tau[j]
-                # The slope is at least 1, so the root is within the residual.
+                # The slope is at least 1, so the root is no farther than the residual.
                 if residual > 0.0:
                     high, low = new, max(low, new - residual)
                 else:
@@ -207,7 +207,7 @@ def newton(closure: int, width: float, design: Design, motion: Motion) -> tuple[
         runs = more > 0 and least > FLOOR
         taken = more if more < 0 else max(taken, 0) + more
         if number < 2 or runs:
-            mu, smallest = new_mu, least  # a failed last try keeps the `smallest` of a stall
+            mu, smallest = new_mu, least  # where the last try fails, those of the try before stay
         if wanted == closure and (runs or closure == POWER_MEAN):
             break
     return taken, mu, smallest
@@ -323,7 +323,7 @@ def begin_design(
     kappa = designs.kappa[which]
     high, low, least = -math.inf, math.inf, math.inf
     for j in range(len(motion.w)):
-        # Torque at nominal speed; with variable inertia, that of the masses is in tau.
+        # Torque at nominal speed; with variable inertia, the masses' part is -tau', not in w'.
         torque = motion.dw[j] - motion.dtau[j]
         high, low, least = max(high, torque), min(low, torque), min(least, motion.tau[j])
     code = CONVERGED

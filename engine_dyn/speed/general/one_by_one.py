@@ -89,15 +89,16 @@ def solve_designs(
                 if steps < 0:
                     code = status.NOT_CONVERGED if timed or smallest > FLOOR else status.STALLED
                 else:
-                    # Farther below 0, more nodes cannot disprove a stall; nearer, means over the
-                    # nodes do not resolve a closure that is singular at 0.
+                    # A smallest q far below 0 is a stall, whatever the number of nodes. Near 0,
+                    # means over the nodes do not resolve a closure that is singular at 0.
                     doubted = smallest > (FLOOR if last else -0.01)
                     if doubted and with_mean and _falls_short(width, design, motion):
                         doubted = False
         rest = _write(
             which, code, mu, 0.0, steps, width, doubted, task, design, designs, motion, results
         )
-        # Under a weak power load, cycles followed in time reduce only the error of integrating it.
+        # Following cycles in time reduces only the error of integrating a weak power load: where
+        # the rest of the error is too large, more nodes are needed.
         gentle = is_power(design.law) and abs(design.kappa) * width <= 0.1
         unresolved[which] = gentle and rest > task.tolerance
 
@@ -119,8 +120,8 @@ def follow_designs(
         if code != status.CONVERGED or design.kappa == 0.0 or not holds:
             continue
         missed_tolerance = results.status[designs.target[which]] == status.TOLERANCE_NOT_MET
-        # Cycles improve on Newton's steps under a strong load only. Under a weak one deviations
-        # shrink so slowly that rounding blurs the speed, unlike with Newton's method.
+        # Cycles followed in time are more exact than Newton's method under a strong load alone: under
+        # a weak one, deviations shrink so slowly that rounding blurs the speed.
         if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
             continue
         code, cycles, mu, missed = stable_cycle(task.closure, width, design, motion)
@@ -137,7 +138,8 @@ def _must_stall(width: float, design: Design, motion: Motion) -> bool:
     """Whether a power law with the power mean stalls always: docs/method.md (94)."""
     most = largest(1.0, motion.w)
     least = design.kappa * width * len(motion.w) - largest(-1.0, motion.w)
-    # An upper bound below 1 cannot have a mean above 1, unless tau is small: most designs end here.
+    # Where the upper bound of the energy is below 1, its mean is not above 1, unless tau is small:
+    # most designs end here.
     if most - least < 1.0:
         return False
     total = 0.0
@@ -165,7 +167,7 @@ def _falls_short(width: float, design: Design, motion: Motion) -> bool:
         for k in range(nodes):
             j, n = (begin + k) % nodes, (begin + k + 1) % nodes
             e += motion.w[n] - motion.w[j] + rise
-            if e < -0.05:  # in nominal energies; more nodes change e by less
+            if e < -0.05:  # e is over the nominal energy; more nodes change it by less
                 return True
     return False
 

@@ -186,8 +186,8 @@ def stable_cycle(
     times what it grew from one mu to the next leaves it too short at `FLOOR`, the engine stalls.
     """
     sense = 1.0 if design.kappa > 0.0 else -1.0
-    # Speeds at which the cycle takes too long (`slow`) and too short (`quick`). Until they are
-    # known, `late_slow` and `late_quick` are 0.
+    # Values of `sense` ln mu for which the cycle takes too long (`slow`) and too short (`quick`).
+    # Until they are known, `late_slow` and `late_quick` are 0.
     here = slow = quick = late_slow = late_quick = 0.0
     # A steady cycle has the nominal speed somewhere. From there it gains no more than the range of
     # the work and the load of a cycle, docs/solver.md (88): no steady cycle begins `above`.
@@ -210,8 +210,8 @@ def stable_cycle(
         if fate == REPEATS:
             e, late = node, _late(motion)
             before, slowest = slowest, _slowest(motion)
-            # Where the smallest (omega/omega_n)^2 is below the number here, the cycle's time grows
-            # with its logarithm.
+            # Where the smallest (omega/omega_n)^2 is below 1e-2, the cycle's time grows with its
+            # logarithm.
             near = late_slow == math.inf and slowest < before < 1e-2
             if near and late_before < late < 0.0 and sure:
                 grows = (late - late_before) / math.log(before / slowest)
@@ -402,7 +402,7 @@ def pass_interval(
                 break
             if 2 * (k + 1) == steps:
                 middle = e
-        # NaN where one of both steps could not be followed.
+        # The difference is NaN where one of both numbers of steps could not be followed.
         difference = abs(e - before) if followed else math.nan
         settled = difference >= 0.5 * last and difference <= 1e-9 * abs(e)
         if difference <= tolerance * abs(e) or settled or 2 * steps > MOST_RADAU_STEPS:

@@ -75,7 +75,7 @@ class Box:
             (ratio, offset), (self.ratio, self.offset), self.degrees.max(axis=0), strict=True
         ):
             place = (value - centre) / (width or 1.0)
-            # NumPy's own function takes twice as long, and computes powers that no column has.
+            # NumPy's function takes twice as long, and computes degrees that no column has.
             side = [np.ones(place.shape), place]
             while len(side) <= degree:
                 side.append(2.0 * place * side[-1] - side[-2])

@@ -135,7 +135,7 @@ def nodes_of(times: int, fewest: int, steep: bool = False, cycles: int = 1) -> N
     stride = WIDE if each >= FEWEST_COARSE * WIDE else NARROW
     stride = STEEP if steep else stride
     coarse = max(-(-each // stride), FEWEST_COARSE)
-    coarse += coarse * stride % 2  # an even number: every other node shows whether all suffice
+    coarse += coarse * stride % 2  # even, so that every other node shows whether all suffice
     return Nodes(coarse * stride * cycles, stride, times, cycles)
 
 
@@ -247,7 +247,8 @@ def _make(source: Source, parts: Parts) -> tuple[Any, ...]:
         work[place, 0], halves[place, 0] = done.mean() - done, done.mean() - within
         rates[place, 0] = gear * (torque.mean - torque(theta))
     stride, whole = source.nodes.stride, source.nodes.number
-    # NumPy requests large memory pages, kernels do not: filling them takes a quarter less time.
+    # Made by NumPy, which requests large memory pages, and not by the kernel, which does not: to
+    # fill these takes a quarter less time.
     fine = np.empty((parts.number, whole, 4, terms))
     coarse = np.empty((parts.number, whole // stride, 2, terms))
     arrange(work, halves, rates, source.width, weights_between(stride), fine, coarse)
