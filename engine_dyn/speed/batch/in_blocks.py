@@ -38,8 +38,8 @@ def solve_in_blocks(
     blocks = Designs(*map(rows_of, designs))._replace(
         factor=plain(designs.factor), part=plain(designs.part), share=plain(designs.share)
     )
-    # Booleans are passed as bytes: Numba mistakes boolean arrays of `PlainArray` for common ones, and
-    # would search for the kernel anew.
+    # Booleans are passed as bytes: Numba mistakes boolean arrays of `PlainArray` for common ones,
+    # and would search for the kernel anew.
     still_left = plain(left.view(np.uint8))
     solve_blocks(
         left.size, plain(task), column_rows(columns), Weights(*map(rows_of, weights)), blocks,

@@ -120,8 +120,8 @@ def follow_designs(
         if code != status.CONVERGED or design.kappa == 0.0 or not holds:
             continue
         missed_tolerance = results.status[designs.target[which]] == status.TOLERANCE_NOT_MET
-        # Cycles followed in time are more exact than Newton's method under a strong load alone: under
-        # a weak one, deviations shrink so slowly that rounding blurs the speed.
+        # Cycles followed in time are more exact than Newton's method only under a strong
+        # load: under a weak one, deviations shrink so slowly that rounding blurs the speed.
         if missed_tolerance and abs(design.kappa) * width <= STRONG_LOAD:
             continue
         code, cycles, mu, missed = stable_cycle(task.closure, width, design, motion)
