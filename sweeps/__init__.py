@@ -13,8 +13,9 @@ import lazy_loader
 from sweeps.base import documented_paths
 
 documented_paths.keep()
-# The names and where they are defined stand in the stub, __init__.pyi, which type checkers read
-# too. Each is loaded when it is first used: `import sweeps` and the command's help stay quick.
+# The package's names and the modules that define them stand in the stub __init__.pyi, which type
+# checkers read too. A name is loaded when it is first used, so that `import sweeps` and the
+# command's help stay quick.
 _loaded, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
@@ -23,13 +24,13 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("engine-dyn")
-    if name == "figures":  # The name of a package, which none of our functions returns
+    if name == "figures":  # A subpackage, which the stub does not list
         from importlib import import_module
 
         return import_module("sweeps.view.figures")
     if name not in __all__:
         hint = ""
-        if not name.startswith("_"):  # Notebooks ask for names with an underscore by the dozen
+        if not name.startswith("_"):  # Notebooks look up dozens of names with `_`
             from sweeps.base.errors import did_you_mean
 
             hint = did_you_mean(name, __all__)

@@ -260,7 +260,7 @@ def _sentence(model: type[Strict], error: Any) -> str:
             if error["type"] != "extra_forbidden":
                 if of_free_keys:
                     place.append(part)
-                break  # What follows only names the member of a union that was tried
+                break  # The rest names the member of a union that pydantic tried
             known = list(inside.model_fields)
             kind = "table or key" if inside is model else "key"
             return f"{_place([*place, part])}: unknown {kind}{not_known(part, known)}"
@@ -395,7 +395,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of numbers")
     if not raw:
         raise SceneError(f"{where} = []: no values; at least one is needed")
-    if set(map(type, raw)) <= {float, int}:  # a list may be long: no code of Python for each value
+    if set(map(type, raw)) <= {float, int}:  # Long lists are converted without a loop in Python
         try:
             values = np.array(raw, dtype=np.float64)
         except OverflowError:  # A number is too large: the check of each value below names it
@@ -430,7 +430,7 @@ def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
     """Whether values (file units) are no usable numbers, or outside the range of a parameter."""
     bad = ~(np.abs(values) <= LARGEST)
     if node.low == 0.0:
-        # Small numbers may be the reciprocals of large divisors
+        # Positive numbers below 1 / LARGEST are refused too: their reciprocals exceed `LARGEST`.
         bad |= (values > 0.0) & (values < 1.0 / LARGEST)
     if node.low > -math.inf:
         bad |= (values < node.low) if node.low_included else (values <= node.low)

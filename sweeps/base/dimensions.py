@@ -53,8 +53,8 @@ class WordAxis(NamedTuple):
     # Name and long name in archives.
     name: str
     long_name: str
-    column: bool = True  # Whether [designs] may have it as a column
-    title: str = ""  # Words in titles of figures before a word that is unclear alone
+    column: bool = True  # Whether [designs] may have a column of this name
+    title: str = ""  # Text before a word in titles of figures, such as "firing pattern "
 
 
 WORD_AXES = {
@@ -83,7 +83,7 @@ UNCERTAIN = "uncertain_parameter"
 PUBLISHED = "_published"
 """Ending of the variables that hold a scene's [reference], after a quantity's name."""
 
-ELASTICITY = "_elasticity"  # Ending of the elasticities of a quantity, over `PARAMETER`
+ELASTICITY = "_elasticity"  # Ending of the names of elasticities, which lie over `PARAMETER`
 
 LOW, HIGH, EXPLAINED, SHARE = "_low", "_high", "_explained", "_share"
 """Endings of the variables on the uncertainty of a quantity: ends of its band, linear part of the
@@ -176,7 +176,7 @@ def selected_places(archive: xr.Dataset, values: Mapping[str, float | str]) -> d
 
 
 def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str, list[int]]:
-    import numpy as np  # Not above: `engine-dyn --help` would load it
+    import numpy as np  # Imported here, so that `engine-dyn --help` does not load NumPy
 
     words = words_of(archive)
     if name in words:
@@ -207,7 +207,8 @@ def _places_of_label(name: str, value: float | str, labels: Any) -> list[int]:
         places = [place for place, label in enumerate(texts) if label == text]
         if places:
             return places
-    # "#2" is the second value of an axis of words; a bare number is the label that looks like it.
+    # The text "#2" means the second value of an axis of words; a number without the sign means the
+    # label that is written like it.
     position = re.fullmatch(r"#(\d{1,9})", written[-1], flags=re.ASCII)
     if position is None:
         known = list(dict.fromkeys(texts))

@@ -20,7 +20,7 @@ class _SameModule(Loader):
         return self.module
 
     def exec_module(self, module: Any) -> None:
-        module.__spec__ = self.spec  # The import has replaced the specification
+        module.__spec__ = self.spec  # The import has replaced the module's own specification
 
 
 class _Paths(MetaPathFinder):

@@ -66,8 +66,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     close = [plain_name for plain_name in plain if sorted(plain_name.split("_")) == words][:1]
     close = close or difflib.get_close_matches(wanted, plain, n=1, cutoff=0.6)
     if not close and len(wanted) >= 3:
-        # A name that begins like the wrong one is a good guess too, although its letters differ:
-        # 'recip'.
+        # For 'recip', a right name that begins so, such as 'reciprocating_mass', is a good guess
+        # too, although difflib does not take names of so different lengths for similar.
         close = [plain_name for plain_name in plain if plain_name.startswith(wanted)]
         close = close[: 2 if len(close) == 2 else 1]
     nearest = " or ".join(f"'{plain[plain_name]}'" for plain_name in close)
@@ -175,7 +175,7 @@ def shown(value: object, limit: int = 60) -> str:
         return one_line(f"'{value}'", limit)
     try:
         return one_line(repr(value), limit)
-    except (ValueError, RecursionError):  # An integer of thousands of digits, or a list in itself
+    except (ValueError, RecursionError):  # A very long integer, or a list that contains itself
         return f"<{type(value).__name__}>"
 
 

@@ -48,13 +48,14 @@ def _beaten_of_pairs(numbers: Floats) -> Booleans:
 
 def _beaten_of_three(numbers: Floats) -> Booleans:
     """Whether each of different triples, in ascending order, is beaten by one before it."""
-    # A triple beats a later one if it is not above it in the second and third number. Blocks of
-    # designs are compared with the blocks that follow them, then blocks twice as long: along the
-    # second number, the least third number of the first block is known.
+    # An earlier triple beats a later one if neither its second nor its third number is larger. Each
+    # block of designs is compared with the next block, then blocks twice as long, and so on: in
+    # ascending order of the second number, a design of the later block is beaten if a design of the
+    # earlier block has come with a third number that is not larger.
     _, second, third = numbers
     count = second.size
     beaten = np.zeros(count, dtype=bool)
-    near = 16  # Designs next to each other that are compared one by one; a power of two
+    near = 16  # Designs less than so many places apart are compared one by one; a power of two
     for back in range(1, min(near, count)):
         below = (second[:-back] <= second[back:]) & (third[:-back] <= third[back:])
         beaten[back:] |= below
@@ -62,7 +63,8 @@ def _beaten_of_three(numbers: Floats) -> Booleans:
     along = np.argsort(second, kind="stable")
     size = near
     while size < count:
-        along = along[~beaten[along]]  # Designs beaten by a beaten one are beaten by this one too
+        # Beaten designs are left out: the designs that they beat are beaten by others too.
+        along = along[~beaten[along]]
         pairs = along // (2 * size)
         along_pairs = np.argsort(pairs.astype(np.min_scalar_type(count // size)), kind="stable")
         here = along[along_pairs]

@@ -37,7 +37,7 @@ def linear_algebra_on_one_thread() -> Iterator[None]:
 
     The limit is that of the whole process, and ends with the last one that asked for it.
     """
-    global _inside  # The limit belongs to the process: no argument can carry it
+    global _inside  # The number of contexts is that of the whole process
     with _lock:
         scipy = "scipy.linalg" in sys.modules
         if scipy not in _limits:

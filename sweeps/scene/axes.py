@@ -104,7 +104,7 @@ def _parameter(key: str, table: str, name: str) -> Node:
     if key in (METHOD, INERTIA_MODEL):
         raise SceneError(f"{name}: [{table}] {key}: belongs in [solver]; a list makes it an axis")
     node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
-    assert node is not None  # `known_key` returns only names of parameters here
+    assert node is not None  # Without `also`, `known_key` returns a parameter
     return node
 
 

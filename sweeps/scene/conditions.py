@@ -22,7 +22,7 @@ from sweeps.base.ratios import number_or_ratio, ratio_text
 if TYPE_CHECKING:
     import xarray as xr
 
-Units = Callable[[str], str | None]  # Function from a name to its unit, None where it is not known
+Units = Callable[[str], str | None]  # Function from a name to its unit; None for an unknown name
 
 LONGEST = 500  # Largest number of characters of a condition
 
@@ -81,15 +81,15 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
         return Constraint(name, sign, number_or_ratio(limit))
     except ValueError:
         pass
-    # The pattern is possessive: it never gives matched digits back, which would take time by the
-    # square of their number. It matches a number and what may be a unit, for `number_with_unit` to
-    # check.
+    # The pattern is possessive: it never goes back into digits that it has matched, which would
+    # take time that grows with the square of their number. It matches a number and what may be a
+    # unit, for `number_with_unit` to check.
     with_unit = re.compile(
         r"[+-]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+\s*+(?:%|1?/?[A-Za-z][^<>=]*+)"
     )
     if with_unit.fullmatch(limit):
         unit = units(name) if units is not None else None
-        where = f"condition on {name}: limit"  # An unknown name is refused where it is looked up
+        where = f"condition on {name}: limit"  # `check_name` refuses unknown names
         number = math.nan if unit is None else number_with_unit(limit, where, unit or "1")
         return Constraint(name, sign, number, one_line(limit))
     if named and limit[:1].isalpha() and limit != "nan":
@@ -155,7 +155,8 @@ class Asked:
 
     # Variables by key; the outcome as "status" where every value has one
     variables: dict[str, xr.Variable]
-    # Bearing that counts, for each variable with a value for each bearing
+    # Function that takes the value of the bearing that counts, for each variable with a value for
+    # each bearing
     parts: dict[str, Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]]
     wanted: list[str]  # Keys of the quantities that are minimised or maximised
     limited: list[str]  # Keys of the quantities in conditions
@@ -193,6 +194,6 @@ def asked_of(
         asked.variables[key] = variable
         (asked.wanted if number < len(wanted) else asked.limited).append(key)
     if "status" in archive and asked.dims.issuperset(map(str, archive["status"].dims)):
-        # Failed designs have no numbers, but their axes have.
+        # A condition on an axis holds for failed designs too: their outcome tells them apart.
         asked.variables["status"] = archive["status"].variable
     return asked

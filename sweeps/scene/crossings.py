@@ -37,7 +37,7 @@ _EXTREME_OF_TORQUE = (
 )
 
 CROSSINGS = (
-    # Tables as wholes, checked before any of them is read.
+    # Pairs of whole tables, which are checked before any table is read.
     Crossing(
         "[sample]", "[designs]",
         "only one of them is allowed, because [sample] draws the designs; other parameters that "
@@ -70,7 +70,7 @@ CROSSINGS = (
         "[characteristic]", "[indicator]",
         f"{NOT_WITH} [indicator], whose diagram holds at every speed",
     ),
-    # Pressure.
+    # Pairs on the pressure in cylinders.
     Crossing(
         "parameters of the modelled cycle", "[indicator]",
         f"{NOT_WITH} [indicator], which is measured",
@@ -128,7 +128,7 @@ CROSSINGS = (
         "[indicator]", "double-acting cylinders",
         "not allowed: engine {engine} has double-acting cylinders, and it is of one end",
     ),
-    # Cylinders and their mechanism.
+    # Pairs on cylinders and their mechanism.
     Crossing(
         "parameters of single cylinders", "several numbers of cylinders",
         f"{NOT_WITH} several numbers of cylinders; must be one number",
@@ -169,7 +169,7 @@ CROSSINGS = (
         "firing_pattern", "a load over several cycles",
         f"{NOT_WITH} a load that repeats after more than one cycle",
     ),
-    # Friction.
+    # Pairs on friction.
     Crossing(
         "constants and shares of the friction", "friction by components",
         f"{NOT_WITH} friction_law = 'patton_nitschke_heywood', which computes the friction of the "
@@ -185,7 +185,7 @@ CROSSINGS = (
         "must be 0: engine {engine} has double-acting cylinders, whose rings no single pressure "
         "presses on the liner",
     ),
-    # Loads and drivers.
+    # Pairs on loads and drivers.
     Crossing("a motor", "driver_table", f"{NOT_WITH} driver_table: give one driver"),
     *(
         Crossing(
@@ -198,7 +198,7 @@ CROSSINGS = (
         f"{NOT_WITH} a driver, whose factor follows from the torque balance; must be over an "
         "angle",
     ),
-    # Methods.
+    # Pairs on methods of the solver.
     Crossing(
         "method thesis", "another load than a + k omega^alpha",
         "supports only the load law a + k omega^alpha; with another law, load_table, a driver, "
@@ -209,7 +209,7 @@ CROSSINGS = (
         "method 'thesis' does not solve for the load coefficient; use one of auto, newton, closed, "
         "or closure = 'power_mean'",
     ),
-    # Shafts, balance.
+    # Pairs on shafts and balance.
     Crossing(
         "inertia or its parts", "[shaft]",
         f"{NOT_WITH} a shaft, whose discs have all inertia; give disc_inertia_N",
@@ -232,7 +232,7 @@ CROSSINGS = (
         "the [[counterweights]] of engine {engine} are those of its own crankshaft; give "
         "[[counterweights]], counterweight_fraction or counterweight_mass in the scene",
     ),
-    # Runs and archives.
+    # Pairs on runs and archives.
     Crossing("a device", "a scheduler", "not allowed with a scheduler and its workers"),
     Crossing(
         "extend", "[reduce]",

@@ -36,7 +36,7 @@ from sweeps.scene.toml_tables import SceneFile
 MOST = 200  # Largest number of ordinary scenes that one scene may consist of
 
 
-# Names of engine and arrangement, and the positions of the choice along the axes
+# One choice: names of engine and arrangement, and its positions along each axis
 _Chosen = tuple[dict[str, str], dict[str, Integers]]
 
 
@@ -140,7 +140,7 @@ def _engine_axis(given: SceneFile, name: str, base: Path) -> list[str] | None:
         path, _ = engine_path(text, base, f"{where} number {number}")
         try:
             real = path.resolve()
-        except (OSError, ValueError, RuntimeError):  # Opening the file then says why
+        except (OSError, ValueError, RuntimeError):  # Opening the file later gives the reason
             real = path
         if real in seen:
             raise SceneError(
@@ -215,7 +215,7 @@ def _differ(several: Mapping[str, Any], given: SceneFile, name: str, base: Path)
     try:
         counts = {_count(one, engine, name) for one in several.values()}
     except SceneError:
-        return False  # The ordinary scene refuses the arrangement with a reason
+        return False  # Reading the ordinary scene gives the reason
     return counts != {int(engine.values["cylinders"])}
 
 
@@ -263,7 +263,7 @@ def _choice(
     given: SceneFile, raw: Mapping[str, Any], name: str, base: Path,
     designs: Mapping[str, Floats], labels: Mapping[str, Sequence[str]],
     several: Mapping[str, Any], words: Mapping[str, str], places: Mapping[str, Integers],
-) -> EngineChoice:  # fmt: skip  # what varies, and the scene that it varies in
+) -> EngineChoice:  # fmt: skip
     """One engine and one arrangement as an ordinary scene; `words` are their names."""
     text: Any = words.get(ENGINE, given.engine)
     what = [f"{key} {shown(words[key])}" for key in (ENGINE, ARRANGEMENT) if key in words]

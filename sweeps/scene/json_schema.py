@@ -135,7 +135,7 @@ def value_schema(node: Node) -> Schema:
 
 def unit_text(node: Node) -> str:
     """Unit of a quantity in brackets."""
-    return f"[{node.unit}]" if node.unit else ""  # A unit that follows an exponent is not shown
+    return f"[{node.unit}]" if node.unit else ""  # A unit that depends on an exponent is empty
 
 
 def reference(name: str) -> Schema:
@@ -261,7 +261,7 @@ def scene_schema() -> Schema:
             {"required": [table], "properties": {table: {"required": ["engine"]}}}
             for table in ("axes", "designs", "sample")
         ),
-        # The columns of a file are unknown here.
+        # A file of designs may name engines in a column, which the schema cannot know.
         {"required": ["designs"], "properties": {"designs": {"required": ["file"]}}},
     ]
     solver = tables["Solver"]["properties"]

@@ -76,7 +76,7 @@ def _left_in_force(
     derived = {key for key in BY_CHOICE & own.keys() if variants[key].make is not None}
     replaced = set(replaced_by(values.given.keys()))
     if "reciprocating_mass" in values.given:
-        replaced.add("piston_mass")  # No other quantity needs the piston's mass
+        replaced.add("piston_mass")  # Only the reciprocating mass follows from the piston's
     return {key: value for key, value in own.items() if key not in derived and key not in replaced}
 
 

@@ -72,7 +72,7 @@ def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], di
     text = _text(given.get("file"), f"{name}: [indicator]", tables)
     if text is None:
         return tables, {}
-    called = "indicator_given_in_python.csv"  # Name of a diagram's file that was an object
+    called = "indicator_given_in_python.csv"  # Name that the object has as a file
     tables["indicator"] = {**given, "file": called}
     return tables, {called: text}
 

@@ -271,7 +271,7 @@ def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
             f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
         )
     path = Path(scene)
-    if path.is_fifo() and path.is_relative_to("/dev"):  # A pipe of the shell has a writer
+    if path.is_fifo() and path.is_relative_to("/dev"):  # A pipe that a shell made has a writer
         with reading(text, WHAT), path.open("rb") as stream:
             return None, text, Path(), _of_stream(stream, text)
     return path, text, path.parent, parse_toml(path, text, WHAT)
@@ -448,7 +448,7 @@ def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | 
         return None
     where = f"{name}: [reduce]"
     over = scene.dimensions if table.over is None else _axes(table.over, scene, f"{where} over")
-    every = tuple(name for name in scene.quantities if name != STATUS)  # Outcomes are counted
+    every = tuple(name for name in scene.quantities if name != STATUS)  # Outcomes have no mean
     statistics = every if table.statistics is None else tuple(table.statistics)
     for quantity in statistics:
         _check_known(quantity, scene.quantities, f"{where} statistics")

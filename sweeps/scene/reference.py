@@ -97,7 +97,8 @@ def _reference_quantities(table: CsvTable, scene: Scene) -> tuple[str, ...]:
     ours = any(column in known for column in table.header)
     for number, column in enumerate(table.header, start=1):
         if column not in known:
-            # Without a name like one of ours, another file may have been named.
+            # Without a name like one of ours, another file may have been named, whose content must
+            # not be shown.
             called = shown(column) if ours or did_you_mean(column, known) else f"{number}"
             raise SceneError(
                 f"{table.name}: column {called}: unknown"

@@ -268,8 +268,8 @@ class Drawing:
     def _points(self, dimensions: int, begin: int, count: int) -> Floats:
         """Points of a scrambled Sobol' sequence; fastest in order."""
         if self.sequence is None or begin < self.next:
-            # For SALib the key is `seed`, with which SciPy shuffles in another way; samples keep
-            # their values.
+            # Samples for SALib need the keyword `seed`, with which SciPy shuffles in another way
+            # than with `rng`; each kind of sample keeps its keyword, and so its values.
             key = "seed" if self.sample.method == "saltelli" else "rng"
             self.sequence = self.qmc.Sobol(dimensions, scramble=True, **{key: self.sample.seed})
             self.next = 0

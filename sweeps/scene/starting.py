@@ -43,7 +43,7 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     }
     law = FRICTION_LAWS[int(values.get("friction_law", 1.0)) - 1]
     without_effect = ["friction_"] if law == BY_COMPONENT else []
-    if engine.torque is not None:  # A given torque counts as it comes from the shaft
+    if engine.torque is not None:  # A given torque is that at the shaft, without friction
         without_effect = ["friction_", "crankcase_pressure"]
     # A table over speed replaces k omega^exponent
     if isinstance(torque_tables.LOAD.of(engine), TorqueOverSpeed):
@@ -72,8 +72,9 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         )
     elif {"bore", "stroke", "cylinders"} <= values.keys():
         volume = math.pi / 4.0 * values["bore"] ** 2 * values["stroke"] * values["cylinders"]
-        # Usual moments of inertia over the displacement to the power 5/3 [kg m-3], where the engine
-        # file gives none; most of the range that the check of inertia takes for usual
+        # Ends of usual moments of inertia over the displacement to the power 5/3 [kg m-3], for
+        # engine files without an inertia; they span most of the range that its plausibility check
+        # takes for usual
         low, high = (float(f"{each * volume ** (5.0 / 3.0):.2g}") for each in (5e3, 8e5))
         lines["inertia"] = (
             f'inertia = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '

@@ -102,7 +102,8 @@ class GivenValues:
         return tuple(key for key in CYCLE_KEYS if key in self.given)
 
 
-BY_COMPONENT = "patton_nitschke_heywood"  # The friction law that adds up components
+# Name of the friction law that adds up the friction of components
+BY_COMPONENT = "patton_nitschke_heywood"
 
 
 def friction_law(values: GivenValues) -> str:

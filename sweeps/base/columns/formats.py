@@ -276,7 +276,8 @@ def read_uff(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Co
     # Lines of -1 stand at the beginning and at the end of each data set of a UFF file.
     if len(re.findall(rb"    -1(?= *[\r\n]| *\Z)", data)) % 2:
         raise SceneError(f"{label}: truncated: a data set of it has no end")
-    # pyuff reads from a path alone. A file in memory is gone with this process, however it ends.
+    # pyuff reads only from a path. A file in memory leaves nothing on the disk, however this
+    # process ends.
     with library_reading(label, "a UFF file"), os.fdopen(os.memfd_create("uff"), "wb") as file:
         file.write(data)
         file.flush()

@@ -38,7 +38,7 @@ class Contents(NamedTuple):
     """Columns and notes that the reader of a format finds in a file."""
 
     columns: list[Column]  # Columns in the order of the file
-    first_line: int | None = None  # Line (row of a sheet) of the first sample, from 1; None without
+    first_line: int | None = None  # Line or row of the first sample, from 1; None without lines
     # How the file was read where there was a choice: encoding, sheet, rows left out.
     said: tuple[str, ...] = ()
     marks: tuple[int, ...] = ()
@@ -51,7 +51,7 @@ class Recording:
     label: str  # The file as messages call it
     sha256: str  # Hash of the file's bytes
     columns: dict[str, Column] = field(repr=False)  # Columns by name, in the order of the file
-    first_line: int | None = None  # Line (row of a sheet) of the first sample, from 1; None without
+    first_line: int | None = None  # Line or row of the first sample, from 1; None without lines
     # How the file was read where there was a choice: encoding, sheet, rows left out.
     said: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()  # Choices of the user that had no meaning for the file
@@ -84,7 +84,7 @@ class Recording:
         values = column.values
         if not values.size:
             raise SceneError(f"{where}: has no values")
-        # One NaN among the values makes both ends NaN, without an array of truth values.
+        # A NaN among the values makes both the smallest and the largest value NaN.
         if values.min() >= -LARGEST and values.max() <= LARGEST:
             self._check_missing(values, where)
             return values
@@ -99,12 +99,12 @@ class Recording:
     def _check_missing(self, values: Floats, where: str) -> None:
         """Refuse numbers far away from all others that stand for missing values."""
         for end in (float(values.min()), float(values.max())):
-            # Loggers write the numbers below in place of missing ones.
+            # Loggers write numbers such as 9999 in place of missing ones.
             if abs(end) in (999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9, 9.99e9, 9.9e37, 1e30):
                 there = values == end
                 rest = np.abs(values[~there])
-                # All other values are far smaller, and missing values are few: a signal with two
-                # levels has neither.
+                # Such a number stands for missing values only if it is rare and all others are far
+                # smaller, unlike in a signal with two levels.
                 if there.mean() < 0.05 and rest.max() < 0.1 * abs(end):
                     place = self.place(int(np.argwhere(there)[0][-1]))
                     raise SceneError(
@@ -236,7 +236,7 @@ def named_column(recording: Recording, wanted: str | int, key: str) -> str:
     if isinstance(wanted, str) and wanted in recording.columns:
         return wanted
     if isinstance(wanted, str):
-        name, unit = split_unit(wanted)  # The name as it stands in the file, with its unit
+        name, unit = split_unit(wanted)  # A name may have its unit, as in the file
         if unit and name in recording.columns and recording.columns[name].unit == unit:
             return name
     number = int(wanted) if str(wanted).isascii() and str(wanted).isdigit() else 0
@@ -318,7 +318,7 @@ def _pressures(
         re.I,
     )
     good = [n for n in good if not elsewhere.search(n)]
-    # Curves of the spread over cycles stand beside their mean.
+    # Beside mean pressures, a file may have their spread over the cycles, which is no pressure.
     spread = re.compile(
         r"(^|[ _.-])(min|max|std|stdev|stddev|dev|sigma|var|cov|upper|lower)\.?$", re.I
     )

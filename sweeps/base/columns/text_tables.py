@@ -25,7 +25,7 @@ from sweeps.base.files.libraries import library
 HEAD = 1 << 20
 """Bytes at the start of a file that are looked at for its form: lines above the numbers."""
 
-LINES = 500  # Lines of the head that are searched for the table
+LINES = 500  # Lines at the start of a file that are searched for the table
 
 _DOS_END = b"\x1a"  # Byte that ends a text of DOS
 
@@ -67,7 +67,7 @@ def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
     rows = [fields(line, form.separator) for line in head[: form.first]]
     body = [fields(line, form.separator) for line in head[form.first : form.first + RUN]]
     said += _numbers_above(rows, form)
-    # Rows may begin with their numbers, counted from 0 or 1.
+    # Rows may begin with the number of the row, counted from 0 or 1.
     counted_from = ([[str(first + n)] for n in range(RUN)] for first in (0, 1))
     names, units = names_and_units(
         rows, form.width, form.separator == BLANKS, [row[:1] for row in body] in counted_from
@@ -93,7 +93,8 @@ def _numbers_above(rows: list[list[str]], form: _Form) -> list[str]:
 def _without_marks(data: bytes) -> tuple[bytes, list[int]]:
     """Return the data without lines of marks, and how many lines are before each."""
     pieces, marks, before, start = [], [], 0, 0
-    # Loggers of engine controllers write such lines where a key is pressed or a page begins.
+    # Loggers of engine controllers write lines such as "MARK 001" where a key is pressed or a page
+    # begins.
     for mark in re.finditer(rb'(?m)^[ \t]*"?MARK[ \t]+\d[^\r\n]*(?:\r\n|\n|\r|\Z)', data):
         pieces.append(data[start : mark.start()])
         before += len(pieces[-1].splitlines())
@@ -137,8 +138,8 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
             most = _most_fields(rows[first:], width)
             form = _Form(separator, decimal, first, width, most, thousands)
             forms.append((numbers - 2 * texts, parts, form))
-    # Digits that seem to stand behind decimal commas do so where that makes numbers of other fields
-    # too.
+    # A form that seems to cut numbers at their decimal commas is dropped where another form takes
+    # the comma as decimal mark.
     whole = any(not parts and form.decimal == "," for _, parts, form in forms)
     good = [one for one in forms if not (whole and one[1])]
     return max(good, key=lambda one: one[0])[2] if good else None
@@ -247,7 +248,8 @@ def read_fixed_width(path: Path, data: bytes, label: str, choices: ReadingChoice
     body = lines[first:]
     places = _places(body)
     check_size(float(len(body)) * len(places), len(places), label)
-    for above in (lines[max(first - 2, 0) :], lines[max(first - 1, 0) :]):  # Names of columns
+    # One or two lines of names may be wider
+    for above in (lines[max(first - 2, 0) :], lines[max(first - 1, 0) :]):
         wider = _places(above)
         if len(wider) == len(places) and all(map(_within, places, wider)):
             places = wider
@@ -358,8 +360,8 @@ def _of_signs(letters: bytes) -> str | None:
         return None
     for encoding in ("cp1252", "cp850", "mac-roman"):
         text = letters.decode(encoding, "replace")
-        # Signs of units where units have them, and letters that are the same in all western
-        # encodings.
+        # Signs that units have, and umlauts where German words have them, are right: they are left
+        # out.
         other = re.sub(
             r"(?<![a-z])°(?![ a-z])|(?<![A-Za-z])[µμ](?=[A-Za-z])|[²³](?!\w)|[±·]|Ø(?= ?\d)|"
             r"(?<=[A-Za-z])[äöüß]|[äöü](?=[a-z])|(?<![a-z])[ÄÖÜ](?=[a-z])", "", text

@@ -30,8 +30,9 @@ class Limits:
 
 def started(module: str, *arguments: str, encoding: str | None = None) -> subprocess.Popen[str]:
     """Start a module of ours as a process; its input and output are bytes without an encoding."""
-    # No module may come from the working folder, which need not be the user's own. Freed memory
-    # is overwritten, so that a library that uses it fails there and not later here.
+    # No module may come from the working folder, which need not be the user's own. Freed memory is
+    # overwritten, so that a library that goes on using it fails in the child process, and not later
+    # in this one.
     environment = {
         **os.environ, "OPENBLAS_NUM_THREADS": "1", "MALLOC_PERTURB_": "165",
         "PYTHONPATH": os.pathsep.join(p for p in sys.path if os.path.isabs(p)),

@@ -43,7 +43,7 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
     """
     before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
-    sys.unraisablehook = lambda _: None  # Objects that were not completed raise errors when freed
+    sys.unraisablehook = lambda _: None  # A library's half-made objects raise errors when freed
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -52,8 +52,9 @@ def library_reading(label: str, kind: str) -> Iterator[None]:
         raise
     except Exception as error:
         traceback.clear_frames(error.__traceback__)
-        gc.collect()  # Objects are freed now, while nothing is printed
-        # Libraries print the object of the stream that they read a file from.
+        gc.collect()  # Objects are freed now, while errors in freeing them are not printed
+        # Messages of libraries may hold the printed form of the stream that they read, such as
+        # <_io.BytesIO object at 0x7f3a>.
         said = re.sub(
             r"""['"]?<[\w. ]+ object at 0x[0-9a-fA-F]+>['"]?""",
             "the file",

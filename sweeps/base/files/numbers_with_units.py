@@ -42,7 +42,7 @@ def number_with_unit(raw: Any, where: str, unit: str) -> float:
     match = pattern.match(raw) if isinstance(raw, str) else None
     if match is None:
         raise SceneError(f"{where} = {shown(raw)}: {_wanted(unit)}")
-    # Characters of units as people write them, for pint
+    # Characters that people write in units, and how pint has them
     typed = str.maketrans({"²": "2", "³": "3", "·": "*", "%": "percent"})
     number, text = float(match[1]), raw[match.end() :].strip().translate(typed)
     if text:
@@ -85,9 +85,9 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
             # pint counts radians where a unit names no turns: 2700/min would be 430 rpm.
             return float(given.to("1/minute").magnitude)
         if of_turns != (unit == "rad s-1") and unit in ("rad s-1", "Hz", "min-1"):
-            raise ValueError  # pint would count radians
+            raise ValueError  # pint takes 1/s and rad/s for equal
         if registry.Quantity(0.0, given.units).to(_for_pint(unit)).magnitude:
-            raise ValueError  # A scale of temperature, not a difference: no factor converts it
+            raise ValueError  # No factor converts a scale of temperature such as degrees Celsius
         return float(given.to(_for_pint(unit)).magnitude)
     except SceneError:
         raise
@@ -105,7 +105,7 @@ def magnitude(quantity: Any, where: str, unit: str) -> Any:
     """
     given = str(quantity.units)
     if unit == "rpm" and not any(word in given for word in _OF_TURNS):
-        wanted = "1/minute"  # pint would count radians
+        wanted = "1/minute"  # In rpm, pint would count radians
     else:
         wanted = _for_pint(unit)
     try:

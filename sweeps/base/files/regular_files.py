@@ -34,7 +34,8 @@ def opened_file(path: Path) -> IO[bytes]:
     OSError
         Where it cannot be read, or is a pipe or a device.
     """
-    # Without this flag, opening a pipe waits for a writer; it has no effect on files.
+    # Without O_NONBLOCK, opening a pipe would wait for a writer; on regular files the flag has no
+    # effect.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags)
     kind = os.fstat(handle).st_mode
@@ -70,7 +71,7 @@ def check_rows(rows: int, columns: int, name: str) -> None:
     """
     if rows > MOST_ROWS:
         raise SceneError(f"{name}: {counted(rows, 'row')}; must be at most {MOST_ROWS}")
-    # The pieces and the whole columns made of them are in memory together.
+    # The pieces in which a table is read and the whole columns made of them are in memory together.
     need, free = 2.0 * 8.0 * rows * columns, psutil.virtual_memory().available
     if need > 0.9 * free:
         raise SceneError(
@@ -178,7 +179,7 @@ def referred(base: Path, text: str, where: str) -> Path:
     """
     path = base / text
     collected = _FILES.get()
-    given = collected is not None and collected.closed  # A table from a program is not on the disk
+    given = collected is not None and collected.closed  # Files of an archive are on no disk
     if given or Path(text).is_absolute() or base.is_relative_to(PACKAGE):
         return path
     homes = [base] if collected is None or collected.home is None else [base, collected.home]

@@ -16,7 +16,7 @@ from sweeps.base.errors import SceneError, not_known, size_text
 from sweeps.base.files.child_process import Limits, answer_apart, answering
 from sweeps.base.files.libraries import library, library_reading
 
-# Largest number of bytes of all parts of an .xlsx file, a ZIP archive of XML
+# Largest number of bytes of all inflated parts of an .xlsx file, a ZIP archive of XML
 MOST_INFLATED = 1 << 30
 
 MOST_CELLS = 2 * 10**7
@@ -124,7 +124,7 @@ def _rows(sheet: Any, label: str) -> list[list[Any]]:
     """Rows of a sheet without the empty cells at their ends; a sheet may claim any size."""
     rows: list[list[Any]] = []
     cells = letters = 0
-    sheet.reset_dimensions()  # The claimed size is forgotten: rows would be filled up to it
+    sheet.reset_dimensions()  # Rows would be filled up to the size that the file claims
     for row in sheet.iter_rows(values_only=True):
         values = [_plain(value) for value in row]
         while values and (values[-1] is None or values[-1] == ""):

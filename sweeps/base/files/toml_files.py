@@ -42,9 +42,9 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
     keys = text.count("=") + text.count("[")
     if keys > MOST_KEYS:
         raise SceneError(f"{name}: {keys} keys, tables and lists; must be at most {MOST_KEYS}")
-    # The pattern is possessive: it never gives a matched text back, which would take memory for
-    # each letter. A string that is not closed ends the match, so that its end is looked for only
-    # once.
+    # The pattern is possessive: it never goes back into a text that it has matched, which would
+    # take memory for each letter. Closing quotes are optional, so that the end of a string without
+    # them is looked for only once.
     quoted = re.compile(
         r'"""(?:[^"\\]|\\[\s\S]|"{1,2}(?!"))*+(?:"{3,5})?'
         r"|'''(?:[^']|'{1,2}(?!'))*+(?:'{3,5})?"
@@ -52,7 +52,8 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         r"|'[^'\n]*+'?|#[^\n]*+"
     )
     if re.search(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){32}", quoted.sub("q", text)):
-        # Python's reader of TOML takes memory by the square of the depth of keys.
+        # Python's reader of TOML takes memory that grows with the square of the depth of a dotted
+        # key.
         raise SceneError(f"{name}: not TOML: keys nested too deeply")
     try:
         return tomllib.loads(text)
@@ -60,11 +61,11 @@ def toml_of_text(text: str, name: str) -> dict[str, Any]:
         raise SceneError(f"{name}: not TOML: nested too deeply") from None
     except ValueError as error:
         message = one_line(error)
-        # A whole number of thousands of digits raises another ValueError
+        # A whole number of thousands of digits raises a ValueError that is no TOMLDecodeError
         if not isinstance(error, tomllib.TOMLDecodeError):
             raise SceneError(f"{name}: not TOML: {message}") from None
         match = re.search(r"\(at line (\d+)", message)
-        lines = text.splitlines()  # "at end of document" has no number: the last line is meant
+        lines = text.splitlines()  # The error "at end of document" means the last line
         number_of_line = int(match.group(1)) if match else max(len(lines), 1)
         on_it = lines[number_of_line - 1] if number_of_line <= len(lines) else ""
         key, _, value = (part.strip() for part in on_it.partition("="))

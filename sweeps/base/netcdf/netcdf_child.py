@@ -32,16 +32,17 @@ from sweeps.base.files.child_process import Limits, started, watched
 
 SECONDS = 10.0  # Seconds that reading may take, besides those for the bytes of the file
 
-# Smallest number of bytes a second that are read; compressed values are slower than others
+# Smallest speed of reading that is waited for [bytes/s]; compressed values are read more slowly
+# than others
 RATE = 10e6
 
 OPENING = 1 << 29
 """Bytes of memory that the child may take to open a file and its attributes, besides eight times
 the size of the file; its libraries need a fifth of it."""
 
-MEMORY = 3 << 30  # Bytes of memory that the child may take to read values
+MEMORY = 3 << 30  # Bytes of memory that the child process may take to read values
 
-OPENED = "opened\n"  # Text that the child writes before it reads the values of a file
+OPENED = "opened\n"  # Line of the child process before it reads the values of a file
 
 
 class _Child:
@@ -81,7 +82,7 @@ class _Child:
         process.kill()
         status = process.wait()
         process.stdout.close()
-        with suppress(OSError):  # The child may have left bytes in the pipe
+        with suppress(OSError):  # Closing writes what the child has not taken
             process.stdin.close()
         return status
 

@@ -195,7 +195,7 @@ def close(file: Any) -> None:
     try:
         file.close()
     except BaseException:
-        file._isopen = 0  # the library would try again when the object is freed
+        file._isopen = 0  # netCDF4 would close it again when it frees the object
         raise
 
 
@@ -220,7 +220,7 @@ def damaged_values(path: str | Path, name: str = "") -> Iterator[None]:
     except SceneError:
         raise
     except DAMAGE as error:
-        # Error numbers below 0 are the library's own; EINVAL comes from `read_apart`.
+        # Error numbers below 0 are those of the netCDF library; EINVAL comes from `read_apart`.
         if isinstance(error, OSError) and (error.errno or 0) > 0 and error.errno != errno.EINVAL:
             raise
         part = f"{name}: " if name else ""
@@ -282,7 +282,7 @@ def check_archive(file: Any, path: Path) -> None:
         if dims == (name,):  # Coordinates are read whole
             at_once += room
     for name, dimension in file.dimensions.items():
-        if len(dimension) > LARGEST_RATIO * size:  # Each dimension has a coordinate in archives
+        if len(dimension) > LARGEST_RATIO * size:  # Each point has a value of a coordinate
             raise SceneError(
                 f"{path}: damaged: {len(dimension)} points of {one_line(name, 60)} in a file of "
                 f"{size_text(size)}"
@@ -361,7 +361,7 @@ class _Library:
         self._of_xarray: Any = None
 
     def __reduce__(self) -> str:
-        return "netcdf_library"  # Each process has one lock
+        return "netcdf_library"  # A copy is the one lock of its process
 
     def acquire(self, blocking: bool = True) -> bool:
         """Take the lock; False where another thread has it and one does not wait."""

@@ -136,7 +136,7 @@ def _reason(path: Path, seconds: float, whole: bool, opened: Callable[[], object
 def main() -> None:
     """Read the files that come as lines, each with the seconds it may take; answer in lines."""
     answers = os.fdopen(os.dup(1), "w", encoding="ascii")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Standard output leads nowhere: libraries print
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Text that libraries print leads nowhere
 
     def answer(line: str) -> None:
         answers.write(line)
@@ -192,7 +192,8 @@ def _look(library: Any, file: int, members: list[str], left: list[int]) -> None:
         member = library.H5Gopen2(parent, name, 0)
         if member >= 0:
             library.H5Gclose(member)
-            # A group that contains itself is met again under longer names, until no links are left.
+            # A group that contains itself is met again and again under longer names, until
+            # `MOST_MEMBERS` members are counted.
             groups.append(here + name + b"/")
         elif _dataset_is_external(library, parent, name):
             members.append(name.decode("utf-8", "replace"))
@@ -216,7 +217,7 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
         return False
     made = library.H5Dget_create_plist(dataset)
     try:
-        library.H5Dget_storage_size(dataset)  # Storage of all chunks together
+        library.H5Dget_storage_size(dataset)  # Follows the whole index of the chunks
         virtual = library.H5Pget_layout(made) == 3
         return virtual or library.H5Pget_external_count(made) > 0
     finally:

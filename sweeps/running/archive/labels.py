@@ -380,8 +380,8 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
 
 def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
     """Texts of an axis; engines by their names."""
-    # A scene may name an engine by the path of its file, which says less. A table of designs keeps
-    # paths, because it is read back where the archive is computed again.
+    # A scene may name an engine by the path of its file, which says less than its name. A table of
+    # designs keeps paths, because it is read back where the archive is computed again.
     if name != ENGINE:
         return list(texts)
     names: dict[str, str] = {}

@@ -179,7 +179,7 @@ def new(
             file.setncattr(ATTRIBUTE, writer.warnings)
             close(file)
     except BaseException:
-        # A file that cannot be written cannot be closed either.
+        # A file that cannot be written may also fail to close.
         with netcdf_library, suppress(OSError, RuntimeError):
             if file.isopen():
                 close(file)
@@ -194,7 +194,7 @@ def _defined(file: Any, labels: Labels, lengths: Mapping[str, int], level: int) 
         file.createDimension(name, size)
     variables: dict[str, Any] = {}
     auxiliary = {n: v for n, v in labels.coordinates.items() if v.dims != (n,)}
-    # A dimension without any result is named by the file itself, as xarray's files name it.
+    # As in files of xarray, an attribute of the file lists the coordinates that go with no result.
     of_none = [
         n
         for n, c in auxiliary.items()
@@ -243,8 +243,8 @@ def chunks_of(
 ) -> tuple[int, ...]:
     """Chunks of a variable: about `CHUNK` numbers, and blocks are whole numbers of them.
 
-    The last chunk along a dimension takes as much room as the others: where more than the fraction
-    `WASTE` of the file would be unused, chunks are smaller.
+    The last chunk along a dimension takes as much room as the others: where more than 2 % of
+    the file would be unused, chunks are smaller.
     """
     if math.prod(shape) <= CHUNK:
         return shape
@@ -254,7 +254,7 @@ def chunks_of(
             # The length of a short block may have few divisors: its chunks have one position. That
             # of a long block is a multiple of `STEP`, which shorter chunks divide.
             chunks[i] = lengths[dimension] if lengths[dimension] > STEP else 1
-    # Largest fraction of the room of all chunks that may be unused
+    # At most 2 % of the room of all chunks may be unused.
     while (large := math.prod(chunks) > CHUNK) or (
         _waste(shape, chunks) > 0.02 and math.prod(chunks) > SMALLEST_CHUNK
     ):

@@ -148,7 +148,7 @@ class Partial:
             made_folder(self.path)
             try:
                 stream = _opened_lock(self.path / _LOCK)
-            except FileNotFoundError:  # another run has just finished and removed it
+            except FileNotFoundError:  # Another run has just removed its folder
                 continue
             with _closed_at_the_end(stream):
                 if not _lock(stream):
@@ -159,7 +159,8 @@ class Partial:
                     )
                 if not _is(stream, self.path / _LOCK):
                     continue
-                # The text is only shown to others that have to wait
+                # The text is only shown to runs that find the folder locked: it may fail to be
+                # written.
                 with contextlib.suppress(OSError):
                     os.ftruncate(stream.fileno(), 0)
                     os.write(
@@ -168,7 +169,7 @@ class Partial:
                 try:
                     yield
                 except BaseException:
-                    # The lock is given up, unless that has been done already
+                    # The folder is removed, unless that has been done already.
                     if _is(stream, self.path / _LOCK):
                         self.give_up()
                     raise
@@ -330,7 +331,7 @@ class Partial:
                 arrays[array_name] = np.frombuffer(data, dtype, count, second).reshape(shape)
                 second += count * dtype.itemsize
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-            # The hash is right: another program has written the block.
+            # The hash is right, but another program has written the block.
             raise Damaged(f"{path}: not in the form that a run writes") from None
         return about, arrays
 
@@ -356,8 +357,8 @@ class Partial:
                 path.unlink(missing_ok=True)
 
     def _write(self, name: str, buffers: list[Any]) -> None:
-        # Each writer has a name of its own: a worker that was taken for lost may still write the
-        # same block.
+        # Each writer has a temporary name of its own: a worker that was taken for lost may still
+        # write the same block.
         new = self.path / f"{name}.{secrets.token_hex(4)}{_ENDING}"
         try:
             new.unlink(missing_ok=True)  # A link in this place would lead the writing elsewhere

@@ -299,7 +299,7 @@ memory."""
 def _inflated(data: bytes, room: int) -> bytes:
     stream = zlib.decompressobj()
     try:
-        content = stream.decompress(data, room + 1)  # A `room` of 0 would set no limit
+        content = stream.decompress(data, room + 1)  # zlib takes 0 for no limit
     except zlib.error as error:
         raise ValueError(str(error)) from None
     if len(content) > room:
@@ -375,7 +375,8 @@ def _hash_of_curve(curve: Diagram | TorqueOverAngle) -> str:
 @cache
 def version(package: str) -> str:
     """Version of an installed package."""
-    # Installed versions do not change within a session, and asking takes longer than a solution.
+    # Installed versions do not change within a session, and looking one up takes longer than
+    # solving a design.
     return metadata.version(package)
 
 

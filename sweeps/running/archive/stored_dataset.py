@@ -194,8 +194,8 @@ def _dataset_of(file: Any, path: str) -> StoredDataset:
 
 def _variable_of(variable: Any, attrs: dict[str, Any], path: str) -> StoredVariable:
     """One variable; values that other programs have packed will be read unpacked."""
-    # With these attributes, stored values stand for other or missing numbers; `run` writes NaN as
-    # the last one alone.
+    # With these attributes, stored values stand for other or missing numbers. `run` writes the last
+    # attribute alone, which is NaN.
     packed = {
         key: attrs.pop(key)
         for key in ("scale_factor", "add_offset", "missing_value", "_FillValue")

@@ -28,8 +28,8 @@ def dataset_from(path: str | Path) -> xr.Dataset:
     OSError, ValueError
         As xarray does.
     """
-    # The path is absolute, because the library takes some others for servers. No quantity is a
-    # date.
+    # The path is absolute, because the netCDF library takes some relative ones for addresses of
+    # servers. No quantity is a time: nothing is decoded as one.
     store = _Store.open(os.path.abspath(path), lock=netcdf_library)
     try:
         return xr.open_dataset(store, decode_times=False, decode_timedelta=False)

@@ -80,7 +80,8 @@ class Watch:
         if seen is None or not values.size:
             return
         low, high = seen.check.low, seen.check.high
-        # Designs without results are ignored, without an array as long as the values.
+        # fmin and fmax ignore NaN, the results of failed designs, and need no array of truth
+        # values.
         least, most = float(np.fmin.reduce(values, None)), float(np.fmax.reduce(values, None))
         if not (least < low or most > high):
             return

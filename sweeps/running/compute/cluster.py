@@ -277,7 +277,7 @@ class DaskWorkers:
                     raise Lost(f"{self.address}: the scheduler has disappeared")
                 if not finished.has_ready():
                     time.sleep(_TICK)
-                    # Seconds between two checks that there are workers
+                    # After five seconds without a finished block, the workers may have disappeared.
                     if time.monotonic() - heard > 5.0 and not warned and not self._any_worker():
                         self.tell(
                             f"{self.address}: all workers have disappeared; waiting for others"
@@ -296,7 +296,7 @@ class DaskWorkers:
             _wait_for(partial, numbers)
         finally:
             if self.client.status == "running":
-                with suppress(OSError, TimeoutError, CancelledError):  # Workers may end
+                with suppress(OSError, TimeoutError, CancelledError):  # The workers may have ended
                     self.client.cancel([future for future, _ in futures.values()])
 
     def _any_worker(self) -> bool:

@@ -153,7 +153,7 @@ class Computation:
                 uses[need] -= 1
                 if uses[need] == 0 and need not in self.known and need not in kept:
                     values.pop(need)  # No later stage takes this value
-        if self.common:  # What all blocks share is computed with the first one, and kept
+        if self.common:  # Results that all blocks share are kept from the first one
             again = {name: _read_only(values[name]) for name in self.common}
             values, self.known = values | again, self.known | again
             self.stages, self.common = self.varying, set()
@@ -399,7 +399,7 @@ def plan(
     """
     made = make_plan(read_scene(scene, **tables))
     if made.scene.reduce is not None:
-        # Imported late, because it loads labels
+        # Imported here, because other scenes need no labels of archives
         from sweeps.running.reduce.reduction import Reduction
 
         Reduction(made)  # Making it checks conditions and searches

@@ -42,7 +42,7 @@ def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[No
         raise Stopped(f"interrupted; {remains()}") from None
     except Lost as error:
         raise Stopped(f"{error}; {remains()}") from None
-    # netCDF4 raises each of the errors below for a failing disk
+    # Where a disk fails, netCDF4 raises one of these errors.
     except (OSError, RuntimeError, AttributeError) as error:
         if not _about_disk(error):
             raise

@@ -136,7 +136,7 @@ class _Run:
     def complete(self, now: dict[str, Any]) -> Finished:
         """Compute what is missing, and write the archive; `now` is the identity of the plan."""
         kind = machine_kind() if self.workers is None else dict(self.workers.kind)
-        if self.options.device != "cpu":  # A graphics card gives other bits
+        if self.options.device != "cpu":  # A graphics card gives other last digits
             kind["device"] = self.options.device
         header = self._interrupted(now, kind)
         lengths, limit = self._lengths(header)
@@ -264,7 +264,7 @@ class _Run:
         self, lengths: dict[str, int], done: Finished, *, one_piece: bool, discard: bool
     ) -> None:
         """Compute the missing blocks, then join all of them."""
-        # Largest number of times that damaged blocks are computed again
+        # Damaged blocks are computed again: there are three attempts in all.
         for _ in range(3):
             began = time.perf_counter()
             written = self._all_blocks(lengths, one_piece=one_piece)
@@ -368,7 +368,7 @@ class _Run:
 
     def _read(self, number: int, block: Block) -> _Written:
         """Read the arrays of a block; None where they are damaged, or do not belong to the plan."""
-        # The hash of a block is also right where another program has written other arrays.
+        # Another program may have written other arrays with the right hash.
         expected = {}
         for name in self.plan.outputs:
             dims = self.plan.dims(name)
@@ -472,7 +472,6 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
                 done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)
             elif "status" in file.variables:
                 status = file.variables["status"]
-                # The loop reads a million outcomes at a time.
                 for place in slabs(status.shape, (1,) * status.ndim, 1, 1_000_000):
                     done.count(np.asarray(status[place if place else ...]))
             unequal = differences(before, now)

@@ -96,6 +96,6 @@ class Finished:
         codes = status.reshape(-1)
         most_counted = 1_000_000  # Outcomes that are counted at a time
         for begin in range(0, codes.size, most_counted):
-            # Pieces are counted one by one: counting makes an index of eight bytes out of each
-            # code.
+            # Counting makes an index of eight bytes out of each code: it is done for some at a
+            # time.
             self.codes += np.bincount(codes[begin : begin + most_counted], minlength=len(MEANINGS))

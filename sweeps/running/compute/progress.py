@@ -17,7 +17,7 @@ def progress_bar(**options: Any) -> Any:
     It shows after `FIRST` seconds, and its time goes on where what it counts takes long.
     """
     with warnings.catch_warnings():
-        # tqdm warns where ipywidgets is missing; text does as well.
+        # tqdm warns where ipywidgets is missing; a bar of text does as well.
         warnings.filterwarnings("ignore", message="IProgress not found")
         from tqdm.auto import tqdm
 
@@ -32,7 +32,7 @@ def progress_bar(**options: Any) -> Any:
                 ended, thread = self.beats
                 ended.set()
                 thread.join()  # The thread would draw once more what is cleared here
-                if self.shown:  # An empty bar would stay on the terminal
+                if self.shown:  # Makes tqdm clear the bar, which was drawn
                     self.last_print_t = self._time()
             super().close()
 

@@ -65,7 +65,8 @@ def derivative(
     steps : sequence of ndarray
         The steps, each `RATIO` times as large as the next.
     """
-    # Relative errors of results that do not vary smoothly from one design to the next
+    # Results have relative errors of some 1e-9 that do not vary smoothly from one design to the
+    # next; difference quotients divide them by the step.
     noise = [1e-9 * np.abs(middle) / step for step in steps]
     central = [(up - down) / (2.0 * h) for (down, up), h in zip(sides, steps, strict=True)]
     below = [(middle - down) / h for (down, _), h in zip(sides, steps, strict=True)]
@@ -83,7 +84,7 @@ def derivative(
             np.abs(one - side[2]) + noise[2] for one, side in ((down, below), (up, above))
         )
         largest = np.maximum(np.abs(down), np.abs(up))
-        # Derivatives on both sides are separate from a relative difference of 0.01 on.
+        # Derivatives on both sides are kept apart where they differ by more than 1 %.
         differ = np.abs(up - down) > 0.01 * largest + 6.0 * noise[2]
 
     kind = np.full(np.shape(middle), AGREE, dtype=np.int8)
@@ -111,7 +112,7 @@ def elasticities_of(
     elasticities: Results = {}
     count = 2 * len(STEPS)
     for quantity in variation.quantities:
-        if quantity not in results:  # No divided axis: the first block has it
+        if quantity not in results:  # The first block alone has what depends on no divided axis
             continue
         middle = results[quantity]
         for ending in ENDINGS:
@@ -207,7 +208,8 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     deviation = draws.std(axis=0)
     places = (draws - draws.mean(axis=0)) / np.where(deviation > 0.0, deviation, 1.0)
     known = np.isfinite(results)
-    level = np.where(known, results, 0.0).max(axis=0)  # Differences of large numbers stay accurate
+    # The largest value is subtracted from the others, so that their differences stay accurate.
+    level = np.where(known, results, 0.0).max(axis=0)
     size = np.where(np.abs(level) > 0.0, np.abs(level), 1.0)
     count, total, squares = (np.zeros(results.shape[1]) for _ in range(3))
     sums, crossed = (np.zeros((results.shape[1], many)) for _ in range(2))
@@ -227,12 +229,12 @@ def shares(draws: Floats, values: Floats) -> tuple[Floats, Floats]:
     variance = squares / number[:, 0] - mean[:, 0] ** 2
     covariance = products / number[..., None] - means[:, :, None] * means[:, None, :]
     crossed = crossed / number - mean * means
-    # A variance below this share of the largest value's square is rounding.
+    # A variance below 1e-20 times the square of the largest value is rounding.
     enough = (count > many + 2) & (variance > 1e-20)
     slope = np.zeros_like(crossed)
     if enough.any():
-        # A parameter with one value left, by draws without a number, has no slope. Eigenvalues of
-        # the covariance below this share of the largest are rounding.
+        # Draws without a number are left out: a parameter with one value among the others has no
+        # slope. Eigenvalues of the covariance below 1e-10 times the largest are rounding.
         inverse = np.linalg.pinv(covariance[enough], rcond=1e-10, hermitian=True)
         slope[enough] = (inverse @ crossed[enough][..., None])[..., 0]
     whole = np.where(enough, variance, 1.0)[:, None]

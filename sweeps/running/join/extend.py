@@ -105,7 +105,7 @@ class _Longer:
 
     plan: Plan  # Plan of the extended archive
     axis: str  # The dimension that grows
-    # Positions along the axis that are computed, and those of the archive before it.
+    # Positions along the axis that are computed, and those that the archive had before.
     new: Integers
     before: Integers
     piece: dict[str, Any]  # Part of the scene that is computed, for the archive of the new points

@@ -204,7 +204,7 @@ class _Source:
         )
 
     def _values(self, name: str, place: Any) -> npt.NDArray[Any]:
-        with damaged_values(self.archive.path, name):  # A failure of reading is none of writing
+        with damaged_values(self.archive.path, name):  # A damaged archive is no failure of writing
             return np.asarray(self.file.variables[name][place])
 
 

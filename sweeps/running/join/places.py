@@ -46,7 +46,7 @@ class Joined:
         made = str(labels.attributes["history"]).replace(" computed ", " joined ")
         before = [str(a.attributes.get("history", "")) for a in self.archives]
         history = "\n".join(dict.fromkeys([*"\n".join(before).splitlines(), made]))
-        # Another version of the program may have computed the numbers of the archives.
+        # Another version of the program may have computed the archives, and is kept as theirs.
         identity = json.loads(labels.attributes["identity"])
         identity["versions"] = first.identity["versions"]
         attributes = {"history": history, "identity": json_text(identity)}

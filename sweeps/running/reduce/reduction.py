@@ -70,7 +70,8 @@ class Reduction:
             self.origin[piece["axis"]] = int(piece["first"])
         self.left = [d for d in self.sizes if d not in asked.over]
         example = self._designs(plan, {}, {})
-        # In these arrays numbers stand for words, so that conditions on words are refused.
+        # Numbers stand for words in these arrays. Coordinates of texts mark their axes, so that
+        # conditions on them are refused.
         of_words = {d for d in example.dims if f"{d}_name" in self.labels.coordinates}
         example = example.assign_coords(
             {f"{d}_name": ((d,), np.full(example.sizes[d], "")) for d in of_words}
@@ -88,7 +89,8 @@ class Reduction:
         self.statistics = {
             name: Statistics([self.sizes[d] for d in cells]) for name, cells in self.cells.items()
         }
-        # A variance over further axes would not be due to the parameters alone.
+        # A variance over further axes would not be due to the sampled parameters alone: such
+        # quantities have no indices.
         sample = plan.scene.sample
         self.indices = {
             name: Indices(sample, one.shape)
@@ -118,7 +120,7 @@ class Reduction:
         for name, statistics in self.statistics.items():
             dims, cells = plan.dims(name), self.cells[name]
             if any(place for d, place in begin.items() if d not in dims):
-                continue  # The values are those of another block
+                continue  # Another block adds the same values
             values = designs[name].variable.transpose(*cells, ...).values
             places = _places(cells, begin, values.shape)
             statistics.add(values, places)

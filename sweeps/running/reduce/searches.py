@@ -235,7 +235,7 @@ def _rows_of(designs: xr.Dataset, at: Mapping[str, Integers], count: int) -> Row
     rows = {}
     for name, variable in designs.variables.items():
         own = [d for d in variable.dims if d in at]
-        if name in designs.sizes and not own:  # Every design has values along this axis
+        if name in designs.sizes and not own:  # A coordinate that all designs share
             continue
         values = variable.transpose(*own, ...).values
         shape = (count, *values.shape[len(own) :])

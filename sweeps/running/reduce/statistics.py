@@ -150,8 +150,7 @@ class Statistics:
             return np.empty(0), np.empty(shape, np.int64)
         ends = bin_edges(self.bins, self.bits)
         low, high = float(self.low.min()), float(self.high.max())
-        # Positive values with at least this ratio of the largest to the smallest have bins of equal
-        # ratio
+        # Positive values whose largest is at least 16 times the smallest have bins of equal ratio.
         if self.bins[0] > 0 and high >= 16.0 * low:
             shift = 0
             while (self.bins[-1] - 1 >> shift) - (self.bins[0] - 1 >> shift) >= most:

@@ -66,7 +66,7 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
             header, rest, line = start
             columns = DesignColumns(name, known_columns(list(header), name, "column"))
             body = rest.encode()
-        elif not body.isascii():  # the fast parser takes bytes, which must be text
+        elif not body.isascii():  # The fast parser may accept bytes that are no text
             text_of_bytes(body, name, what, offset)
         rows += _take_csv(columns, header, body, line)
         first, offset = first + _line_ends(piece), offset + len(piece)
@@ -136,7 +136,8 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
         return None
     import pandas as pd
 
-    # Before pandas 3.0 the default converter may err in the last digit; the exact one costs little.
+    # In the versions of pandas below, the default converter may err in the last digit; the exact
+    # one costs little.
     old = tuple(int(part) for part in pd.__version__.split(".")[:2]) < (3, 1)
     options: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
     try:
@@ -165,7 +166,7 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
             continue
         # A copy, because a column of the frame would keep the whole frame alive.
         columns[key] = values = np.array(frame[key], dtype=np.float64)
-        # Next to labels, the words true and false would pass for numbers.
+        # Next to labels, pandas would take the words true and false for 1 and 0.
         if not np.isfinite(values).all() or (labels and ((values == 0) | (values == 1)).all()):
             return None
     return columns
@@ -189,7 +190,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
     with reading(name, what, "a Parquet file", pa.ArrowException):
         opened_file(path).close()  # The error of the opening says more than the library's
         labels = [f.name for f in pq.read_schema(path) if is_text(f.type)]
-        # Texts stay indices of a dictionary, because runs of long texts would fill the memory.
+        # Texts stay indices of a dictionary, because many equal long texts would fill the memory.
         file = pq.ParquetFile(path, read_dictionary=labels)
     with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
         schema = file.schema_arrow
@@ -217,7 +218,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
             # Columns are read one by one, so that only one column of a group of rows is in memory.
             for batch in file.iter_batches(batch_size=ROWS, columns=[key]):
                 values = batch.column(0)
-                values.validate(full=True)  # Places and lengths of texts are claims
+                values.validate(full=True)  # The file may claim wrong places of texts
                 if node is None:
                     columns.take(key, _labels_of(values))
                 else:
@@ -295,7 +296,8 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
             f"{name}: no variable is named as a parameter; found: {listed}; allowed: see "
             "`engine-dyn list keys`"
         )
-    known_columns(list(variables), name, "variable")  # Unknown names come before wrong shapes
+    # Unknown names are refused before wrong shapes
+    known_columns(list(variables), name, "variable")
     first, expected = "", ""
     for key, variable in variables.items():
         if variable.ndim != 1:

@@ -141,7 +141,8 @@ def engine_path(name_or_path: str | Path, base: Path | None, where: str) -> tupl
 
 @lru_cache(maxsize=16)
 def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
-    # Sessions run many scenes on one engine; `changed`, the time of the file, is part of the key.
+    # Sessions run many scenes on one engine. With `changed`, the time of the file, a changed file
+    # is read again.
     with kept_files() as files:
         return _read_engine(path, f"engine {path.stem}"), files
 
@@ -246,7 +247,7 @@ def _check_complete(given: EngineFile, values: Mapping[str, float], name: str) -
 def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> float:
     """Angle of the cycle [rad]: that of a given torque, unless the file states one."""
     if given.cycle is None:
-        assert torque is not None  # `_check_complete` has refused a missing torque
+        assert torque is not None  # `_check_complete` has refused a file without both
         return torque.period
     period = PERIODS[given.cycle]
     if torque is not None and math.remainder(period, torque.period) > 1e-9:

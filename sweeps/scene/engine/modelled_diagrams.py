@@ -206,8 +206,8 @@ def _offset_ratio(
 
 @lru_cache(maxsize=256)
 def _diagram_of(cycle: Any, step: float) -> Diagram:
-    # The integration of a cycle takes far longer than the reading of a scene, and sessions read
-    # many.
+    # Integrating a cycle takes far longer than reading a scene, and sessions read many scenes with
+    # the same cycle.
     if isinstance(cycle, CompressorCycle | PumpCycle):  # Compressors and pumps burn nothing
         return cycle.diagram(step)
     return replace(_without_motored(cycle, step), motored=partial(_motored_of, cycle, step))

@@ -105,8 +105,8 @@ class Indicated(NamedTuple):
     diagram: Diagram | None  # Diagram, the mean of recorded cycles; None without the table
     file: str = ""  # Name of the file in the scene
     cycles: tuple[Diagram, ...] = ()  # Recorded cycles, if the scene asks for them
-    # Notes on the recording from the header of the imported file; for a confidential one without
-    # imep and pressures.
+    # Notes on the recording from the header of the imported file; notes on a confidential file
+    # leave out imep and pressures.
     notes: tuple[str, ...] = ()
     confidential: tuple[str, ...] = ()  # Name of the diagram's file if archives must not hold it
     # Lowest and highest speed [rpm] for which the diagram holds, where known.
@@ -143,7 +143,8 @@ def _read(values: GivenValues, table: Indicator, folder: Path, where: str) -> In
         recording = read_recording(path, where, table)
         pressure = _laboratory(where)(recording, path.name, table, period, values.engine)
         text = pressure.text(cycles=cycles)
-        add_files_read({kept_name(path): text.encode()})  # The part that a scene needs is kept
+        # Archives keep the diagram, not the recording
+        add_files_read({kept_name(path): text.encode()})
         diagram, notes = indicator_of_text(text, where, period), notes_in(text)
     each = cycles_of_text(text, where, period) if cycles else ()
     notes = without_pressures(notes) if secret else notes

@@ -281,7 +281,8 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
     hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
     _check_different([*names, *rings, *hung], where)
     values = _Values()
-    for name in ("loss_factor", "shear_modulus"):  # A common value is checked too
+    # A common value is checked even if no shaft takes it
+    for name in ("loss_factor", "shear_modulus"):
         if getattr(given, name) is not None:
             _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
     for i, disc in enumerate(given.discs, start=1):

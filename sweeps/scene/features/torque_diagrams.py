@@ -120,7 +120,7 @@ def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> T
         raise SceneError(f"{where} mean: missing; must be a number in N m: the mean torque")
     try:
         if given.file is not None:
-            # Engines without such a file need not load the readers of recordings.
+            # Engines without a file of torque need not load the readers of recordings.
             from sweeps.scene.features.torque_files import torque_of_file
 
             path = referred(folder, given.file, f"{where} file")

@@ -56,7 +56,8 @@ def _curve(table: CsvTable, driver: bool) -> TorqueOverAngle | TorqueOverSpeed:
         columns = ("crank_angle_deg", OWN_COLUMN, SPEED_COLUMN, OWN_SPEED_COLUMN)
     here = [column for column in columns if column in table.header]
     if len(here) != 1 or TORQUE_COLUMN not in table.header:
-        # Without a column of ours, another file may have been named
+        # Without a column of ours, another file may have been named, whose content must not be
+        # shown.
         ours = here or TORQUE_COLUMN in table.header
         names = f" {one_line(', '.join(table.header), 200)}" if ours else ""
         raise SceneError(

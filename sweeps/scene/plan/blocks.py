@@ -67,7 +67,7 @@ def lengths_within(plan: Plan, limit: float) -> dict[str, int]:
     """Lengths as of `divided`; `limit` holds for all arrays of a block, also of its outputs."""
     lengths = dict(plan.sizes)
     reduce = plan.scene.reduce
-    # Designs are judged at all values of these axes
+    # Blocks have all values of these axes, because [reduce] judges designs at all of them.
     whole = () if reduce is None else reduce.at_every
     for dimension in (d for d in _in_order(plan) if d not in whole):
         if passing_bytes(plan, lengths) <= limit:

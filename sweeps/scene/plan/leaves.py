@@ -68,7 +68,8 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         "piston": np.arange(1, scene.counts[-1] + 1, dtype=np.int32),
         "main_bearing": np.arange(1, throws + 2, dtype=np.int32),
         **{d: np.arange(1, n + 1, dtype=np.int32) for one in of_features for d, n in one.items()},
-        # A quotient of whole numbers gives the same number also after a reduction.
+        # Orders are quotients of whole numbers: equal orders are then equal numbers for all
+        # divisors.
         "order": np.arange(1, orders + 1) / turns,
         "every_order": np.arange(1, every + 1) / finest,
         "crossing": np.arange(1, MOST_CROSSINGS + 1, dtype=np.int32),
@@ -121,7 +122,8 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
             family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
     family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
-        follows = scene.characteristic is not None  # The scale shows whether the load is reached
+        # The scale of a characteristic tells whether its load is reached
+        follows = scene.characteristic is not None
         leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
     driven = scene.driven
     if not driven.geared:
@@ -135,7 +137,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
     constants = {
         "family": family,
         "period": engine.period,
-        "curve_period": engine.period,  # Leaves without points, which are added below
+        "curve_period": engine.period,  # Used where curves have no points
         "closure": scene.closure,
         "tolerance": scene.tolerance,
         "scale_table": engine.pressure_scale,
@@ -187,7 +189,7 @@ def _with_cycles(
     keys = scene.cycle_keys
     if not keys:
         if scene.characteristic is not None and type(family) is Family:
-            # Rows of a stack serve for several axes.
+            # The load of a characteristic may vary along several axes: a stack serves for these.
             family = FamilyStack.of([family])
         return family, Value(np.zeros(()))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
@@ -318,8 +320,8 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     if "speed" not in scene.known:
         return ModesKept(total, total, "")
     speed = float(np.max(scene.known["speed"].si))
-    # Frequencies up to this factor above the range of orders count: a mode responds below its
-    # resonance too, and varying masses count with their mean
+    # Frequencies up to 1.25 times the range of orders count: a mode responds below its resonance
+    # too, and varying masses count with their mean.
     count = _below(soft, 1.25 * scene.highest_order * speed) - free
     # Smallest number of modes that are computed by default, even above the range of orders
     at_least = 6
@@ -376,7 +378,8 @@ def _systems(
         tables[place] = end("shaft_stiffness", table.stiffness)
     excess = 0.0
     if "wanted_delta" in scene.words:
-        # A wanted delta asks for a flywheel: a still larger one lowers no mode.
+        # A wanted delta asks for a flywheel of unknown inertia. A thousand times the shaft's stands
+        # for it: a still larger one lowers no mode.
         excess = 1e3 * shaft.inertia(values, added)
     systems = []
     for pick in (np.min, np.max):

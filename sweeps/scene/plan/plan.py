@@ -184,8 +184,9 @@ class Part:
     """One ordinary scene out of several, and where its results belong."""
 
     plan: Plan  # Plan of the ordinary scene
-    # Ascending positions among those of all parts, along each dimension of which the part may lack
-    # some: those of designs on which parts differ, and those that quantities add.
+    # Ascending positions of the part's points among those of all parts, along each dimension where
+    # the part may lack some: dimensions of designs on which parts differ, and those that quantities
+    # add.
     places: Mapping[str, Integers]
     # Dimensions along which the part's results repeat: for each position in the results of all
     # parts, the position in the part's own, or -1 where results are 0.

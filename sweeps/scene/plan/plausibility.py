@@ -85,7 +85,7 @@ def _lines(plan: Plan) -> list[str]:
     off = silenced(plan.scene)
     if "all" in off:
         return []
-    if "double_acting" in plan.scene.words:  # Piston rod and crosshead have masses of their own
+    if "double_acting" in plan.scene.words:  # A piston with rod and crosshead is no trunk piston
         off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
     engines = plan.leaves["cylinders_by_count"].data.values()
     off |= {"cylinder_spacing" if any(map(is_boxer, engines)) else "boxer_spacing"}
@@ -154,7 +154,7 @@ class _Given:
             if name in PARAMETERS:
                 return (name,)
             return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
-        if name in ("inertia_required", "load"):  # Without given values, a solution is needed
+        if name in ("inertia_required", "load"):  # Both need a solution, unless given
             return None
         node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
@@ -244,7 +244,7 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
     measured = scene.indicator is not None
     diagrams = (scene.indicator,) if scene.indicator is not None else scene.engine.family.diagrams
     ends = ends_of(scene.engine.family)
-    if ends is not None:  # An effective pressure does not belong to a gas
+    if ends is not None:  # The effective pressure of both ends is not that of a gas
         diagrams = (ends.head_end, ends.crank_end)
     driven = plan.leaves["driven"].data.has_driver
     said = [
@@ -281,7 +281,7 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
     given = (plan.scene.indicator_speeds,) if measured else engine.diagram_speeds
     if DIAGRAM_SPEEDS in off or speed is None or not any(given):
         return []
-    # A load between two diagrams takes both of them.
+    # A load between the loads of two diagrams uses both diagrams.
     load, loads = plan.leaves.get("load"), engine.family.loads
     first, last = 0, len(given)
     if not measured and load is not None and load.data.size:
@@ -359,7 +359,8 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
             continue
         if length is None and stiffness is not None:
             length = shaft_stiffness(80e9, 1.0, diameter, bore or 0.0) / stiffness
-        # Lengths [m]: webs are as stiff as short shafts; the longest are ships' lines of shafts.
+        # Usual lengths over the diameter: webs are as stiff as short shafts; the longest are ships'
+        # lines of shafts.
         shortest, longest = 0.05, 200.0
         if length is None or shortest <= length / diameter <= longest:
             continue

@@ -2,9 +2,8 @@
 
 A scene that asks for either is planned once as it is, and again with other values of some of its
 parameters. Each block of all these plans is computed, and their results are combined to variables
-of the archive (`sweeps.running.compute.variations`, `sweeps.running.compute.variations`). Only
-values differ: a changed axis stays an axis, so whatever designs share, they share with changed
-values too.
+of the archive (`sweeps.running.compute.variations`). Only values differ: a changed axis stays an
+axis, so whatever designs share, they share with changed values too.
 """
 
 from __future__ import annotations
