@@ -34,7 +34,7 @@ def __getattr__(name: str) -> Any:
     if name in {
         "PeriodicSpeed",
         "periodic_speed",
-    }:  # importing these loads the compiler, which listing quantities does not need
+    }:  # importing `speed.api` loads the compiler, which listing quantities does not need
         from engine_dyn.speed import api
 
         return getattr(api, name)

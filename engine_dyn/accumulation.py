@@ -24,7 +24,7 @@ LIMBS = 67
 _LIMB = (1 << 32) - 1
 _MAGNITUDE = (1 << 63) - 1
 _NO_NUMBER = 0x7FF
-UNITS_IN_ONE = 1 << 1074  # Smallest doubles in 1: the smallest double is the unit of exact sums
+UNITS_IN_ONE = 1 << 1074  # How many smallest doubles make 1: exact sums count in smallest doubles
 
 SMALLEST, LARGEST = 2.0**-64, 2.0**64
 """Magnitudes between which bins tell numbers apart; smaller ones share the bin of zero."""

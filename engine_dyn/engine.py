@@ -28,31 +28,34 @@ class Engine:
     # Indicator diagrams over load, or over load and speed; without a diagram, an engine still has
     # its balance and moments of inertia.
     family: Family | FamilyGrid
-    # Largest over smallest volume of a cylinder [1]: the geometric one if it is given, else that of
-    # the diagrams; None where the diagrams do not state it, or differ in it.
+    # Largest over smallest volume of a cylinder [1], from the engine's geometry, else from its
+    # diagrams; None where the diagrams do not state the ratio, or have different ones.
     compression_ratio: float | None = None
-    # Speeds [rpm] and the factor on the diagram's pressure at each of them; linear in between.
+    # Factor on the pressure of the diagrams over the speed: speeds [rpm] and the factor at each.
     pressure_scale: tuple[Floats, Floats] | None = None
     # For each diagram of the family, the first-law cycle that models it; None for a measured
     # diagram.
     cycles: tuple[ModelledDiagram, ...] | None = None
     # Numbers of the cylinders in the order in which they fire, where that is known.
     firing_order: tuple[int, ...] | None = None
-    # Arrangement of the cylinders and their factors, where the engine's file gives them.
+    # Cylinders with their arrangement and their factors on pressure, mass and crank radius, where
+    # the engine's file gives these.
     own_cylinders: Cylinders | None = None
     # Torque over the crank angle that is given in place of indicator diagrams, with its mean.
     torque: TorqueOverAngle | None = None
-    # Structured parts by the names of their features, which `engine_dyn.quantities.features` lists;
-    # `of` of a feature returns its part.
+    # Parts with a structure, such as mounts and counterweights, by the name of their feature;
+    # `engine_dyn.quantities.features` lists the features.
     parts: Mapping[str, Any] = field(default_factory=dict)
-    # Why each value was assumed that the engine's sources do not give, by parameter.
+    # By parameter, the reason for each value that is assumed because no source gives one.
     assumed: Mapping[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()  # Citations of the sources of the engine's data
-    # Names of plausibility checks whose ranges this engine is meant to leave.
+    # Names of plausibility checks that do not warn of this engine, which leaves their ranges on
+    # purpose.
     silenced_warnings: tuple[str, ...] = ()
     # Range or distribution of uncertain values, by parameter, as the engine's file has them.
     uncertainty: Mapping[str, Any] = field(default_factory=dict)
-    # Lowest and highest speed [rpm] for which each diagram holds, by load; None where unknown.
+    # Lowest and highest speed [rpm] for which each diagram holds, in the order of the diagrams'
+    # loads; None where unknown.
     diagram_speeds: tuple[tuple[float, float] | None, ...] = ()
     # Warnings about the diagrams by the checks of the recordings that they were made from.
     diagram_warnings: tuple[str, ...] = ()

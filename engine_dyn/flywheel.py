@@ -352,7 +352,7 @@ def rim_thickness(mass: Any, mean_diameter: Any, density: Any, width_over_thickn
         mean_diameter=mean_diameter, density=density, width_over_thickness=width_over_thickness
     )
     section = given_array("mass", mass) / (math.pi * np.asarray(mean_diameter) * density)
-    with np.errstate(invalid="ignore"):  # the other parts' inertia may leave nothing for a rim
+    with np.errstate(invalid="ignore"):  # the mass is negative where no rim is needed
         thickness = np.sqrt(section / width_over_thickness)
     return np.where(thickness < mean_diameter, thickness, np.nan)
 
@@ -377,7 +377,7 @@ def _check_positive(**values: Any) -> None:
             raise ValueError(f"{name} = {array[wrong].flat[0]:g}: must be above 0")
 
 
-# --- exactly --------------------------------------------------------------------------------------
+# --- the exact inertia ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -430,7 +430,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
         Where no inertia gives it, with what the lightest engine that runs has; for values outside
         their range.
     """
-    # Kernels are imported only when they are needed.
+    # These imports load the kernels, which the other functions of this module do not need.
     from engine_dyn.speed.api import energy_swing, periodic_speed
     from engine_dyn.speed.required import search
     from engine_dyn.status import MEANINGS, has_numbers
@@ -474,7 +474,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     return RequiredInertia(inertia, solved.delta, swing, estimate, triangle, code)
 
 
-MOST_CROSSINGS = 64  # Largest number of speed crossings that are reported for a design
+MOST_CROSSINGS = 64  # Largest number of crossings of torque and load reported for a design
 
 
 def net_torque(torque: Any, load: Any) -> Floats:
@@ -500,7 +500,7 @@ def excess_energy(net: Floats, step: float) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         waves = np.where(order > 0.0, waves / (1j * order), 0.0)
     if samples % 2 == 0:
-        waves[..., -1] = 0.0  # the samples do not determine the phase of this order
+        waves[..., -1] = 0.0  # samples do not determine the phase of the highest order
     return np.asarray(np.fft.irfft(waves, samples, axis=-1))
 
 

@@ -69,7 +69,8 @@ def _as_floats(name: str, value: Any) -> Floats:
         items = value.reshape(-1).tolist()
     kinds = set(map(type, items))
     for item in () if kinds <= {float, int} else items:
-        # Quantities of pint, astropy and unyt have one of these attributes, plain numbers none.
+        # Numbers with units, of the packages pint, astropy and unyt, have one of three attributes
+        # that plain numbers do not have.
         if any(hasattr(item, name) for name in ("magnitude", "to_value", "in_units")):
             raise ValueError(
                 f"{name}: has the unit {getattr(item, 'units', getattr(item, 'unit', '?'))}: must "
@@ -77,7 +78,7 @@ def _as_floats(name: str, value: Any) -> Floats:
             )
     try:
         array = np.asarray(value)
-        # Objects may be other kinds of numbers, such as fractions, or whole numbers beyond 64 bits.
+        # An array of objects may hold fractions, or whole numbers beyond 64 bits.
         if array.dtype.kind not in "iufO" or kinds & {bool, str, type(None)}:
             raise TypeError
         return array.astype(np.float64)
@@ -122,7 +123,7 @@ def distinct_combinations(*values: Any) -> tuple[Floats, Integers]:
         distinct, number = np.unique(value, return_inverse=True)
         if distinct.size > 1:
             both = which * distinct.size + number.reshape(value.shape)
-            # Values are numbered anew, so that the numbers stay small.
+            # Only combinations that occur are numbered, so that the numbers do not overflow.
             which = np.unique(both, return_inverse=True)[1].reshape(both.shape)
     which = np.array(np.broadcast_to(which, shape))
     first = np.unique(which, return_index=True)[1]

@@ -34,15 +34,16 @@ class Usual(NamedTuple):
 class Parameter:
     """A key of scenes and engine files: a number, or a name for one."""
 
-    # Name in scenes and files; symbol of the literature (mathtext without dollars); unit of files
-    # as UDUNITS reads it; one line of meaning; author and equation.
+    # Five fields: name in scenes and files; symbol in the literature (mathtext without dollars);
+    # unit of files as UDUNITS reads it; meaning in one line; source, author and equation.
     name: str
     symbol: str
     unit: str
     meaning: str
     source: str
     si: float = 1.0  # SI value of one file unit
-    # Ends of the range in file units: excluded (above, below) or included (at_least, at_most).
+    # Ends of the range of allowed values in file units: `above` and `below` are excluded,
+    # `at_least` and `at_most` included.
     above: float | None = None
     at_least: float | None = None
     below: float | None = None
@@ -50,12 +51,12 @@ class Parameter:
     # Whether the value must be a whole number, and whether it must be even.
     whole: bool = False
     even: bool = False
-    # Names that scenes may write for values, in file units.
+    # Words that scenes may write in place of a number, each with its number in file units.
     named: tuple[tuple[str, float], ...] = ()
-    # Value in file units where neither scene nor engine gives one. A value outside the range says
-    # that there is none (`passes` = 0: until the cycle closes).
+    # Value in file units where neither scene nor engine gives one. One outside the allowed range
+    # stands for no value: with `passes` = 0, cycles are computed until the cycle closes.
     unless_given: float | None = None
-    keyword: str = ""  # Keyword of `engine_dyn.periodic_speed`, where it has another name there
+    keyword: str = ""  # Keyword of `engine_dyn.periodic_speed` for the parameter, if not its name
     # Value in file units that templates propose, or the keyword's default. NaN where there is none.
     typical: float = math.nan
     usual: Usual | None = None  # Range outside of which a warning asks whether the value is meant

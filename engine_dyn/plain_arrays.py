@@ -31,9 +31,9 @@ from numba.extending import (
 class PlainArray(np.ndarray):
     """A view of an array for kernels; it is contiguous."""
 
-    # Without this attribute Numba takes the type for an array, and searches for the kernel at each
-    # call: a sixth of a small run's time. Boolean and read-only arrays are taken for common ones
-    # even so.
+    # Without this attribute Numba takes this class for a common array, and searches for the
+    # compiled kernel at each call: a sixth of a small run's time. Boolean and read-only arrays are
+    # taken for common ones even with it.
     __numba_array_subtype_dispatch__ = True
 
 

@@ -55,7 +55,7 @@ def time_harmonics(speed: Any, period: float) -> tuple[Floats, Complexes, Floats
     samples = speed.shape[-1]
     slowness = np.fft.rfft(1.0 / speed) / samples
     if samples % 2 == 0:
-        slowness[..., -1] = 0.0  # samples do not tell the highest order's phase
+        slowness[..., -1] = 0.0  # samples do not determine the phase of the highest order
     rate = 2.0 * np.pi / period * np.arange(1, slowness.shape[-1])
     return slowness[..., 0].real, slowness[..., 1:] / (1j * rate), rate
 
@@ -193,12 +193,12 @@ def torque_from_power(power: Any, pole_pairs: Any, speed: Any) -> Any:
 
 
 def natural_frequency(inertia: Any, stiffness: Any) -> Any:
-    """Natural frequency without damping, sqrt(c/J) [rad/s].."""
+    """Natural frequency without damping, sqrt(c/J) [rad/s]."""
     return np.sqrt(stiffness / inertia)
 
 
 def damping_ratio(inertia: Any, stiffness: Any, damping: Any) -> Any:
-    """Damping ratio, d/(2 sqrt(c J)) [1].."""
+    """Damping ratio, d/(2 sqrt(c J)) [1]."""
     return 0.5 * damping / np.sqrt(stiffness * inertia)
 
 
@@ -211,7 +211,7 @@ def angle_harmonics(
     torque: Any, order: Any, speed: Any, inertia: Any, stiffness: Any, damping: Any
 ) -> Complexes:
     """Harmonics of the angle against the grid, theta_nu [rad]; everything broadcasts."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # undamped resonance
+    with np.errstate(divide="ignore", invalid="ignore"):  # an undamped resonance divides by 0
         return np.asarray(torque / _dynamic_stiffness(order, speed, inertia, stiffness, damping))
 
 
@@ -263,7 +263,7 @@ def half_range(harmonics: Any, orders: Floats, period: float) -> Floats:
 
     `period` is the angle of the cycle [rad].
     """
-    # Between 16 points a period of the highest order, a cubic represents a sum of orders.
+    # 16 points in each period of the highest order suffice: cubics between them represent the sum.
     points = 16 * math.ceil(orders.max() * period / (2.0 * math.pi) - 1e-9)
     angle = period / points * np.arange(points)
     curve = sum_of_orders(harmonics, orders, angle)

@@ -174,7 +174,7 @@ class Card:
         # At most 16 blocks of a launch for each multiprocessor of the card.
         self.most_threads = BLOCK * 16 * device.multiprocessors()
         if device.simulated():
-            self.most_threads = 2  # the simulator runs each as a thread of Python
+            self.most_threads = 2  # the simulator runs a thread of Python for each
         memory = int(PART_OF_MEMORY * device.free_memory()) // slots
         self.slots: SimpleQueue[Slot] = SimpleQueue()
         for _ in range(slots):

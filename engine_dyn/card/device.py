@@ -110,7 +110,7 @@ class Launcher:
         with _launching:
             kept = vars(config).get("CUDA_LOW_OCCUPANCY_WARNINGS", 0)
             try:
-                # Few designs need few threads: no warning of Numba
+                # Numba would warn of launches with few threads, which are right for few designs.
                 vars(config)["CUDA_LOW_OCCUPANCY_WARNINGS"] = 0
                 self.kernel[blocks, threads, stream](*given)
             finally:

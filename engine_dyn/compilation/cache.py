@@ -82,7 +82,7 @@ def archive_of(function: Callable[..., Any]) -> Path:
 def unpacked(archive: Path) -> str:
     """Folder that this process alone has, with what is in an archive that is there and whole."""
     folder = tempfile.mkdtemp(prefix="engine-dyn-")
-    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # not run in a fork
+    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # not run in forks
     whole = False
     with suppress(Exception), zipfile.ZipFile(archive) as content:
         os.utime(archive)
@@ -101,7 +101,7 @@ def pack(folder: str, archive: Path) -> None:
             with suppress(FileNotFoundError):  # another process may have removed the file already
                 if other.stat().st_mtime < time.time() - 60 * 86400:
                     other.unlink()
-    except (OSError, ValueError) as error:  # zipfile: the clock is before 1980
+    except (OSError, ValueError) as error:  # zipfile raises ValueError for a clock before 1980
         not_kept(error)
         with suppress(OSError):
             os.unlink(f"{made}.zip")
@@ -136,7 +136,7 @@ class _Compiled:
         return numba.njit(**{"forceinline": True, **wrapped, **OPTIONS})(self.py_func)
 
     def __call__(self, *given: Any) -> Any:
-        if self._process != os.getpid():  # at first, and in a fork, whose folder is another
+        if self._process != os.getpid():  # at the first call, and in a fork: it has another folder
             with self._lock:
                 if self._process != os.getpid():
                     self._whole, self._process = self._made(), os.getpid()
@@ -158,7 +158,7 @@ class _Compiled:
         if _Compiled not in typeof_impl.registry:
             typeof_impl.register(_Compiled)(lambda compiled, _: numba.typeof(compiled.part))
         listen_for(self.py_func)
-        # Without the second key, which newer versions have, Numba might take another folder.
+        # Newer versions of Numba have the second key, and might take another folder without it.
         ours = {"CACHE_DIR": "", "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
         before = {name: getattr(config, name, "") for name in ours}
         try:

@@ -16,7 +16,7 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
 from engine_dyn.types import Complexes
 
-SAMPLES = 360  # Samples of a revolution from which single orders are computed
+SAMPLES = 360  # Number of samples of a revolution from which single orders are computed
 
 
 def inertia_force(

@@ -1,4 +1,4 @@
-"""Samples of the bearing loads of many designs, by a kernel: means, and crests (see `samples`).
+"""Bearing loads of many designs, sampled by a kernel: means, and crests (see `superposition`).
 
 Each design is sampled by itself: its loads are those of `bearings`, formula by formula, of
 pressures that are tabulated at the samples for each row of the diagrams. The loads of a throw serve
@@ -28,7 +28,7 @@ INPUTS = 10
 of the diagrams, and the `bearings.Factors`; the last two are those of the webs beside a journal."""
 
 
-CRESTS = 8  # Largest number of crests reported for a design, the highest ones
+CRESTS = 8  # Largest number of crests (samples near a maximum) kept for a design, the highest ones
 
 MEAN, RMS, COUNT, FIRST = range(4)
 """Columns of a design's result: mean and root mean square of the load, number of crests; then,
@@ -38,17 +38,18 @@ for each crest, its place in samples and the squared load before, at and after t
 class Sampled(NamedTuple):
     """The cylinders of an engine at equally spaced crank angles."""
 
-    # Cylinders: mass times crank radius, and crank radius, over the engine's; sine and cosine
-    # of its direction from upright; its share in its throw; its factor on the offset; shape (6, Z)
+    # Six numbers of each cylinder, shape (6, Z): mass times crank radius, and crank radius, both
+    # over the engine's; sine and cosine of the cylinder's direction from upright; the cylinder's
+    # share in the mass of its throw; its factor on the offset.
     cylinders: Floats
-    # Index of each cylinder's curve among `turn` and `pressure`: cylinders of one phase and one
-    # pressure share a curve; shape (Z,)
+    # Index of each cylinder's curve in `turn` and `pressure`, shape (Z,): cylinders of the same
+    # phase and pressure factor share a curve.
     curve: Integers
     # Index in `on_throws` at which the cylinders of each throw begin; shape (T + 1,)
     throws: Integers
-    on_throws: Integers  # Cylinders of the throws, in the order of the throws
-    turn: Floats  # Sine and cosine of each curve's own crank angle; shape (C, 2, A)
-    pressure: Floats  # Pressure on each curve for each row of the diagrams [Pa]; shape (C, R, A)
+    on_throws: Integers  # Indices of the cylinders, those of the first throw first
+    turn: Floats  # Sine and cosine of the crank angle of each curve, at A samples; shape (C, 2, A)
+    pressure: Floats  # Pressure [Pa] of each curve in each row of the diagrams; shape (C, R, A)
 
     @classmethod
     def of(
@@ -103,7 +104,8 @@ def fill_crests_of_loads(
     """
     samples = sampled.turn.shape[2]
     throws = sampled.throws.size - 1
-    # Loads of two neighbouring throws: even ones in the first arrays, odd ones in the second.
+    # A main journal bears the loads of two neighbouring throws. The load of the throw with an even
+    # index is kept in `x_even` and `y_even`, that of the other throw in `x_odd` and `y_odd`.
     x_even, y_even = np.empty(samples), np.empty(samples)
     x_odd, y_odd = np.empty(samples), np.empty(samples)
     x, y, square = np.empty(samples), np.empty(samples), np.empty(samples)

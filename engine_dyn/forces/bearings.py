@@ -84,11 +84,12 @@ def bearing_pressure(load: Any, diameter: Any, width: Any) -> Any:
     return load / (diameter * width)
 
 
-PARTS = 5  # Parts of a load: gas and crankcase pressure, reciprocating and rotating masses, throws
+PARTS = 5
+"""Number of parts of a load: of gas, crankcase, reciprocating and rotating masses, and throws."""
 
 DESIGNS_AT_ONCE = 65536
 
-BYTES_OF_TABLE = 32e6  # Number of bytes of the pressures that are tabulated at a time
+BYTES_OF_TABLE = 32e6  # Largest size in bytes of the table of pressures that is held at a time
 
 EXTREMES = np.dtype([(field, np.float64) for field in ("peak", "mean", "angle", "rms")])
 """Extremes of a load: largest and mean size [N], angle of the largest [rad], rms [N]."""
@@ -100,15 +101,14 @@ Parts = Callable[[Any, Cylinders, Any, Any, Family, Any, int], Any]
 class Factors(NamedTuple):
     """Factors of the five parts of a load, for each design."""
 
-    # Factors of the parts: pressure scale times area [m2], crankcase pressure times area [N], m r
-    # omega^2 and m_turning r omega^2 [N].
+    # Factors of four parts, in the order of the fields: pressure scale times piston area [m2],
+    # crankcase pressure times piston area, m r omega^2 and m_turning r omega^2 [N].
     gas: Any
     crankcase: Any
     reciprocating: Any
     rotating: Any
     throws: Any = 0.0  # Inertia force m r omega^2 of each throw [N], which only main journals bear
-    # Load of a main journal by the counterweights of webs at crank angle 0 [N], upwards and to the
-    # side.
+    # Load of a main journal by the counterweights of webs at crank angle 0 [N]: upwards, sideways.
     web_up: Any = 0.0
     web_side: Any = 0.0
 
@@ -330,7 +330,7 @@ def _squares(
     squares = np.empty(phi.size)
     for number in np.unique(columns[4]).astype(int).tolist():
         here = np.flatnonzero(columns[4] == number)
-        # A single angle is computed by another loop, with other last bits: see `samples`
+        # NumPy may compute a single angle by another loop, with other last bits.
         two = np.resize(here, max(here.size, 2))
         ratio, offset, row, _, _, *factors = columns[:, two, None]
         x, y = _components(
@@ -375,8 +375,8 @@ def extremes(
 
     Notes
     -----
-    Sampled at half a degree; the peak is found between samples (`samples`). Memory does not grow
-    with the number of designs: they are taken in pieces, in the order of their diagrams.
+    Sampled at half a degree; the peak is found between samples (`superposition`). Memory does not
+    grow with the number of designs: they are taken in pieces, in the order of their diagrams.
     """
     inputs = (crank_ratio, offset, row, cylinders, numbers, *factors)
     columns = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in inputs))

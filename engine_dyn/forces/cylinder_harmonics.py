@@ -43,7 +43,7 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import row_with_factor
 from engine_dyn.types import Booleans, Complexes, Floats, Integers
 
-ORDERS_AT_ONCE = 64  # Number of orders whose weights are held at the same time
+ORDERS_AT_ONCE = 64  # Number of orders whose weights of knots are held at the same time
 
 SERIES_UP_TO = 2.0
 """Largest z at which the integrals A and B are computed as power series, whose error is 1e-17;
@@ -104,7 +104,8 @@ def weights_of_knots(angle: Floats, period: float, orders: Floats) -> Floats:
     step = np.diff(angle, append=angle[0] + period)
     turn = orders[:, None] * step
     even, odd = _integrals(turn)
-    # The angle after the last knot is one period further: an order need not repeat there.
+    # Values at the end of a step come from its length, not from the next knot: after the last
+    # knot a period ends, where an order need not repeat.
     left = step * np.exp(-1j * orders[:, None] * angle) * (2.0 / period)
     right = left * np.exp(-1j * turn)
     of_pressure = left * even + np.roll(right * np.conj(even), 1, axis=1)
@@ -113,11 +114,15 @@ def weights_of_knots(angle: Floats, period: float, orders: Floats) -> Floats:
 
 
 def _integrals(z: Floats) -> tuple[Complexes, Complexes]:
-    """Integrals A(z) and B(z), as the module's docstring defines them."""
+    """Integrals over t from 0 to 1 of exp(-i z t) with two weights.
+
+    A(z) has the weight 1 - 3 t^2 + 2 t^3 of a knot's value, B(z) the weight t - 2 t^2 + t^3 of its
+    slope, in the cubic between two knots.
+    """
     low = np.where(z <= SERIES_UP_TO, z, 0.0)
     even, odd = np.zeros(z.shape, dtype=np.complex128), np.zeros(z.shape, dtype=np.complex128)
-    for n in reversed(range(28)):  # 28 terms of the power series
-        # Moments of t^n, divided by n!, in powers of -i z.
+    for n in reversed(range(28)):  # 28 terms of the power series in -i z
+        # Integrals of t^n with the two weights.
         a = 1.0 / (n + 1) - 3.0 / (n + 3) + 2.0 / (n + 4)
         b = 1.0 / (n + 2) - 2.0 / (n + 3) + 1.0 / (n + 4)
         even = even * (-1j * low) + a / math.factorial(n)
@@ -155,7 +160,7 @@ def _add_up(
                 real[row, begin + order], imaginary[row, begin + order] = one, other
 
 
-MOST = 1024  # Highest order of the series of smooth curves with an offset
+MOST = 1024  # Highest order of velocity and inertia torque of a slider-crank with an offset
 
 
 def velocity_harmonics(orders: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:

@@ -150,14 +150,14 @@ Single = Callable[[Floats, Any, Any, PressureFactor], Any]
 class Part(NamedTuple):
     """A part of the torque of one cylinder."""
 
-    single: Single  # Harmonics of one cylinder over the cylinder's lever: see `Single`
-    # Factor on the harmonics of a cylinder. On a throw of rho engine radii the force has rho times
-    # the lever, and the acceleration is rho times as large besides.
+    single: Single  # Harmonics of one cylinder without its factor `lever`: see `Single`
+    # Factor on the harmonics of a cylinder. Where the cylinder's crank radius is rho times the
+    # engine's, a force has rho times the lever; an acceleration is rho times as large besides.
     lever: Callable[[Member], float]
-    # Curve of the part over a cylinder's own angle, from angle, cylinder, crank ratio, offset ratio
-    # and `more`: samples give its harmonics for an articulated rod.
+    # The part over a cylinder's own angle, from angle, cylinder, crank ratio, offset ratio and
+    # `more`. A cylinder with an articulated rod gets its harmonics from samples of this curve.
     curve: Callable[..., Any]
-    more: tuple[Any, ...] = ()  # Further inputs of the curve, which broadcast
+    more: tuple[Any, ...] = ()  # Further arguments of `curve`, which broadcast
 
 
 VELOCITY = Part(

@@ -167,7 +167,7 @@ def gravity_torque(
 
 def sense_of_motion(velocity: Any) -> Any:
     """Return 1 where the piston moves towards the crank, -1 where away, 0 at the dead centres."""
-    # A piston below this reduced velocity stands still: the velocity is rounding.
+    # A piston whose reduced velocity is below 1e-12 stands still: so little is rounding.
     return np.where(np.abs(velocity) < 1e-12, 0.0, np.sign(velocity))
 
 
@@ -319,7 +319,7 @@ def _fill_errors(which: int, inputs: Floats, sine: Floats, cosine: Floats, resul
             if which == _TORQUE:
                 left_out = couple * speed
                 masses = moment * (s + lean * root * c) * b
-            else:  # both masses times the crank radius: r/l is the crank ratio
+            else:  # both thrusts are taken times the crank radius, which their ratio does not show
                 left_out = couple * root * ratio
                 masses = moment * lean * root * b
             most, whole = max(most, abs(left_out)), max(whole, abs(left_out - masses))
@@ -358,8 +358,8 @@ def rod_load_extremes(
     Returns
     -------
     ndarray of dtype ROD_LOADS
-        Shape of all numbers broadcast. Largest loads are found between samples (`samples`); where
-        the load changes its direction, it is a straight line between them.
+        Shape of all numbers broadcast. Largest loads are found between samples (`superposition`);
+        where the load changes its direction, it is a straight line between them.
     """
     columns = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
     shape = columns["cylinder_set"].shape

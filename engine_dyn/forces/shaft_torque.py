@@ -61,7 +61,7 @@ def shaft_torque_extremes(
     Notes
     -----
     The torque T_j after throw j is the sum of those of throw j and all behind it. Its range is
-    found between samples half a degree apart (`samples`). The first mode takes up
+    found between samples half a degree apart (`superposition`). The first mode takes up
     sum_j beta_j (T_j - T_(j+1)), with the amplitudes beta_j of `harmonics.first_mode_weights`.
     """
     columns = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
@@ -125,7 +125,7 @@ def _largest_ranges(curves: Floats, phi: Floats, curve: CurveOfDesigns) -> Float
         most = np.full(len(rows), np.nan)
         np.fmax.at(most, which, reach(around))
         reached += most.reshape(ranges.shape)
-    may_be = reached >= ranges.max(axis=-1, keepdims=True)  # may be the design's largest
+    may_be = reached >= ranges.max(axis=-1, keepdims=True)  # curves that may have the largest range
     throws = np.flatnonzero(may_be)
     ranges[may_be] = sum(
         largest(rows[throws], phi, lambda which, angle: curve(throws[which], angle), sign)[0]

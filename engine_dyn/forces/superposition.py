@@ -63,7 +63,7 @@ class CrankTrain(NamedTuple):
     double_radius: Any  # Twice the crank radius, 2 r [m], the stroke of an engine without offset
     cylinders: Any  # Cylinder set of each design, or its number of evenly firing equal cylinders
     period: float  # Crank angle of the cycle [rad]
-    # Distance of the piston pin's line from the crank's axis over the crank radius [1].
+    # Distance of the line on which the piston pin moves from the crank's axis, over its radius [1].
     offset: Any = 0.0
     by_count: CylindersByCount | None = None  # Cylinders of each cylinder set
 
@@ -115,7 +115,7 @@ def sample_angles(period: float, family: Family | None = None) -> Floats:
     """
     gap = WIDEST
     if family is not None and not isinstance(family, CycleTable):  # modelled cycles are smooth
-        # Smooth curves need half a degree; the smallest step is 1/32 degree.
+        # Steps are no wider than the gaps of a diagram, but never below 1/32 degree.
         gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), np.pi / 5760.0)
     count = int(np.ceil(period / gap - 1e-6))
     return np.asarray(-0.5 * period + np.arange(count, dtype=np.float64) * (period / count))
@@ -211,9 +211,10 @@ def tops(
     value, place = np.full(designs, np.nan), np.full(designs, np.nan)
     top, moved = _risen(which, angle, around, step, curve)
     np.fmax.at(value, which, top)
-    # Equal crests may differ by this fraction of their size: the angle of the first one counts.
+    # Crests within 1e-9 of the largest value are equal but for rounding. The angle of the first
+    # of them is taken: in reversed order, it is written last.
     size = 1e-9 * np.abs(value)
-    first = np.flatnonzero(top >= (value - size)[which])[::-1]  # the last one written counts
+    first = np.flatnonzero(top >= (value - size)[which])[::-1]
     place[which[first]] = angle[first] + step * moved[first]
     return value, place
 
@@ -224,7 +225,7 @@ def _risen(
     """Value at the top next to each crest, and the distance of the top from the crest, in steps."""
     left, here, right = np.stack([np.full(which.size, k) for k in (-1.0, 0.0, 1.0)])
     before, top, after = around.copy()
-    # A curve may still rise above the found value by this fraction of its largest size.
+    # The search ends where a curve may rise by no more than 1e-11 of its size.
     least = 1e-11 * np.abs(around).max(axis=0)
     calm = np.zeros(which.size, dtype=np.int64)
     alive = np.arange(which.size)
@@ -241,14 +242,15 @@ def _risen(
         wider = np.where(m - a > b - m, 0.5 * (a + m), 0.5 * (m + b))
         near = np.abs(vertex - m) < 1e-3 * (b - a)
         by_gap = near | (calm[alive] > 0) | ~np.isfinite(vertex)
-        # A search at a smooth crest takes six evaluations.
+        # Some steps halve the wider gap, in case parabolas approach the top from one side only: one
+        # of three in the first six, which a smooth crest needs, then three of four.
         by_gap |= number % 3 == 2 if number < 6 else number % 4 != 0
         tried = np.where(by_gap, wider, vertex)
         go = (calm[alive] < 2) & (b - a > 1e-12)
         if not go.any():
             break
         alive, tried, m = alive[go], tried[go], m[go]
-        # Two points or more: a single one may be computed by another loop, with other bits.
+        # NumPy may compute a single point by another loop, with other last bits.
         two = np.resize(np.arange(alive.size), max(alive.size, 2))
         risen = curve(which[alive][two], (angle[alive] + step * tried)[two])[: alive.size]
         higher, behind = risen > top[alive], tried > m

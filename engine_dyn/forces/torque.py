@@ -227,7 +227,7 @@ def torque_after_throw(
     lever = piston_area(bore) * 0.5 * train.double_radius
     moment = mass * (0.5 * train.double_radius * speed) ** 2
 
-    @cache  # a cylinder counts for its own throw and all before it
+    @cache  # the sums of several throws contain the same cylinder
     def of_cylinder(engine: Cylinders, cylinder: int) -> tuple[Any, ...]:
         """Torque of gas, masses, mean friction and friction over the stroke."""
         member = engine.members[cylinder]

@@ -96,7 +96,7 @@ def symmetry(
     marks = marks.reshape(count, -1)
     periods = np.broadcast_to(period if own_periods is None else np.asarray(own_periods), count)
     for parts in range(count, 1, -1):
-        # A shift moves every cylinder, so cylinders fall into groups of `parts`.
+        # Such a shift maps cylinders onto each other in rings of `parts` cylinders.
         if count % parts == 0 and _repeats(angle, marks, periods, period / parts):
             return parts
     return 1

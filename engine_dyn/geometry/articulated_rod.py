@@ -78,8 +78,8 @@ class ArticulatedRod(NamedTuple):
     def _theta(self, crank_ratio: Any, offset: Any, half_turn: float = 0.0) -> Any:
         """Angle of the crank to the master's cylinder at a dead centre: top, or bottom with pi."""
         theta = self.bank + half_turn + 0.0 * (np.asarray(crank_ratio) + offset)
-        # The start is within some degrees of the dead centre. From there each step of Newton's
-        # method doubles the number of right digits, so that the steps below are enough.
+        # Newton's method starts within some degrees of the dead centre, and each step doubles the
+        # number of right digits: eight are enough.
         for _ in range(8):
             height = self._height(theta, crank_ratio, offset)
             theta = theta - height.slope / height.bend

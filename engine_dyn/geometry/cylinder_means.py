@@ -15,7 +15,7 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.geometry.masses import mean_square_velocity
 
-SAMPLES = 360  # Samples of a revolution, for means over articulated rods
+SAMPLES = 360  # Number of samples of a revolution for means of the motion of articulated rods
 
 
 def value_of_sets(

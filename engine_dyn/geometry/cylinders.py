@@ -52,9 +52,9 @@ class Member(NamedTuple):
     """
 
     phase: float  # Angle to add to the engine's crank angle for the cylinder's own [rad]
-    # Factor f in p = p_motored + f (p - p_motored) [1]: 1 as the diagram, 0 without combustion; one
-    # for each cycle where cycles differ, the first around the cylinder's own angle 0. `SEALED`
-    # where the valves stay shut.
+    # Factor f in p = p_motored + f (p - p_motored) [1]: 1 as in the diagram, 0 without combustion,
+    # `SEALED` where the valves stay shut. Where cycles differ, a factor for each, the first for the
+    # cycle around the cylinder's own angle 0.
     pressure_factor: PressureFactor
     mass_factor: float  # Reciprocating mass of the cylinder over the engine's [1]
     # Crank radius, and stroke, of the cylinder over the engine's; rods are equally long [1].
@@ -286,7 +286,8 @@ class Cylinders:
             factors = shortest(tuple(f if f == SEALED else f * own for f in each))
             one = factors[0] if len(factors) == 1 else factors
             members[i] = members[i]._replace(pressure_factor=one)
-        # A cylinder whose pressure is that of cylinder 1, some cycles later, is its copy.
+        # A cylinder that has the pressures of cylinder 1 some cycles later becomes its copy: it
+        # gets the factors of cylinder 1, and a phase that is later by these cycles.
         first = members[0].pressure_factor
         for i, member in enumerate(members):
             these = member.pressure_factor

@@ -31,9 +31,9 @@ class KnownOrder(NamedTuple):
     # (DIN 73021), "alternate" from throw to throw, with odd numbers on one bank.
     numbering: str = "banks"
     crank: str = ""  # Kind of crankshaft, "cross-plane" or "flat-plane", where both exist
-    # Bank angle [degree] and pins, "shared" or "split", of V engines that have been built with the
-    # order; the first that fits is taken when none is given. A bank angle of None stands for any
-    # below 180 degrees. Both kinds of pins are listed also where split pins would coincide.
+    # Bank angle [degree] and pins, "shared" or "split", of V engines built with this order. Where
+    # an engine gives no order, the first one built as that engine is taken. None stands for any
+    # bank angle below 180 degrees. Both kinds of pins are listed where split pins would coincide.
     built: tuple[tuple[float | None, str], ...] = ()
 
 

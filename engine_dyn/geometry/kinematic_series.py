@@ -60,7 +60,7 @@ def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
     even = (nu % 2.0 == 0.0) & (nu > 0.0)
     result = np.where(nu == 1.0, -1.0, 0.0)
     root = np.sqrt((1.0 - ratio) * (1.0 + ratio))
-    # q = (lambda/(1 + k'))^2 subtracts no nearly equal numbers.
+    # This form of q = (1 - k')/(1 + k') does not subtract nearly equal numbers.
     q = (ratio / (1.0 + root)) ** 2
     for order in np.unique(nu[even]):
         here = nu == order
@@ -92,7 +92,8 @@ def mean_position(crank_ratio: npt.ArrayLike) -> Floats:
     _, ratio = _checked(1.0, crank_ratio)
     root = np.sqrt((1.0 - ratio) * (1.0 + ratio))
     q = (ratio / (1.0 + root)) ** 2
-    # 1 less the mean of W, over lambda, without subtracting nearly equal numbers.
+    # (1 - mean of cos(beta))/lambda, with the rod's angle beta, in a form that does not subtract
+    # nearly equal numbers.
     lost = 0.5 * ratio / (1.0 + root) - 0.5 * (1.0 + root) * _root_series(0, q, rest=True) / ratio
     return np.asarray(1.0 + lost)
 
@@ -256,7 +257,8 @@ def _of_power(angle: Floats, power: int, derivative: int) -> Any:
     binomial = 1.0
     for i in range(power):
         binomial *= (0.5 - i) / (i + 1.0)
-    # W = sum binom(1/2, k) (-1)^k (lambda sin)^2k, sin^2k as cosines of multiples
+    # W = cos(beta) is the sum over k of binom(1/2, k) (-1)^k (lambda sin(phi))^2k. The power of the
+    # sine becomes a sum of cosines of multiples of 2 phi.
     weight = -binomial * (-1.0) ** power / 4.0**power
     total: Any = 0.0
     for n in range(power + 1):

@@ -606,5 +606,5 @@ def _built(
         if not shared:
             throws.append(Throw(angle, float(place)))
         cylinders.append(Cylinder((shared or [len(throws) - 1])[0], bank, float(fires)))
-    # `Arrangement` refuses uneven firing that is not meant: here the engine's kind implies it.
+    # True allows uneven firing, which `Arrangement` refuses where nobody asks for it.
     return Arrangement(period, tuple(throws), bank_angles, tuple(cylinders), True, name)

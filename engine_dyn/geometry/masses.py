@@ -142,7 +142,7 @@ def by_highest_order(crank_ratio: Floats, offset: Floats) -> Iterator[tuple[int,
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = 1.0 / crank_ratio - np.abs(offset)
         rho = reach + np.sqrt(reach * reach - 1.0)
-        # The neglected harmonics are below rounding.
+        # A highest order is enough where the harmonics above it are below rounding.
         enough = [rho ** -float(most) <= 1e-15 for most in HIGHEST[:-1]]
     first = np.select([*enough, np.isnan(rho)], [*range(len(enough)), 0], len(enough))
     for number, most in enumerate(HIGHEST):

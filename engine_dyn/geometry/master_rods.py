@@ -77,7 +77,7 @@ def with_rods(
         master = made.banks[made.cylinders[masters[0]].bank]
         for k in here:
             bank = math.remainder(made.banks[made.cylinders[k].bank] - master, TURN)
-            bank = round(bank, 12)  # equal rods are equal bit for bit
+            bank = round(bank, 12)  # so that equal rods are equal in spite of rounding errors
             angle = bank if angles is None else float(angles[k])
             rod = ArticulatedRod(radii[k], angle, bank, lengths[k], masses[k])
             members[k] = members[k]._replace(rod=None if k == masters[0] else rod)

@@ -43,7 +43,7 @@ CRANKS = {
 }
 """Choices of crankshafts for a search of firing orders, in words."""
 
-DIGITS = 9  # Digits of angles in degrees: sums of turns leave rounding behind
+DIGITS = 9  # Decimals to which angles in degrees are rounded, because sums of turns are not exact
 
 
 @dataclass(frozen=True)
@@ -249,9 +249,10 @@ def known_order_of(engine: Arrangement) -> tuple[KnownOrder, str] | None:
 class _Places:
     """Throws of the crankshaft and their cylinders, at each place along the shaft."""
 
-    members: tuple[tuple[int, ...], ...]  # Cylinders, from 0, of each place, by their banks
+    members: tuple[tuple[int, ...], ...]  # Cylinders (from 0) of each place, sorted by their banks
     base: tuple[float, ...]  # Angle of the first throw at each place [rad]
-    # Kind of each place: banks, angles between throws, crank radii. Equal ones may be exchanged.
+    # Kind of each place: for each cylinder there its bank, the angle of its throw from the first
+    # throw [degree] and its crank radius. Places of one kind may exchange their throws.
     kinds: tuple[tuple[tuple[int, float, float], ...], ...]
     first: int  # Place along the shaft of cylinder 1
 
@@ -332,7 +333,8 @@ def _count_of(places: _Places, base: Sequence[float]) -> int:
         ways *= math.factorial(angles.total())
         for alike in angles.values():
             ways //= math.factorial(alike)
-    # Crankshafts that differ by a turn are the same; no turn leaves a sequence unchanged.
+    # A sequence that is turned as a whole is the same crankshaft: each was counted once for each of
+    # these turns, because no turn leaves a sequence unchanged.
     return ways // len(_turns_of(places, base, base))
 
 
@@ -342,7 +344,7 @@ def _cranks_of(places: _Places, base: tuple[float, ...]) -> Iterator[tuple[float
     free: dict[tuple[tuple[int, float, float], ...], list[float]] = {}
     for angle, kind in zip(base, places.kinds, strict=True):
         free.setdefault(kind, []).append(angle)
-    # By turning the shaft, some of the angles for cylinder 1 become the same.
+    # Where turning the shaft takes one angle for cylinder 1 to another, one of both is enough.
     firsts: list[float] = []
     for angle in free[places.kinds[places.first]]:
         turned = {_rounded(angle + turn) for turn in turns}

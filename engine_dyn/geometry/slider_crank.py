@@ -56,7 +56,7 @@ def _checked(
         bad = ratio[~((ratio > 0.0) & (ratio < 1.0))].flat[0]
         raise ValueError(f"crank_ratio = {bad:g}: must lie between 0 and 1, both excluded")
     offset_ratio = given_array("offset", offset)
-    if offset_ratio.any():  # NaN counts as a nonzero offset
+    if offset_ratio.any():  # NaN is true here, and refused below
         turns = ratio * (1.0 + np.abs(offset_ratio)) < 1.0
         if not np.all(turns):
             bad = np.broadcast_to(offset_ratio, turns.shape)[~turns].flat[0]
@@ -72,8 +72,9 @@ def _crank(phi: npt.ArrayLike, crank_ratio: npt.ArrayLike, offset: npt.ArrayLike
     """Angles of crank and rod, docs/method.md (2), (4) and (5)."""
     angle, ratio, offset_ratio = _checked(phi, crank_ratio, offset)
     sine, cosine = np.sin(angle), np.cos(angle)
-    # Addition theorems turn phi, counted from top dead centre, to the crank's angle to the
-    # cylinder: where there are many angles, that is quicker than the sine of each sum.
+    # phi counts from top dead centre, where an offset crank is not in line with the cylinder.
+    # Addition theorems give sine and cosine of the crank's angle to the cylinder; for many angles
+    # they are quicker than the sine of each sum.
     if offset_ratio.any():
         shift = ratio * offset_ratio / (1.0 + ratio)
         rest = np.sqrt(1.0 - shift * shift)
@@ -163,10 +164,10 @@ def acceleration(
     array([ 1.25  , -0.2582, -0.75  ])
     """
     ratio, offset_ratio, sine, cosine, root = _crank(phi, crank_ratio, offset)
-    s2 = sine * sine  # products: a power of 4 takes ten times as long
+    s2 = sine * sine  # two products take a tenth of the time of a fourth power
     bracket = cosine * cosine - s2 + ratio**2 * (s2 * s2)
     if offset_ratio.any():
-        # cos^2 - u sin (1 - lambda^2 u^2) with u = sin - offset, less its value without offset.
+        # The bracket is cos^2 - u sin (1 - lambda^2 u^2) with u = sin - e/r: the offset adds this.
         bracket = bracket + offset_ratio * sine * (
             1.0 - ratio**2 * (3.0 * s2 - offset_ratio * (3.0 * sine - offset_ratio))
         )
@@ -250,7 +251,7 @@ def angle_of_travel(
     )
     lean = np.arctan2(
         apart * x, (top - x) * top + apart**2
-    )  # travel of the piston pin since top dead centre
+    )  # angle by which the line from the crank's axis to the pin has turned since top dead centre
     return lean + np.where(down, gamma, -gamma)
 
 

@@ -43,7 +43,8 @@ HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
 LARGEST = 1e12
 """Largest torque and speed of a table, far above those of any machine: nothing overflows."""
 
-ENDS_TOLERANCE = 0.02  # Largest difference of a period's ends, over the range of the torque
+ENDS_TOLERANCE = 0.02
+"""Largest difference of the torques at both ends of a period, over the range of the torque."""
 
 ROUNDING = 1e-6
 """Fraction of an interval by which rounding may put a speed beyond the ends of a table."""
@@ -399,7 +400,7 @@ def torque_of_harmonics(
             f"{MOST_REVOLUTIONS}"
         )
     highest = max(harmonics, default=0.0)
-    # Knots of a torque in closed form: 720 a revolution, 480 a period of its highest harmonic.
+    # At least 720 knots in a revolution, and 480 in a period of the highest harmonic.
     count = revolutions * max(720, math.ceil(480 * highest))
     theta: Floats = np.arange(count, dtype=np.float64) * (revolutions * REVOLUTION / count)
     torque: Floats = np.full(count, float(mean))
@@ -633,6 +634,6 @@ def highest_order(torque: TorqueOverAngle | None) -> float:
     turns = round(torque.period / (2.0 * math.pi))
     angles = np.arange(turns * SAMPLES_OF_TURN) * (2.0 * math.pi / SAMPLES_OF_TURN)
     amplitude = np.abs(np.fft.rfft(torque(angles)))[1:]
-    # Amplitudes of at least one hundredth of the largest count.
+    # Only orders with an amplitude above one hundredth of the largest count.
     counting = np.flatnonzero(amplitude > 0.01 * amplitude.max(initial=0.0))
     return float(counting[-1] + 1) / turns if counting.size else 0.0

@@ -378,7 +378,7 @@ def valve_train(
         Number of bearings of all camshafts.
     """
     number = np.clip(np.nan_to_num(np.asarray(kind, dtype=float)), 1, len(VALVE_TRAINS))
-    # Each kind of valve train has a row, by its number less 1.
+    # The numbers of the kinds begin at 1, their rows of constants at 0.
     flat, roller, hydrodynamic, mixed = np.moveaxis(
         np.array([train[1:] for train in VALVE_TRAINS.values()])[number.astype(int) - 1], -1, 0
     )

@@ -129,7 +129,7 @@ def _table_torque(omega: float, table: Floats) -> tuple[float, float]:
 def torque_at(omega: float, law: Law) -> tuple[float, float]:
     """Torque of a law at a speed [rad/s], in any unit, and its slope."""
     if law.kind == POWER:
-        # Speed over the nominal speed, because powers of large numbers overflow.
+        # The speed is taken over the nominal speed, because powers of large numbers overflow.
         torque, slope = _power_torque(omega / law.nominal, law.first)
         return torque, slope / law.nominal
     if law.kind == LINEAR_SQUARE:
@@ -216,7 +216,7 @@ def slope_and_sign(
     """
     law = LAWS[form.kind]
     assert law.torque is not None
-    if form.kind == POWER:  # the same for any speed, whose powers might overflow
+    if form.kind == POWER:  # half of the exponent; powers of large speeds might overflow
         return 0.5 * first, np.full(first.shape, form.sign)
     torque, slope = law.torque(speed, *(first, second)[: len(law.numbers)])
     with np.errstate(divide="ignore", invalid="ignore"):

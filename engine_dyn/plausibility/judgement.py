@@ -23,7 +23,8 @@ from engine_dyn.types import Floats
 
 AT_ONCE = 1 << 18  # Number of values of one measure that are computed at a time
 
-MOST_CORNERS = 12  # Varying parameters, up to which the corners of their box are examined
+MOST_CORNERS = 12
+"""Largest number of varying parameters for which the corners of their box are examined first."""
 
 SI_UNITS: Mapping[str, tuple[str, float]] = {
     **dict.fromkeys(("bore", "stroke", "rod", "rod_length", "rod_centre_of_gravity", "pin_offset",
@@ -353,7 +354,7 @@ def _question(
             meant = suspicion.meant(point[key]) / size
             if math.isclose(meant, point[key], rel_tol=1e-9):
                 continue
-            # What was meant has another dimension: there is no value to compute
+            # NaN stands for a meaning of another dimension, whose value cannot be computed.
             if math.isnan(meant):
                 fitting.append((0, suspicion.question))
                 continue
@@ -407,13 +408,13 @@ _FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")
 def _facts(diagram: Diagram) -> tuple[float, ...]:
     """Measures of a diagram in SI units, in the order of `_FACTS`."""
     phi = (np.arange(SAMPLES) / SAMPLES - 0.5) * diagram.period
-    # The crank ratio changes the mean effective pressure by a few percent at most: 0.3 will do.
+    # A crank ratio of 0.3 serves all engines: the mean effective pressure hardly depends on it.
     lean = 0.3 * np.sin(phi)
     velocity = np.sin(phi) + lean * np.cos(phi) / np.sqrt(1.0 - lean * lean)
     imep = float(np.mean(diagram(phi) * velocity)) * 0.5 * diagram.period
     angle = float(diagram.angle[int(np.argmax(diagram.pressure))])
     late, early = diagram(np.radians([-60.0, -90.0]))
-    # A two-stroke engine's ports may still be open at this early angle.
+    # Ports of a two-stroke engine may still be open 90 degrees before dead centre.
     rise = float(late / early) if math.isclose(diagram.period, FOUR_STROKE) else math.nan
     return diagram.peak, float(diagram.pressure.min()), angle, imep, rise
 
@@ -457,7 +458,7 @@ def judged_diagrams(
             )
         )  # fmt: skip
         if question:
-            break  # the other measures are wrong for the same reason
+            break  # a wrong unit or angle makes the other measures wrong too
     return tuple(unusual)
 
 
@@ -466,7 +467,7 @@ def _question_of_diagram(check: Check, value: float, written: float) -> str:
     if check.blames == ("angle",):
         late = value < check.low if check.name == "compression_rise" else value > check.high
         shift = "late" if late else "early"
-        if check.name == "compression_rise":  # a wrong pressure level changes the others too
+        if check.name == "compression_rise":  # a shift of all pressures changes it too
             return f"{shift}? Or is its pressure too {'high' if late else 'low'}"
         return shift
     if check.name not in ("peak_pressure", "lowest_pressure"):

@@ -42,7 +42,7 @@ class Check:
     """One measure of an engine, and the range in which it usually lies."""
 
     name: str  # Name by which the check is silenced
-    # Words for the measure: the number, computed from the engine's values, that is checked
+    # Words for the measure, the number computed from the engine's values that is checked
     what: str
     unit: str  # Unit of the range, and of the measure in messages
     # Ends of the usual range, in the check's unit.

@@ -50,8 +50,8 @@ PLACES, INTEGRALS, WEIGHTS, COEFFICIENTS = _matrices()
 """Collocation points of an interval; weights of integrals up to each and over all; coefficients."""
 
 
-# Largest |x| for which exp(x) is the sixteenth power of the series of exp(x/16), and sine and
-# cosine of small angles their series: the compiler vectorises these, but not calls of the library.
+# Largest |x| for which `short_exp` serves, the sixteenth power of the series of exp(x/16): the
+# compiler vectorises it, but not calls of the library's function.
 SHORT = 6.0
 
 

@@ -90,7 +90,8 @@ class CompressorCycle:
     compression_exponent: float
     expansion_exponent: float
     valve_ramp: float  # Crank angle over which a valve opens or closes [rad]
-    # Angle in which the difference to the line's pressure falls to 1/e with an open valve [rad].
+    # Crank angle in which, with an open valve, the difference between the pressures of cylinder and
+    # line falls to 1/e [rad].
     valve_lag: float
 
     def __post_init__(self) -> None:
@@ -453,7 +454,7 @@ class PumpCycle:
                 f"suction_loss = {self.suction_loss / BAR:.6g} bar: must be at most half of "
                 "suction_pressure"
             )
-        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # refuses stuck cranks
+        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # raises if it cannot turn
 
     def pressure_and_slope(self, phi: ArrayLike) -> tuple[Floats, Floats]:
         """Absolute pressure [Pa] and its derivative [Pa/rad] at crank angles [rad]."""

@@ -53,7 +53,7 @@ def on_threads(
 def place_of(phi: float, count: int, period: float) -> tuple[int, float]:
     """Knot at or before an angle, and the fraction of the way to the next."""
     place = (phi / period + 0.5) * count
-    # An angle off a knot by rounding is taken as the knot, as in a table of the same angles.
+    # An angle that misses a knot by rounding counts as the knot.
     nearest = math.floor(place + 0.5)
     if abs(place - nearest) < 1e-9:
         place = nearest
@@ -82,7 +82,7 @@ def sampled(
     shape = curves.rows.size, angle.size
     values = np.empty(shape)
     rises = np.empty(shape if slopes else (shape[0], 0))
-    # Unsigned indices: for others Numba checks whether they count from the end.
+    # Indices are unsigned: Numba checks of signed ones whether they count from the end.
     places = np.empty((2, angle.size), dtype=np.uint64)
     weights = np.empty((angle.size, 8))
     _weigh(angle, curves.pressure.shape[1], period, places, weights)
@@ -175,7 +175,7 @@ def peak_angle_of(pressure: Floats, slope: Floats, period: float) -> float:
     square = b * b - 3.0 * a * c
     if square < 0.0:
         return angle
-    # Form of the quadratic formula that does not cancel, as in `diagram`.
+    # This form of the quadratic formula does not subtract nearly equal numbers.
     q = -(b + math.copysign(math.sqrt(square), b))
     for number in range(2):
         t = 0.0
@@ -302,7 +302,7 @@ def _morph(
             bump = max(1.0 - part * part, 0.0)
             bump = bump * bump * bump
             low, high = pressures[one, i], pressures[other, i]
-            if bump > 0.0:  # away from the combustion the warp is the identity
+            if bump > 0.0:  # only angles near the combustion are warped
                 left, t = place_of(angle + (from_angle - peak) * bump, count, period)
                 low, _ = hermite_at(pressures[one], slopes[one], left, t, step)
                 left, t = place_of(angle + (to_angle - peak) * bump, count, period)

@@ -47,7 +47,7 @@ PLACES = 2.0**24
 """Fractions of rows are multiples of 1/PLACES: a row plus its fraction is then exact whatever
 the combination's number is; loads are rounded to 2e-8 percent."""
 
-EXAMPLES = 256  # Number of combinations that are examined to decide something for all of them
+EXAMPLES = 256  # Number of combinations that `examples` gives, where there are more
 
 
 class ModelledDiagram(NamedTuple):
@@ -86,7 +86,7 @@ class _Kept:
         if old is None or not still.any():
             self.numbers, self.curves = missing, made
             return
-        # Rows of earlier requests are kept up to half of 100 MB.
+        # Old rows that this request does not want are dropped where all would exceed 50 MB.
         if old.pressure.nbytes + made.pressure.nbytes > 0.5 * 100e6:
             index = old.rows[still]
             self.numbers = self.numbers[still]
@@ -175,7 +175,7 @@ class CycleTable(Family):
     @cached_property
     def _step(self) -> float:
         steps = {cycle.step for cycle in self.cycles}
-        # Step [degree] of the diagrams of an engine that gives them different ones
+        # An engine that gives its diagrams different steps has 0.25 degree for all.
         return steps.pop() if len(steps) == 1 else 0.25
 
     def place(self, load: ArrayLike, speed: ArrayLike) -> Floats:

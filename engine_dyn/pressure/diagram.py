@@ -99,7 +99,7 @@ class Diagram:
         """Angle [rad] where the spline is largest beside the largest tabulated pressure."""
         top = int(np.argmax(self.pressure))
         count = len(self.angle)
-        # The spline rises before the summit and falls after it: take the interval that holds it.
+        # The maximum lies in the interval to which the spline rises from the largest knot.
         left = top if self.slope[top] >= 0.0 else (top - 1) % count
         right = (left + 1) % count
         step = (self.angle[right] - self.angle[left]) % self.period
@@ -132,8 +132,8 @@ class Diagram:
         while pressure.size % 2 == 0 and pressure.size > 8:
             near, between = pressure[::2], pressure[1::2]
             predicted = 9.0 * (near + np.roll(near, -1)) - np.roll(near, 1) - np.roll(near, -2)
-            # Fraction of the pressure's range that cubics through every other knot may miss where
-            # all knots are smooth.
+            # In a smooth diagram, cubics through every other knot miss the knots between by no more
+            # than 1e-6 of the pressure's range.
             if np.abs(between - predicted / 16.0).max() > 1e-6 * np.ptp(self.pressure):
                 break
             gap, pressure = 2.0 * gap, near
@@ -173,7 +173,8 @@ class Diagram:
         inside = wrapped(np.asarray(phi, dtype=np.float64), self.period)
         count = len(self.angle)
         left = np.searchsorted(self.angle, inside, side="right") - 1
-        # The interval that wraps lies before the first knot; index -1 is its left knot.
+        # An angle before the first knot lies in the interval that begins at the last knot of the
+        # cycle before, index -1.
         right = (left + 1) % count
         start = self.angle[left] - np.where(left < 0, self.period, 0.0)
         step = self.angle[right] - start + np.where((right == 0) & (left >= 0), self.period, 0.0)
@@ -241,7 +242,7 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
         Whether slopes are wanted.
     """
     formula = _slope_of if slopes else _pressure_of
-    # Values of several diagrams that fit in a processor's cache are computed together.
+    # As many diagrams are computed together as have values that fit in a processor's cache.
     most = max(1, 65536 // phi.size)
     angle, at = None, None
     first = 0
@@ -305,7 +306,8 @@ def largest_of_rows(pressure: Floats, slope: Floats, step: Floats) -> Floats:
     `step` are the steps behind the knots [rad], common to all.
     """
     after, rise = np.roll(pressure, -1, axis=1), np.roll(slope, -1, axis=1)
-    # A cubic of Hermite rises by at most 4/27 of a step's slope above its ends.
+    # Above its higher end, a Hermite cubic rises by at most 4/27 of the step times the slopes at
+    # which it rises into the step from either end.
     most = 4.0 / 27.0 * step * (np.maximum(slope, 0.0) + np.maximum(-rise, 0.0))
     most += np.maximum(pressure, after)
     row, knot = np.nonzero(most >= pressure.max(axis=1, keepdims=True))
@@ -419,7 +421,8 @@ def _stationary(p0: Floats, p1: Floats, s0: Floats, s1: Floats, step: Floats) ->
     a = step * (s0 + s1) - 2.0 * (p1 - p0)
     root = np.sqrt(np.maximum(b * b - 3.0 * a * c, 0.0))
     real = b * b >= 3.0 * a * c
-    # Quadratic formula that does not cancel: q = -(b + sign(b) root), t = q / 3a and c / q.
+    # The quadratic formula in a form that does not subtract nearly equal numbers:
+    # q = -(b + sign(b) root), t = q / 3a and c / q.
     q = -(b + np.copysign(root, b))
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.stack([q / (3.0 * a), c / q], axis=-1)

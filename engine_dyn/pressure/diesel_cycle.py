@@ -236,7 +236,7 @@ class DieselCycle:
 
         within = np.einsum("iq,pq->ip", h * decay, _GAUSS_INNER)
         factor = np.exp(np.einsum("iq,q->i", -h * decay, _GAUSS_WEIGHTS))
-        # Growth from each Gauss node to the end of its interval.
+        # What the source at each of Gauss's nodes has become at the end of its interval.
         growth = np.exp(within) * factor[:, None] * source
         gain = np.einsum("iq,q->i", growth, h * _GAUSS_WEIGHTS)
         coarse_factor, coarse_gain = np.ones(count), np.zeros(count)
@@ -252,7 +252,7 @@ class DieselCycle:
         for i, (f, g) in enumerate(zip(factors, gains, strict=True)):
             pressure[i] = p
             p = p * f + g
-        # Shift the table from its own start to -2 pi.
+        # The table begins in the intake stroke: it is rotated to begin at -2 pi.
         index = first + np.arange(count)
         angle: Floats = np.arange(-(count // 2), count - count // 2) * np.float64(step)
         return angle, np.roll(pressure, index[0] + count // 2)

@@ -27,7 +27,8 @@ from engine_dyn.pressure.point_checks import PEAK_TO, degrees
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
-# Step between rows, and reach of the warp on both sides of the pressure's peak.
+# Step between rows [percent of load]; angles before and after the peak of the pressure over which
+# it is warped, each at least WARP_PER_SHIFT times the shift of the peak; largest such shift.
 ROW_STEP = 0.5
 WARP_BEFORE = 40.0 * DEGREE
 WARP_AFTER = 80.0 * DEGREE
@@ -75,7 +76,7 @@ class TableAxis:
         segment = np.searchsorted(self.given, wanted, side="right") - 1
         width, steps = self._widths
         place = (wanted - self.given[segment]) / width[segment] * steps[segment]
-        # A value that was meant to be a row (12.5 in a linspace) is taken as the row.
+        # A value that misses a row by rounding counts as the row.
         nearest = np.rint(place)
         place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
         whole = np.floor(place)
@@ -387,7 +388,7 @@ def peaks_between(place: ArrayLike, pressure_of: Callable[[int], Floats]) -> Flo
     below = np.floor(flat)
     fraction = flat - below
     lower = below.astype(np.int64)
-    if flat.size == 1:  # a single diagram takes a tenth of the time of a table
+    if flat.size == 1:  # for one place, this takes a tenth of the time of the table below
         curve = pressure_of(int(lower[0]))
         if fraction[0] > 0.0:
             after = pressure_of(int(lower[0]) + 1)
@@ -521,7 +522,8 @@ def remembered(family: Family, key: Hashable, make: Callable[[], Arrays]) -> Arr
             with _lock:
                 kept = _kept.setdefault(family, {})
                 kept[key] = made
-                # Room for all groups of a sweep: a search for an inertia solves them again.
+                # The oldest arrays are dropped. There is room for all groups of a sweep, because a
+                # search for an inertia solves each group many times.
                 while kept and (len(kept) > 64 or _bytes_of(kept) > 160_000_000):
                     kept.pop(next(iter(kept)))
             return made

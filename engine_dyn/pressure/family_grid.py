@@ -195,7 +195,7 @@ class FamilyGrid(RowsOfDiagrams):
     @cached_property
     def _speed_axis(self) -> TableAxis:
         """Axis of the table's rows over speed."""
-        # Largest step between rows over speed, as a fraction of the lower of two given speeds.
+        # Rows between two given speeds are at most 2 percent of the lower one apart.
         relative = np.diff(self.speeds) / (0.02 * self.speeds[:-1])
         steps: Integers = np.ceil(relative - 1e-9).astype(np.int64)
         return TableAxis(self.speeds, steps)

@@ -82,7 +82,7 @@ class _ClosedCycle:
     premixed_duration: float = 10.0 * DEGREE
     premixed_form: float = 2.0
     wiebe_factor: float = WIEBE
-    # gamma = 1.38 - 0.08 (T - 300 K)/1000 K, after Gatowski et al. (1984), as usually quoted.
+    # By default gamma = 1.38 - 0.08 (T - 300 K)/1000 K: Gatowski et al. (1984), as usually quoted.
     gamma_300: float = 1.38
     gamma_slope: float = 8e-5
     wall: str = "adiabatic"

@@ -42,7 +42,8 @@ EXPONENT_REACH = 30.0 * DEGREE
 
 BURNT = 40.0  # A combustion ends where the fraction exp(-BURNT) of it is left
 
-# Durations over which Wiebe functions are followed: nothing is left, and powers stay finite.
+# Number of durations for which a Wiebe function is followed: nothing is left to burn after them,
+# and powers of a longer time would overflow.
 BURNT_OUT = 4.0
 
 
@@ -105,7 +106,8 @@ def geometry(sine: float, cosine: float, case: Case) -> tuple[float, float]:
     if offset == 0.0:
         volume = case.clearance + 0.5 * position_at(sine, cosine, ratio)
         return volume, 0.5 * velocity_at(sine, cosine, ratio)
-    # Travel over the swept volume: with an offset the stroke exceeds two crank radii.
+    # Factor from travel over crank radius to volume over swept volume: half of it without offset,
+    # less with one, because the stroke then exceeds two crank radii.
     share = 0.5 / case.half_stroke
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)

@@ -133,10 +133,10 @@ def take_closed_rates(
         if case.wall == POLYTROPIC:
             g = gas.total * share
             lost = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - 1.0)
-            # Linearised loss over T: it changes with the integral G, and dG/dy = -share (A - G).
+            # Derivative of the loss over y, with G = gamma - 1 and dG/dy = -share (A - G).
             rising = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - share)
         elif case.wall == WOSCHNI:
-            # Powers of p and T in Woschni's formula, over those of the trapped charge.
+            # Logarithm of p^0.8 T^-0.55, from Woschni's formula, over its value when trapped.
             power = 0.25 * math.log(temperature / case.charge_temperature)
             power -= 0.8 * points.logarithm[i]
             more = 0.25
@@ -229,7 +229,7 @@ def width_of_combustion(phi: float, width: float, case: Case) -> float:
 def width_of_geometry(phi: float, case: Case) -> float:
     """Width of an interval that begins at an angle, by how quickly the volume varies."""
     across = math.acosh(1.0 / (case.crank_ratio * (1.0 + abs(case.offset_ratio))))
-    # The volume is about c + (1 + lambda) phi^2/4 near dead centre.
+    # Near dead centre the volume is about c + (1 + lambda) phi^2/4, with the clearance c.
     least = 2.0 * math.sqrt(case.clearance / (1.0 + case.crank_ratio))
     away = abs(phi)
     if phi < 0.0:

@@ -74,8 +74,8 @@ def _constructed(diagram: Diagram) -> Diagram:
             best = (miss, fitted, float(k))
     assert best is not None
     miss, (level, exponent), k = best
-    # The points are no compression if ln p deviates more (root mean square), or if the pressure
-    # rises by less than a factor of 1.5 over the fitted part; factors of 4 or 5 are usual.
+    # The points are no compression if ln p deviates from the fit by more than 0.05 (root mean
+    # square), or if the pressure rises by less than a factor of 1.5; factors of 4 or 5 are usual.
     if miss > 0.05 or log_p[-1] - log_p[0] < math.log(1.5):
         raise ValueError(
             "the diagram has no compression line between 80 and 30 degrees before firing dead "
@@ -85,7 +85,8 @@ def _constructed(diagram: Diagram) -> Diagram:
     angle = diagram.angle
     before = -np.abs(angle)
     top = np.exp(level - exponent * np.log1p(k * _travel(angle)))
-    # The compression as measured, up to where the fit takes over; mirrored after dead centre.
+    # The measured compression up to the angle from which the fit takes over; after dead centre, the
+    # mirror image of both.
     share = _step((np.abs(angle) - FIT_TO) / (JOINED - FIT_TO))
     compression = top ** (1.0 - share) * diagram(before) ** share
     if diagram.period == FOUR_STROKE:
@@ -172,7 +173,7 @@ def row_with_factor(family: Family, row: int, factor: float) -> Diagram:
         if sealed or not np.array_equal(base.angle, whole.angle):
             pressure = base(in_compression(whole.angle) if sealed else whole.angle)
             slope = periodic_spline_slopes(whole.angle, pressure, whole.period)
-        # The spline is linear in its values.
+        # A spline is linear in its values, so slopes are blended as pressures are.
         share = max(factor, 0.0)
         known[row, factor] = Diagram(
             whole.angle,

@@ -16,8 +16,8 @@ from engine_dyn.periodic_spline import wrapped
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, DEGREE
 
-# Smallest number of points, and largest gaps between them: wide in the gas exchange, where measured
-# files are sparse, and narrow where the pressure rises and falls steeply.
+# Smallest number of points; distance from firing dead centre within which gaps between points must
+# be narrow, because the pressure changes steeply there; angles between which the peak must lie.
 MINIMUM_POINTS = 16
 NEAR_FIRING = 60.0 * DEGREE
 PEAK_FROM, PEAK_TO = -30.0 * DEGREE, 60.0 * DEGREE
@@ -98,8 +98,8 @@ def _check_values(phi: Floats, p: Floats, period: float) -> None:
             f"point {top + 1}: the largest pressure is {bars(p[top])} bar: must be at least "
             f"{bars(SMALLEST_PEAK)} bar (are the pressures in bar or MPa? They must be in pascal)"
         )
-    # Pressures in megapascal that were taken for bar: with natural aspiration the lowest is in this
-    # range, and the ratio of the largest to it tells an engine from a pump.
+    # Megapascals that are taken for bar show as a lowest pressure of about 0.1 bar. The ratio of
+    # the largest to the lowest pressure tells such an engine from a pump.
     low = float(p.min())
     if 0.05 * BAR <= low < 0.15 * BAR and 15.0 * low <= p[top] <= 35.0 * BAR:
         raise ValueError(
@@ -150,7 +150,7 @@ def _check_coverage(phi: Floats, period: float) -> None:
     step = np.diff(phi, append=phi[0] + period)
     end = phi + step
     near = (phi < NEAR_FIRING) & (end > -NEAR_FIRING)
-    # The gap that wraps around ends in the next period.
+    # A gap across the end of the cycle ends in the next cycle.
     near |= (phi < NEAR_FIRING + period) & (end > period - NEAR_FIRING)
     slack = SLACK * period
     for allowed, where, part in (

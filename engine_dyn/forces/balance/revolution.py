@@ -183,8 +183,8 @@ def largest_of(motion: Floats, lines: Floats, turn: Floats, largest: Floats) -> 
         _vectors(motion, design, own, cylinders, turn, x, y)
         for i in range(samples):
             x[i] = _unless_rounding(x[i] * x[i] + y[i] * y[i], motion[LEAST, design])
-        # The highest sample may lie beside the second highest crest, so crests are compared by
-        # parabolas through their samples.
+        # The highest sample need not lie beside the highest crest of the curve: crests are compared
+        # by parabolas through three samples.
         best, crest, total = 0, -1.0, 0.0
         for i in range(samples):
             total += x[i]
@@ -220,7 +220,8 @@ def _parabola_top(left: float, middle: float, right: float) -> float:
     return middle + min((right - left) ** 2 / (8.0 * bend), middle)
 
 
-Parabola = tuple[float, float, float]  # Square of the force, half its slope and its bend, at 0
+Parabola = tuple[float, float, float]
+"""A parabola in the fraction c: numbers s, p and q of s + 2 p c + q c^2."""
 
 
 def least_mean_square(forward: Any, backward: Any, weights: Any, across_weight: float) -> Floats:
@@ -310,12 +311,13 @@ def _lowest_of_all(square: Floats, slope: Floats, bend: Floats) -> float:
     below, above = 0.0, 1.0
     low, high = _highest(square, slope, bend, below), _highest(square, slope, bend, above)
     here = below
-    # Each round adds a parabola that was not known before; some ten rounds are usual.
+    # Each round takes in one more parabola, the highest at the fraction `here`; some ten rounds are
+    # usual.
     for _ in range(60):
         here = min(max(_lowest_of_two(low, high), below), above)
         known = max(_value(low, here), _value(high, here))
         new = _highest(square, slope, bend, here)
-        # A parabola is higher only if it exceeds the largest known square by this fraction.
+        # A parabola that is higher by less than 1e-12 of the square is so by rounding alone.
         if not _value(new, here) > known * (1.0 + 1e-12):
             break
         if new[1] + here * new[2] > 0.0:

@@ -195,7 +195,7 @@ class RunningGear:
         """Moment about the middle of the crank of all that turns with it, N m."""
         return self._scaled(np.abs(self._without_rounding(self._turning(moment=True), True)))
 
-    # Counterweight vector that would balance the force.
+    # Counterweights that would balance the force.
 
     def shaft_required(self) -> Floats:
         """Unbalance of the shaft that cancels the backward first order of the force [kg m]."""
@@ -270,7 +270,7 @@ class RunningGear:
 
     def _rounding(self, moment: bool) -> Any:
         mass = np.abs(np.asarray(self.reciprocating_mass)) * self.crank_radius
-        # A sum below this fraction of one cylinder's force, times the cylinders, is rounding.
+        # A sum below 1e-9 of the sum of all cylinders' sizes is rounding.
         return 1e-9 * mass * self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
 
     def _sum(self, phi: Any, moment: bool) -> Any:
@@ -308,8 +308,7 @@ class RunningGear:
         mass = mass + np.abs(self.throw_turning_mass)
         weights = self._per_count(lambda _, weight: np.abs(weight).sum(), moment)
         of_webs = np.abs(self.web_couple if moment else self.webs)
-        # The vector sum of all cylinders' forces is rounding below this fraction of the sum of
-        # their sizes.
+        # A vector sum below 1e-13 of the sum of all sizes is rounding.
         return 1e-13 * (mass * self.crank_radius * weights + of_webs)
 
     def _turning(self, moment: bool) -> Any:
@@ -564,8 +563,8 @@ def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:
         )  # fmt: skip
         return float(gear.moment_max() if order is None else gear.moment_ellipse(order).major)
 
-    # A moment counts as zero below this fraction of one cylinder's inertia force times the throw
-    # distance: V12 engines keep 3e-4 of sixth order.
+    # A moment below 1e-3 of one cylinder's inertia force times the distance of throws counts as
+    # zero: V12 engines keep 3e-4 of sixth order.
     return moment(1.0, 0.0) < 1e-3 < moment(1e-12, 1.0)
 
 
