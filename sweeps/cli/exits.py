@@ -46,7 +46,8 @@ def open_closed_streams() -> None:
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # The new handle gets the lowest free number, 1 or 2
+            # The new handle gets the lowest free number, which is that of the closed stream.
+            os.open(os.devnull, os.O_RDWR)
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
 
@@ -97,7 +98,7 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
 def _message_and_status(error: Exception) -> tuple[str, int]:
     if isinstance(error, SceneError):
         text = one_line(error, sys.maxsize)
-        if len(text) > LONGEST_MESSAGE:  # Names may have thousands of letters; the reason is last
+        if len(text) > LONGEST_MESSAGE:  # The reason stands at the end of a message
             text = f"{text[: LONGEST_MESSAGE // 2]}...{text[-LONGEST_MESSAGE // 2 :]}"
         return text, BAD_INPUT
     missing = no_laboratory(error) if isinstance(error, ModuleNotFoundError) else None
@@ -109,14 +110,14 @@ def _message_and_status(error: Exception) -> tuple[str, int]:
     return f"failed: {type(error).__name__}: {one_line(error)} (--debug shows where)", FAILURE
 
 
-NAMESAKE = "sweeps"  # Name that Weights & Biases has in the package index
+NAMESAKE = "sweeps"  # Name in the package index of another package, by Weights & Biases
 
 _PAGE = "see 'Another package named sweeps' on the page 'Install'"
 
 
 def replaced() -> str:
     """One line where `import sweeps` gives another package's module, or none; otherwise empty."""
-    module = sys.modules["sweeps"]  # An import would make this file depend on all of the package
+    module = sys.modules["sweeps"]  # Importing it would make this file depend on all its modules
     if "read_scene" in getattr(module, "__all__", ()):
         return ""
     what = f"another package's, {module.__file__}" if module.__file__ else "gone"

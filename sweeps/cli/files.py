@@ -110,7 +110,7 @@ def _try_writing(folder: Path) -> None:
     """Write a file in a folder, or in the nearest one above it that exists, and remove it."""
     while not folder.exists():
         folder = folder.parent
-    # Asking for permission is not enough: a file system can be read-only for its owner.
+    # Permissions are not enough: a file system can be read-only even for the owner of the folder.
     with tempfile.TemporaryFile(dir=folder):
         pass
 

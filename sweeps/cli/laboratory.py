@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
 
 class _WithKeys(click.Command):
-    """A command with an option for each key of `ImportOptions`."""
-
-    # The options are made when the command is used: help on all commands does not load the keys.
+    """A command with an option for each key of `ImportOptions`; only it loads these keys."""
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Options of the command itself, then those of the keys."""

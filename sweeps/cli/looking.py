@@ -361,7 +361,7 @@ def plot(
         from sweeps.view.texts.readable_dataset import readable_dataset
 
         readable = readable_dataset(dataset, units)
-        # --zero turns the crank angle, which the figures select themselves.
+        # The option --zero shifts the crank angle, so the figures select its values themselves.
         check_slices(readable, {k: v for k, v in select.items() if k != "crank_angle"})
         if listed:
             say(kinds_text(readable, options))

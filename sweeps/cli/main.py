@@ -34,11 +34,9 @@ def _in_one_line(ctx: click.Context) -> Iterator[None]:
 class _Commands(click.Group):
     """Commands whose options with one value may be given once: click takes the last in silence."""
 
-    # Faults of options are reported in one line, as all bad input is.
-
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take the options before the command."""
-        # Without any arguments, the help is an exception
+        # Without any arguments, click raises its help text as an error, which is left as it is.
         with _in_one_line(ctx) if args else nullcontext():
             return super().parse_args(ctx, args)
 

@@ -323,14 +323,14 @@ def _command_line(full_paths: bool = False) -> str:
     """Return the command line as an archive keeps it: absolute paths are reduced to their names."""
     arguments = sys.argv[1:] if full_paths else map(_without_folders, sys.argv[1:])
     words = shlex.join([Path(sys.argv[0]).name, *arguments])
-    # The name of a file need not be valid text.
+    # A file name need not be valid UTF-8, but an attribute of an archive must be.
     return words.encode("utf-8", "replace").decode("utf-8")
 
 
 def _without_folders(argument: str) -> str:
     """An argument; its path, if absolute or leading upwards, is reduced to its name."""
     parts = re.match(r"(-\w|--[\w-]+=)?(.*)", argument, re.DOTALL)
-    assert parts is not None  # The expression matches every text
+    assert parts is not None  # The regular expression matches every text
     path = Path(parts[2])
     leads_out = path.is_absolute() or os.pardir in path.parts
     return f"{parts[1] or ''}{path.name}" if leads_out else argument

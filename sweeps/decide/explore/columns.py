@@ -154,7 +154,7 @@ def columns_of(
     words = words_of(archive)
     columns: dict[str, xr.Variable] = {}
     for dimension in dims:
-        # Axes of words have a second coordinate with numbers.
+        # An axis of words has a coordinate of numbers and one of words; the words are shown.
         home = words.get(dimension, dimension)
         columns[dimension] = (
             archive.variables[home] if home in archive.coords else _numbered(archive, dimension)
@@ -162,7 +162,7 @@ def columns_of(
     for name, coordinate in archive.coords.items():
         if str(name) in (*dims, *words.values()) or not set(coordinate.dims) <= set(dims):
             continue
-        # An axis of words that is cut is named by its word, not by its number.
+        # An axis of words that is cut is shown by its word, in the coordinate NAME_name.
         cut = coordinate.ndim == 0
         if (
             cut

@@ -30,22 +30,22 @@ NAMES = ("the first", "the second")  # Names of two archives whose files are not
 class Difference:
     """How two archives differ in one quantity."""
 
-    # Name of the quantity.
     name: str
     units: str
     count: int = 0  # Number of values that were compared
     differing: int = 0  # Number of values that differ; two missing values (NaN) are the same
     only_one: int = 0  # Number of differing values that are a number in one archive only
-    # Largest difference, and the largest relative one, over the greater of the two magnitudes; 0
-    # where there is none.
+    # Largest difference, and largest relative difference, over the greater of the two magnitudes;
+    # 0 where no values differ.
     largest: float = 0.0
     relative: float = 0.0
-    largest_at: dict[str, Any] = field(default_factory=dict)  # Axes' values at these differences
+    # Values of the axes at the largest difference, and at the largest relative difference.
+    largest_at: dict[str, Any] = field(default_factory=dict)
     relative_at: dict[str, Any] = field(default_factory=dict)
-    # The two values at the places of the largest differences.
+    # Values of both archives at the largest difference, and at the largest relative difference.
     pair: tuple[float, float] = (math.nan, math.nan)
     relative_pair: tuple[float, float] = (math.nan, math.nan)
-    # Place of the first value that is a number in one archive only.
+    # Values of the axes at the first value that is a number in one archive only.
     only_at: dict[str, Any] = field(default_factory=dict)
 
 
@@ -59,7 +59,7 @@ class Comparison:
     made: list[str]  # Other differences in how the archives were made, such as versions, in words
     only_first: list[str]  # Quantities that one archive alone has
     only_second: list[str]
-    # Quantities that both archives have, over other axes or with another unit, and why.
+    # Quantities that both archives have but with different axes or units, with the reason.
     not_compared: list[str]
     quantities: list[Difference]  # Quantities that both archives have
     names: tuple[str, str] = NAMES  # Names of the archives in texts
@@ -154,7 +154,7 @@ def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
     """Coordinates along an axis in the order of their names."""
     along = sorted(str(n) for n, c in dataset.coords.items() if c.dims == (dimension,))
     if len(along) > 1 and dimension in along and dataset[dimension].dtype.kind == "i":
-        # Numbers that count words or designs say nothing that the other coordinates do not say
+        # Integers that only number the words or designs of an axis are no values to compare.
         along.remove(dimension)
     return [dataset[name].values for name in along]
 
@@ -194,7 +194,7 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             gap = np.where(unequal & ~missing, np.abs(a - b), 0.0)
             over = np.where(gap > 0.0, gap / np.maximum(np.abs(a), np.abs(b)), 0.0)
-        # An infinity against a number, or against the other infinity, is beyond every number.
+        # A number and an infinity, or infinities of both signs, differ infinitely in relation too.
         over[np.isinf(gap)] = math.inf
         for key, values, pair in (("largest", gap, "pair"), ("relative", over, "relative_pair")):
             here = float(values.max())

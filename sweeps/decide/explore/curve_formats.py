@@ -33,7 +33,7 @@ CRANK_ANGLE, ORDER = "crank_angle", "order"
 _KIND = {CRANK_ANGLE: 0, ORDER: 20}
 """Abscissas of curves, with the number that data set 58 has for each (0: no other)."""
 
-MOST_SETS = 1000  # Largest number of data sets of a file, since other programs list each of them
+MOST_SETS = 1000  # Largest number of data sets in a universal file; its readers list each of them
 
 
 def universal_file(
@@ -119,7 +119,7 @@ def _data_set(
     """Return one data set 58 in pyuff's words."""
     x = one[over].values.astype(np.float64)
     unit = _unit(one)
-    # Last ID line: what the angle and the phase mean
+    # The last ID line of a data set says what the crank angle and the phase mean.
     zero_of_angle = "phi = 0: firing dead centre of cylinder 1"
     says = {
         CRANK_ANGLE: f"{zero_of_angle}; grows with the rotation",
@@ -151,7 +151,7 @@ def _field(text: str, width: int) -> str:
 
 def _is_even(x: npt.NDArray[np.float64]) -> bool:
     """Whether a start and a step of six digits, all that the file can hold, give the values."""
-    # Where a start and a step do not give the values, each value is written, with six digits.
+    # If they do not give the values, each value is written instead, with six digits.
     start, step = float(f"{x[0]:.5e}"), float(f"{x[1] - x[0]:.5e}")
     error = np.abs(start + step * np.arange(len(x)) - x).max()
     return bool(error <= 1e-9 * math.fabs(x[-1] - x[0]))
@@ -298,7 +298,7 @@ def _fmi_unit(text: str) -> str:
 
 def _build(path: Path, table: str) -> None:
     """Build the FMU of a table in a folder of its own, and copy it."""
-    # The script inside the FMU imports nothing of this project
+    # The FMU contains a copy of this script, which therefore imports nothing of this project.
     slave = Path(__file__).with_name("fmu_slave.py")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -168,11 +168,11 @@ def check_format(path: Path) -> Callable[..., Any]:
         For an unknown extension, and for a format whose library is not installed.
     """
     kind = path.suffix.lower()
-    # The function that writes each format, by the extension of its files
+    # Functions that write the formats, by the extensions of their files
     known = {".csv": _csv, ".parquet": _parquet, ".xlsx": workbook, **CURVES}
     if kind not in known:
         raise SceneError(f"{path}: must end in {' or '.join(known)}")
-    # For each format the module and package that it needs, and the extra of this project with it
+    # By extension: the module that a format needs, its package, and the extra that installs it
     needs = {
         ".parquet": ("pyarrow.parquet", "pyarrow", "parquet"),
         ".xlsx": ("openpyxl", "openpyxl", "excel"),
@@ -343,7 +343,7 @@ def _cell(value: Any) -> Any:
     number = float(value)
     if not math.isfinite(number):
         return None if math.isnan(number) else str(number)
-    # Results are not known to more than seven digits.
+    # Results are accurate to seven digits at most.
     return int(number) if number.is_integer() else float(f"{number:.7g}")
 
 

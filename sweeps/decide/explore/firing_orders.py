@@ -142,7 +142,7 @@ def firing_orders(
         if quantity in refused:
             raise refused[quantity]
     if crank == "any" and not asked and "shaking_moment_max" in refused:
-        # Without the spacing, a crankshaft that shakes would come first.
+        # Without the cylinder spacing no shaking moment is known, and the best order might shake.
         raise SceneError(
             f"{name}: crank any: throws in another sequence have other free moments, so give "
             "cylinder_spacing [m] in the scene or the settings, or choose the quantities to "
@@ -192,7 +192,6 @@ def check_left_out(scene: Scene, name: str, compared: str) -> None:
     SceneError
         For the first of them.
     """
-    # Some tables do not go with all firing orders of one engine.
     for table in ("designs", "sample", "uncertainty", "reference", "measured"):
         if scene.source.get(table) is not None:
             raise SceneError(f"{name}: [{table}]: not allowed when {compared} are compared")
@@ -232,7 +231,7 @@ def _one_engine(
     settings["cylinders"] = len(made.cylinders)
     output = dict(own.source.get("output") or {})
     if own.path is None and output.get("quantities") == list(CRITERIA)[:1]:
-        output.pop("quantities")  # The scene's quantities stood in for those that rank the orders
+        output.pop("quantities")  # `given_scene` put it there, since a scene needs a quantity
     return made, {"set": settings, "axes": axes, "output": output}
 
 

@@ -190,7 +190,7 @@ def _factor_of_torque(
     given: Any, name: str, tables: Mapping[str, Any], word: str, idle: str, density: float
 ) -> float:
     """Factor on the combustion pressure with which the mean torque is that of all firings."""
-    # The torque is linear in the factor, unless friction depends on the largest pressure.
+    # The mean torque is linear in the factor, unless friction depends on the largest pressure.
     from sweeps.running.compute.in_memory import run
 
     ends = 1.0, min(1.0 / density, LARGEST_FIRING)
@@ -201,7 +201,7 @@ def _factor_of_torque(
     wanted, low, high = (torque.isel({FIRING_PATTERN: i}).values for i in range(3))
     factors = ends[0] + (ends[1] - ends[0]) * (wanted - low) / (high - low)
     factor = float(np.mean(factors))
-    # Fraction by which the factor that keeps the torque may differ between points of the axes
+    # One factor must keep the torque at all points of the axes, to within a thousandth.
     if not np.ptp(factors) <= 1e-3:
         others = ", ".join(str(dim) for dim in torque.dims if dim != FIRING_PATTERN)
         raise SceneError(
@@ -232,7 +232,7 @@ def _ranked_by(archive: xr.Dataset, by: str, order: float | None) -> Any:
             raise SceneError(f"order: only with a quantity over orders; {by} is none")
         orders = array["order"].values
         place = int(np.argmin(np.abs(orders - order)))
-        if not math.isclose(orders[place], order, rel_tol=2e-4):  # 0.3333 means a third
+        if not math.isclose(orders[place], order, rel_tol=2e-4):  # An order 0.3333 means one third
             raise SceneError(f"order = {order:g}: must be one of the orders of the patterns")
         array = array.isel(order=place)
     if FIRING_PATTERN not in array.dims or array.dtype.kind != "f" or (

@@ -83,7 +83,7 @@ class CrankAngleCurves(Fmi2Slave):
             one = SubElement(defined, "Unit", {"name": unit})
             if unit in base_units:
                 SubElement(one, "BaseUnit", base_units[unit])
-        root.insert(1, defined)  # The new element stands after CoSimulation
+        root.insert(1, defined)  # FMI wants UnitDefinitions after the first element, CoSimulation
         for variable in root.iter("ScalarVariable"):
             variable[0].set("unit", self.units[variable.attrib["name"]])
         for outputs in root.iterfind("ModelStructure/Outputs"):

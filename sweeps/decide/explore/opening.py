@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sweeps.running.join.places import Joined
 
 
-def open(  # `open` is the name that a person looks for
+def open(  # It shadows the built-in `open`, because users look for this name
     path: str | Path | Sequence[str | Path], *, untrusted: bool = False
 ) -> xr.Dataset:
     """Open an archive, or several of one scene as one; variables are read when used.
@@ -76,14 +76,14 @@ def _open(path: str | Path | Sequence[str | Path]) -> xr.Dataset:
         check_file(each)
     from sweeps.running.archive.contents import read_contents
 
-    # Imported late, since it loads all of the planning
+    # This module is imported late, since it loads all of the planning.
     from sweeps.running.join.places import find_places
 
     return _opened_as_one(find_places([read_contents(path) for path in paths]))
 
 
 def _opened(path: Path) -> xr.Dataset:
-    with opened_archive(path):  # The context checks the file before anything is read
+    with opened_archive(path):  # Entering this context checks the file
         pass
     try:
         archive = open_archive(path)
@@ -92,7 +92,7 @@ def _opened(path: Path) -> xr.Dataset:
         return archive
     except MemoryError:
         raise
-    except Exception as error:  # attributes that direct xarray may have any type
+    except Exception as error:  # Attributes that xarray interprets may hold values of any type
         reason = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not a netCDF archive ({one_line(reason, 200)})") from None
 
@@ -142,14 +142,14 @@ def _opened_as_one(joined: Joined) -> xr.Dataset:
 
 def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequence[Integers]) -> Any:
     """Variables of several files as one array that xarray reads when it is used."""
-    # xarray joins files by dask, which need not be installed.
+    # xarray itself joins files by dask, which need not be installed.
     from xarray.backends import BackendArray
     from xarray.core import indexing
 
     size = 1 + max(int(here.max()) for here in places)
     owner = np.full(size, -1)
     place = np.zeros(size, dtype=np.int64)
-    for number in reversed(range(len(places))):  # The first archive is set last, to count
+    for number in reversed(range(len(places))):  # Where archives overlap, the first one counts
         owner[places[number]] = number
         place[places[number]] = np.arange(len(places[number]))
     kind = variables[0].dtype
@@ -165,7 +165,7 @@ def _backend_array(variables: Sequence[xr.Variable], along: int, places: Sequenc
             )
 
     def _read(key: tuple[Any, ...]) -> npt.NDArray[Any]:
-        # Whole numbers in an index take a dimension away, and come last.
+        # A whole number in an index removes its dimension, which is done last, on return.
         ranges = [np.arange(n)[k] for n, k in zip(Joined.shape, key, strict=True)]
         points = np.atleast_1d(ranges[along])
         values = np.empty(

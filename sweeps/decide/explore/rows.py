@@ -58,20 +58,20 @@ class Rows:
     table: dict[str, npt.NDArray[Any]]
     units: dict[str, str]  # Units of the columns that are numbers
     texts: dict[str, str]  # Meanings of the quantities and axes
-    given: tuple[str, ...]  # Columns that say which design it is: axes and columns of designs
-    fixed: dict[str, Any]  # Values that are the same for all rows, by which the slice was taken
+    given: tuple[str, ...]  # Columns that identify a design: axes and columns of designs
+    fixed: dict[str, Any]  # Values of the axes at which the archive was cut, the same in all rows
     designs: int  # Number of designs in the slice, shown or not
     # Curves over the crank angle that are left out, where no quantities were asked for.
     curves: tuple[str, ...]
     changes: frozenset[str] = frozenset()  # Columns that hold changes in percent
-    # Elasticities that were not asked for: a row for each parameter.
+    # Names of elasticities that were not asked for; each would need a row for each parameter.
     elasticities: tuple[str, ...] = ()
-    # Ends of the uncertainty of quantities in each row, where the archive has it.
+    # Lower and upper ends of the uncertainty bands of quantities in each row, if there are any.
     bands: dict[str, tuple[npt.NDArray[Any], npt.NDArray[Any]]] = field(default_factory=dict)
-    # Parameters that cause most of the uncertainty of a quantity, over all of the slice.
+    # Names of the parameters that cause most of the uncertainty of a quantity in the whole slice.
     mainly: dict[str, str] = field(default_factory=dict)
-    # Quantities with several numbers for each design that are left out, where no quantities were
-    # asked for, each with one value of its axes: "main_bearing=2".
+    # Quantities with several numbers for each design, left out where no quantities were asked for,
+    # by a choice that would leave one number, such as "main_bearing=2".
     several: dict[str, tuple[str, ...]] = field(default_factory=dict)
     # Axes of the chosen quantities, along which each design has several rows.
     listed: tuple[str, ...] = ()

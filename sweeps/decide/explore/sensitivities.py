@@ -52,10 +52,9 @@ from sweeps.scene.sample import SEARCH, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-# Largest number of designs from which indices are estimated that were not drawn for it
-MOST_ROWS = 100_000
+MOST_ROWS = 100_000  # Largest number of designs from which RBD-FAST estimates indices
 
-LEAST_ROWS = 128  # Fewer designs do not tell indices
+LEAST_ROWS = 128  # Smallest number of designs from which RBD-FAST estimates indices
 
 SALTELLI, GRID, DATA, REDUCED = "saltelli", "grid", "data", "reduced"
 
@@ -67,10 +66,10 @@ Indices = dict[str, Floats]  # Indices over the parameters, by the keys of `NAME
 class _Study:
     """How the designs of an archive were chosen."""
 
-    # Values of the varied parameters: of each design, or along each axis of a grid.
+    # Values of the varied parameters, by key: of each design, or along each axis of a grid.
     parameters: Mapping[str, npt.NDArray[Any]]
     dims: tuple[str, ...]  # Dimensions over which the variance is taken
-    group: int = 0  # Designs in a group of Saltelli's design; 0 for all other designs
+    group: int = 0  # Number of designs in a group of Saltelli's design; 0 for other samples
 
 
 class _TooFew(SceneError):
@@ -367,7 +366,7 @@ def _of_groups(
 def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[str, Any]) -> Indices:
     """First-order indices from designs that were chosen in any way."""
     rbd_fast = library("SALib.analyze.rbd_fast", "SALib", "sensitivities", extra="study")
-    if study.group:  # Only independently drawn points of Saltelli's design count
+    if study.group:  # Only the first and last designs of a group were drawn independently
         place = np.arange(good.size) % study.group
         good = good & ((place == 0) | (place == study.group - 1))
     places = np.flatnonzero(good)
@@ -377,7 +376,7 @@ def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[st
             f"least {LEAST_ROWS}"
         )
     places = places[:MOST_ROWS]
-    # Words are replaced by numbers.
+    # RBD-FAST takes numbers, so words are numbered in alphabetical order.
     columns = [np.unique(v[places], return_inverse=True)[1] if v.dtype.kind not in "iuf"
                else v[places] for v in study.parameters.values()]  # fmt: skip
     chosen = values[places]

@@ -28,12 +28,11 @@ LEAST = ("shaft_torque_min",)  # Quantities whose lowest value is the worst
 class Worst:
     """The worst value of a quantity on one disc or shaft, and where it is."""
 
-    # Name of the quantity, in the units of the archive.
     quantity: str
-    unit: str
+    unit: str  # Unit that the archive has for the quantity
     place: str  # Name of the disc or shaft with the worst value
     value: float  # The worst value: the lowest one of `shaft_torque_min`, otherwise the largest
-    # Point on each other axis, such as speed, misfire and, for amplitudes, order.
+    # Values of the other axes at the worst value, such as speed, misfire and, for amplitudes, order
     at: Mapping[str, Any]
 
     def worse_than(self, other: Worst) -> bool:
@@ -48,8 +47,8 @@ class BarredSpeeds:
     # Name of the quantity that is above its limit, and name of the shaft.
     quantity: str
     place: str
-    # Ends of the range [rpm]: where straight lines between the archive's speeds cross the limit, or
-    # the outermost speed over it where there is no value beyond.
+    # Ends of the range [rpm]: where straight lines between the archive's values cross the limit, or
+    # the outermost speed above the limit if no value lies beyond.
     low: float
     high: float
     largest: float  # Largest ratio of value to limit within the range
@@ -147,7 +146,7 @@ def _crossing(speed: Any, values: Any, at: int) -> Any:
 
 def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     check_dataset(archive)
-    # Variables over discs or shafts without a worst value
+    # Variables over discs or shafts none of whose values is the worst
     not_worst = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
                  "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
                  "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip

@@ -32,9 +32,9 @@ class Excitation:
     """Torques on the nodes of a shaft."""
 
     nodes: tuple[int, ...]  # Number of the node on which each throw acts, along the shaft
-    order: Floats  # Periods per revolution of the crank; shape (n,)
-    omega: Floats  # Angular frequency [rad/s], rising; shape (n,)
-    # Amplitude a of a cos(omega t + phase) [N m], and its phase [rad]; shape (nodes, n)
+    order: Floats  # Orders, in periods per revolution of the crank; shape (n,)
+    omega: Floats  # Angular frequencies of the orders [rad/s], ascending; shape (n,)
+    # Torque on each node: amplitude [N m] times cos(omega t + phase [rad]); shape (nodes, n)
     amplitude: Floats
     phase: Floats
 
@@ -103,7 +103,8 @@ def excitation(archive: xr.Dataset, nodes: Sequence[int], **select: float | str)
             f"archive: has no {', '.join(missing)}; ask for {', '.join(QUANTITIES)} in [output]"
         )
     data = nearest(archive, **select)[list(QUANTITIES)]
-    throw = "throw" if "throw" in data.dims else "cylinder"  # "cylinder" before version 0.3
+    # Archives of versions before 0.3 call the dimension of the throws "cylinder".
+    throw = "throw" if "throw" in data.dims else "cylinder"
     several = [str(d) for d in data.dims if d not in (throw, "order") and data.sizes[d] > 1]
     if several:
         raise SceneError(f"archive: more than one design along {', '.join(several)}; choose one")

@@ -8,6 +8,6 @@ from __future__ import annotations
 
 __all__ = ["DESIGNS", "GENERATIONS", "RESTARTS"]
 
-# The defaults stand here, where nothing is imported, so that the command's help is quick.
+# These defaults stand in a file that imports nothing, so that the command's help is quick.
 DESIGNS, GENERATIONS, RESTARTS = 1024, 30, 3
 """Designs of a generation, generations of a search, and searches from new first designs."""

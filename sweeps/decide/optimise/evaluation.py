@@ -24,7 +24,7 @@ from sweeps.scene.plan.plan import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_MEMORY = 0.7  # Share of the free memory that the designs may take when they are joined
+MOST_MEMORY = 0.7  # Share of the free memory that results may take when they become one archive
 
 Columns = Mapping[str, Any]
 
@@ -33,11 +33,11 @@ Columns = Mapping[str, Any]
 class Judgement:
     """Judgement of some designs."""
 
-    # Worst value of each wanted quantity, times -1 where more is wanted; 0 where it has none; shape
-    # (designs, names)
+    # Worst value of each wanted quantity, times -1 where more is wanted; 0 where a design has no
+    # value; shape (designs, names)
     wanted: Floats
-    # Amount by which each condition fails, in multiples of its limit, 0 or less where it holds; the
-    # last column counts missing results; shape (designs, conditions + 1)
+    # Amount by which each condition fails, in multiples of its limit; 0 or less where the condition
+    # holds. The last column is for missing results; shape (designs, conditions + 1)
     violation: Floats
     fulfilling: Booleans  # Whether all conditions hold at every point of the axes that counts
 
@@ -217,10 +217,10 @@ def _judged(
     scale = np.array([abs(c.limit) or 1.0 for c in task.conditions])[:, None]
     excess = np.where(np.isfinite(designs.excess), designs.excess, 0.0) / scale
     holds = np.array(designs.holds, dtype=bool).reshape(excess.shape)
-    # A design exactly at a limit that it must not reach violates it by a tiny amount.
+    # A design exactly at a limit that must not be reached violates the condition by a tiny amount.
     excess = np.where(~holds & ~(excess > 0.0), 1e-12, excess)
-    # A point without a result counts as a thousand times its limit: a violated condition is better
-    # than a missing result.
+    # Results that are missing at all points count as a violation of a thousand limits, fewer in
+    # proportion: a violated condition is better than a missing result.
     lacking = 1e3 * np.where(designs.points, designs.lacking / many, 1.0)
     wanted = np.where(np.isfinite(designs.worst), designs.worst, 0.0)
     return Judgement(

@@ -169,8 +169,8 @@ def optimise(
     search = _Search(task, inverse, number, generations, restarts, threads)
     search.run(progress)
     if inverse is not None and not search.designs.all.fulfilling.any():
-        # The inertia for the wanted delta may leave other points of the axes without a number: then
-        # the inertia is searched as any other parameter.
+        # The least inertia may leave some points of the axes without results, so that no design
+        # meets the conditions. Then the inertia is searched as any other parameter.
         inverse = None
         search = _Search(task, None, number, generations, restarts, threads)
         search.run(progress)
@@ -368,7 +368,7 @@ def _algorithm(start: Floats, names: int) -> Any:
     settings: dict[str, Any] = {"pop_size": len(start), "sampling": start}
     if names == 1:
         return _pymoo("algorithms.soo.nonconvex.de").DE(**settings)
-    # Equal designs are computed once in any case; a comparison of all with all takes longer.
+    # pymoo would compare all designs with all; equal ones are computed only once anyway.
     settings["eliminate_duplicates"] = False
     if names == 2:
         return _pymoo("algorithms.moo.nsga2").NSGA2(**settings)
@@ -396,7 +396,7 @@ class LeastInertia:
 
     task: Task  # Search that asks for designs
     limit: float  # Largest delta that all conditions on delta allow
-    threads: int | None  # Threads that the kernels use
+    threads: int | None  # Number of threads that the kernels use
 
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
         """Columns of all parameters: those given, and the inertia."""
@@ -407,8 +407,8 @@ class LeastInertia:
         inertia = results["inertia_required"]
         if DESIGN in dims:
             inertia = np.moveaxis(inertia, dims.index(DESIGN), 0).reshape(count, -1)
-        # A point without an inertia is one where every inertia is enough, or none: its design is
-        # computed like all others.
+        # A point has no least inertia (NaN) where every inertia meets the wanted delta, or none.
+        # `fmax` skips such points; a design with no others gets the lower bound.
         axis = -1 if DESIGN in dims else None
         largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
         law = self.task.space.parameters["inertia"]
@@ -422,8 +422,8 @@ class LeastInertia:
     def plan(self, columns: Mapping[str, Any], count: int) -> Plan:
         """Plan of the inertia that some designs of all other parameters need."""
         task = self.task
-        # The delta of the computed inertia misses the wanted one by at most a tenth of the
-        # tolerance; this aim keeps it at or below the limit.
+        # The delta at the computed inertia misses the wanted delta by at most a tenth of the
+        # tolerance, so that an aim below the limit by the tolerance keeps delta within the limit.
         aim = self.limit * (1.0 - self.tolerance)
         settings = {**(task.given.raw.get("set") or {}), "wanted_delta": aim}
         return plan_of_designs(
@@ -455,9 +455,9 @@ def least_inertia_of(task: Task, threads: int | None) -> LeastInertia | None:
         if any(_changes_with_inertia(task, name) for name in names if name in ALL_QUANTITIES):
             return None
         plan = inverse.plan(task.space.without("inertia").columns(few), len(few))
-    except SceneError:  # The scene's inertia may vary, or its method may not search for one
+    except SceneError:  # The scene varies the inertia, or its method cannot compute one for a delta
         return None
-    # The computed inertia includes what parts add to it, the key `inertia` does not.
+    # The computed inertia includes the inertia of parts with keys of their own; `inertia` does not.
     parts = (one for one in GIVEN_FEATURES.values() if one.feature.adds)
     return None if any(one.part_of(plan.scene) is not None for one in parts) else inverse
 

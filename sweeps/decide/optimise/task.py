@@ -31,12 +31,12 @@ class Task:
     # is.
     wanted: tuple[tuple[str, float], ...]
     conditions: tuple[Constraint, ...]  # Conditions that must hold at every point of the axes
-    not_counted: tuple[str, ...]  # Outcomes; points of the axes that have one are left out
+    not_counted: tuple[str, ...]  # Outcomes; points of the axes with one of these are left out
     # Quantities that are computed: those of the scene and of the search, without curves.
     quantities: tuple[str, ...]
     left_out: tuple[str, ...]  # Curves that the scene asks for, which are left out
     files: Mapping[str, bytes]  # Contents of the files that the scene names; they are read once
-    points: tuple[str, ...]  # Axes of the scene, whose points all count for a design
+    points: tuple[str, ...]  # Axes of the scene; a design is judged at all their points
     seed: int  # Seed of the random numbers
 
     @property
@@ -66,7 +66,7 @@ def plan_of_designs(
     drawn = None
     if len(space):
         sample = {"method": SEARCH, "number": number, "seed": seed, **space.tables}
-        raw, drawn = {"sample": sample, **raw}, columns  # The first table varies slowest
+        raw, drawn = {"sample": sample, **raw}, columns  # The first table's axis varies slowest
     return make_plan(scene_of(raw, given.name, given.base, given.path, files, given.instead, drawn))
 
 
@@ -119,7 +119,7 @@ def read_task(
         if one in ALL_QUANTITIES and DESIGN not in plan.dims(one):
             raise SceneError(f"{one}: does not depend on any searched parameter: {_listed(space)}")
     curves = [q for q in own if q in plan.outputs and _curve(q, plan)]
-    # Elasticities and other additions are left out with the quantities that they belong to.
+    # Names that are no quantities by themselves, such as those of elasticities, are left out too.
     curves += [q for q in own if q not in ALL_QUANTITIES]
     kept = [q for q in quantities if q not in curves]
     points = tuple(d for d in plan.scene.dimensions if d != DESIGN)

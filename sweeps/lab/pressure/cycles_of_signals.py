@@ -23,9 +23,9 @@ from sweeps.base.columns.recorded_columns import Recording, named_column, wanted
 from sweeps.base.columns.units import SECONDS, is_time_name, stated_unit
 from sweeps.base.errors import SceneError, counted, one_line
 
-SAME = 1e-6  # Degrees within which angles are the same
+SAME = 1e-6  # Angles that differ by less are the same [degree]
 
-MOST_ANGLE = 1e9  # Largest angle [degree]; beyond it, parts of a degree are lost
+MOST_ANGLE = 1e9  # Largest angle that is accepted [degree]; beyond it, rounding errors reach `SAME`
 
 LONGEST = 30.0
 """Longest step between points of a pressure over volume [degree]; longer ones do not tell the
@@ -40,7 +40,7 @@ class CrankAngles(NamedTuple):
 
     angle: Floats  # Ascending crank angles [degree]; shape (samples,)
     pressures: dict[str, Floats]  # Pressures at the ascending angles; shape (samples,)
-    rolls_over: float  # Degrees after which the file's angle begins again; 0 where it does not
+    rolls_over: float  # Degrees after which the angle in the file begins again; 0 if it does not
     backward: bool  # Whether the angle was counted backward
 
 
@@ -86,7 +86,7 @@ def crank_angles(
         said.append("angles fall from row to row")
         angles = -angles
     rising, rolls_over = unwrapped(angles, period, recording)
-    if rolls_over:  # The end of a cycle is the beginning of the next one
+    if rolls_over:  # A sample at the end of a cycle that is also the first of the next is dropped
         kept = np.append((np.diff(rising) > SAME) | (np.diff(angles) > -SAME), True)
         rising = rising[kept]
         flat = {name: values[kept] for name, values in flat.items()}
@@ -94,7 +94,7 @@ def crank_angles(
     backward = options.direction == "backward" or (falls and several and options.direction is None)
     if backward:
         said.append(COUNTED_BACKWARD)
-    if falls != backward:  # The crank passes the rows in reverse order
+    if falls != backward:  # The crank passes the rows of the file in reverse order
         rising = -rising[::-1]
         flat = {name: values[::-1] for name, values in flat.items()}
     return CrankAngles(rising, flat, rolls_over, backward)
@@ -120,7 +120,7 @@ def _in_one_column(
     if len(rows) == 1:
         return angle, rows[0]
     span = float(angle[-1] - angle[0])
-    if abs(abs(span) - period) < SAME:  # The end of a cycle is the beginning of the next one
+    if abs(abs(span) - period) < SAME:  # The last sample is dropped: it is the next cycle's first
         angle, rows = angle[:-1], rows[:, :-1]
     if angle[0] == angle[-1]:
         raise SceneError(f"{recording.label}: the crank angle does not rise")
@@ -279,8 +279,8 @@ def cut_into_cycles(
 
 def _begins_elsewhere(angle: Floats, inside: Floats, period: float) -> int:
     """First sample of a cycle that ends or begins with the recording."""
-    # The cycle whose cut is nearer to a dead centre of gas exchange is chosen: the end of another
-    # cycle does the least harm there.
+    # Of these two, the cycle that is cut nearer to the dead centre of gas exchange is chosen: there
+    # a difference of pressure between its two ends does the least harm.
     from_end = int(np.searchsorted(angle, angle[-1] - period + SAME))
     return 0 if abs(inside[0]) >= abs(inside[from_end]) else from_end
 
@@ -319,7 +319,6 @@ def _check_gaps(angle: Floats, period: float, where: str) -> None:
         raise SceneError(f"{where}: {counted(len(angle), 'sample')}; must be 8 at least")
     steps = np.diff(angle, append=angle[0] + period)
     beside = np.maximum(np.roll(steps, 1), np.roll(steps, -1))
-    # A step is a gap where it exceeds the steps on both its sides by more than the factor below
     gap = np.flatnonzero(steps > 2.5 * beside)
     if len(gap):
         at = int(gap[0])

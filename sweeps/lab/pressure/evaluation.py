@@ -108,7 +108,7 @@ def evaluated(
          r"\varphi_{max}"),
     ):  # fmt: skip
         data[name] = _named(CYCLE, values, said, unit, symbol)
-    motored = looks_motored(cycles)  # A motored cycle has work near 0
+    motored = looks_motored(cycles)  # With an imep near 0, its relative spread means nothing
     variation = np.nan if motored else abs(coefficient_of_variation(works.net))
     for name, value, said, unit, symbol in (
         ("imep", works.net.mean() / BAR, "indicated mean effective pressure", bar, "p_i"),

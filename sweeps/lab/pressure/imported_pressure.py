@@ -26,8 +26,8 @@ from sweeps.base.errors import SceneError, counted, one_line, printable
 from sweeps.scene.engine.silenced_warnings import BRAKE_TORQUE
 from sweeps.scene.features.indicator_files import HEADER, NOT_PEGGED
 
-# Largest number of cycles of a recording: each becomes a diagram with tables of a tenth of a
-# megabyte
+# Largest number of cycles of a recording: each becomes a diagram whose tables take a tenth of a
+# megabyte of memory
 MOST_CYCLES = 1000
 
 
@@ -121,7 +121,7 @@ class ImportedPressure:
         if cycles:
             (only,) = self.cylinders.values()
             for number, pressure in enumerate(only.pressure, start=1):
-                columns[f"cycle_{number}_bar"] = pressure / BAR  # One column for each cycle
+                columns[f"cycle_{number}_bar"] = pressure / BAR
         lines.append(",".join(columns))
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
         lines += [",".join(f"{value:.10g}" for value in row) for row in rows]
@@ -170,7 +170,7 @@ class EngineMeasures:
     """Measures of an engine that a recorded pressure is evaluated with."""
 
     period: float  # Angle of one cycle [rad]
-    # Values of parameters in their file units, and `compression_ratio` [1] where it is known.
+    # Values of engine parameters by key, in the units of files, with `compression_ratio` if known.
     values: Mapping[str, float]
     own_cylinders: Cylinders | None  # Firing angles of the cylinders, if the engine gives them
 
@@ -219,7 +219,7 @@ def offer_of(
         return ""
     inlet = f"{level.inlet / BAR:.2f}"
     away = abs(level.offset + options.ambient_pressure * BAR)
-    # A pressure level below the right one by about the ambient pressure may be gauge pressure.
+    # Pressures that are too low by about the ambient pressure may be gauge pressures.
     gauge = away < 0.05 * BAR + 2.0 * level.uncertainty
     asked = "; is it gauge pressure (such as --unit barg)? If not, give" if gauge else "; give"
     return (

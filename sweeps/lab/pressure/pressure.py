@@ -62,7 +62,7 @@ from sweeps.lab.pressure.imported_pressure import (
 from sweeps.lab.pressure.work_loops import with_loop_angles
 from sweeps.scene.engine.silenced_warnings import STATED_UNIT
 
-USUAL_CRANK_RATIO = 0.28  # Crank ratio where no engine gives it; works depend on it by some percent
+USUAL_CRANK_RATIO = 0.28  # Assumed where none is given; the imep depends on it by some percent
 
 MOST_PRESSURE = 1e10  # Largest pressure [Pa]; no sensor measures as much
 
@@ -175,7 +175,7 @@ def _cycles(
 ) -> dict[str, RecordedCycles]:  # fmt: skip
     """Cycles of each cylinder, at its own firing dead centre."""
     if angle is not None and options.angle_column is None:
-        # The angles are given, so that the increment may have any value.
+        # `signals_of` demands an increment of the angle; since the angles are known, any will do.
         signals = signals_of(recording, options.model_copy(update={"angle_increment": 1.0}))
         signals = signals._replace(angle=angle / DEGREE, angle_unit="deg")
     else:
@@ -204,11 +204,10 @@ def _cycles(
     order = np.argsort(inside, kind="stable")
     sign = work_sign(inside[order], first[order])
     peak = is_half_a_cycle_late(inside, first, degrees)[1]
-    # Falling rows of several cycles that are counted backward may also be in reverse order; then a
-    # fired cycle looks motored, but for its largest pressure. The numbers below are limits of the
-    # work over its absolute area, and of the angle [degree] of the largest pressure: where both are
-    # above them, a cycle that takes work is a motored one. A fired cycle that is reversed takes
-    # more work, or has its largest pressure earlier.
+    # A cycle that consumes work is a motored one, or a fired one whose samples are in reverse
+    # order. It is motored if its work over the absolute area of its loop, and the angle [degree] of
+    # its largest pressure, both exceed the limits below: a reversed fired cycle consumes more work,
+    # or has its largest pressure earlier.
     least_work, earliest = -0.12, -2.0 if crank_signals.backward else -5.0
     # Ratio of work to absolute area below which an engine's diagram is taken for a reversed one
     against = -0.05
@@ -363,8 +362,6 @@ def _firing_angles(
     own = None if engine is None else engine.own_cylinders
     if own is not None and own.count == count:
         firing = [-member.phase / DEGREE % period for member in own.members]
-        # An engine may be recorded with the angle of each cylinder counted from its own dead
-        # centre.
     else:
         firing = []
     peaks = [is_half_a_cycle_late(crank, p, period)[1] for p in pressures.values()]
@@ -482,7 +479,7 @@ def _describe(
         imep = mean_pressures(cycles, geometry).net / BAR
         peak, at = peak_pressures(cycles)
         works[name], highest[name] = float(imep.mean()), float(peak.mean()) / BAR
-        motored = looks_motored(cycles)  # A motored cycle has a mean near 0
+        motored = looks_motored(cycles)  # With an imep near 0, its relative spread means nothing
         varies = f"; {cycles.cycles} cycles" if cycles.cycles > 1 else ""
         if cycles.cycles > 1 and not motored:
             varies += (

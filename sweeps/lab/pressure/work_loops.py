@@ -22,7 +22,7 @@ from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.lab.pressure.cycles_of_signals import LONGEST
 from sweeps.lab.pressure.imported_pressure import EngineMeasures
 
-SAME = 1e-9  # Difference of travels, over the stroke, below which they are the same
+SAME = 1e-9  # Travels of the piston, over the stroke, that differ by less are the same
 
 STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 """Names of the strokes by their numbers in a column; a two-stroke cycle has 2 and 3."""
@@ -32,12 +32,10 @@ STROKES = {1: "intake", 2: "compression", 3: "expansion", 4: "exhaust"}
 class _Source:
     """Column that the travel comes from, as messages name it."""
 
-    # `backward` says that the crank passes the points in the reverse order of the file.
-
     recording: Recording
     key: str
     name: str
-    backward: bool
+    backward: bool  # Whether the crank passes the points in the reverse order of the file
 
     def __str__(self) -> str:
         return self.recording.where(self.name)
@@ -104,8 +102,8 @@ def with_loop_angles(
     else:
         _check_strokes(travel, strokes, source, period)
         angle = _angles(travel, (strokes == 1) | (strokes == 3), geometry)
-        if period > 360.0 and strokes[0] in (1, 4):  # Compression ends at 0
-            angle = angle + 360.0
+        if period > 360.0 and strokes[0] in (1, 4):
+            angle = angle + 360.0  # Compression then ends at a multiple of the cycle, as it must
     columns = {name: recording.numbers(name)[order] for name in names}
     _check_cycle(angle, period, source, said)
     angle, columns = _merged(angle, columns, source)
@@ -197,7 +195,7 @@ def _inside(travel: Floats, source: _Source, said: list[str]) -> Floats:
     """Travels from 0 to 1; points slightly beyond a dead centre are moved to it."""
     beyond = np.maximum(-travel, travel - 1.0)
     worst = int(np.argmax(beyond))
-    # Share of the stroke by which points may lie beyond a dead centre; they are moved to it
+    # Points may lie beyond a dead centre by a thousandth of the stroke; they are moved to it.
     if beyond[worst] > 1e-3:
         raise SceneError(
             f"{source.at(worst)}, column '{one_line(source.name, 60)}': lies at "
@@ -252,8 +250,7 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
     moving = np.flatnonzero(signs)
     if not len(moving):
         raise SceneError(f"{source}: the piston does not move; is this the right column?")
-    # Points with the same travel count to the movement before them, until the turning point is
-    # known.
+    # Points between which the piston does not move continue the movement before, for now.
     last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(count - 1), -1))
     sense = np.where(last >= 0, signs[last], signs[moving[0]])
     down = np.append(sense > 0.0, sense[-1] > 0.0)
@@ -262,7 +259,7 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
         while first > 0 and abs(travel[first - 1] - travel[change]) <= SAME:
             first -= 1
         _check_turn(travel[change], bool(sense[change] > 0.0), source, int(change))
-        run = change - first + 1  # Points that have the travel of the turn
+        run = change - first + 1  # Number of points at the turning point
         down[first : first + run // 2] = sense[change] < 0.0
         down[first + (run + 1) // 2 : change + 1] = sense[change] > 0.0
         if run % 2:
@@ -274,8 +271,8 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
 
 def _belongs_down(travel: Floats, middle: int, first: int, end: int, begins_down: bool) -> bool:
     """Whether the last point before or the first after a dead centre is on the way down."""
-    # The point belongs to the side on which the steps next to it are more alike. Near a dead centre
-    # the travel grows as the square of the angle.
+    # The point belongs to the side on which the steps of angle next to it are more alike. Near a
+    # dead centre the travel grows as the square of the angle, so its root stands for the angle.
     at = 1.0 if not begins_down else 0.0
     here = math.sqrt(abs(travel[middle] - at))
     before = math.sqrt(abs(travel[first - 1] - at)) if first > 0 else here
@@ -340,7 +337,7 @@ def _merged(
     group = np.cumsum(new) - 1
     size = np.bincount(group)
     merged = {}
-    # Share of the largest pressure by which points of one travel may differ and are averaged
+    # Share of the largest pressure by which pressures that are averaged may differ
     alike = 0.02
     for name, values in columns.items():
         low, high = np.full(len(size), np.inf), np.full(len(size), -np.inf)

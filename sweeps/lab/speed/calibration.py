@@ -147,7 +147,8 @@ def fit(sheet: Sheet, given: Published) -> Calibration:
     except SceneError:
         raise
     except (ValueError, ArithmeticError) as error:
-        # The cycle fails: too hot gas, a cylinder that is not emptied, numbers that overflow.
+        # A cycle cannot be computed if its gas is too hot, its cylinder is not emptied, or a number
+        # overflows.
         raise SceneError(
             f"{sheet.name}: [data_sheet.cycle]: cannot reach this power: {mentioned(error)}"
         ) from None
@@ -225,7 +226,7 @@ class _Fitting:
         self.sheet, self.given, self.kind, self.own = sheet, given, kind, own
         self.friction = friction
         volume = 0.25 * math.pi * own["bore"] ** 2 * own["stroke"] * own["cylinders"]
-        # Brake mean effective pressure [Pa] of 1 kW, equation (134).
+        # Brake mean effective pressure [Pa] of 1 kW, docs/method.md (134).
         self.of_power = 1e3 * PERIOD / (volume * own["speed"] * RPM)
         self.goal = given.power * self.of_power
         self.fitted: dict[str, str] = {}
@@ -349,7 +350,7 @@ class _Fitting:
         """Error that names the power, or the fuel consumption, that could be reached."""
         fuel = self.given.fuel_consumption
         if fuel is not None:
-            if error.most <= 0.0:  # With a smaller loss to the walls, less fuel is needed
+            if error.most <= 0.0:  # Even the smallest loss to the walls leaves no brake power
                 return SceneError(
                     f"{self.given.places['fuel_consumption']} = {fuel:g} g/kWh: must be higher: "
                     "friction consumes all the work of this much fuel"

@@ -35,9 +35,9 @@ class Published:
     speed: float
     peak: float | None  # Largest pressure, absolute [bar]
     fuel_consumption: float | None  # Brake specific fuel consumption [g/kWh]
-    # Loads with a diagram, in percent of the rated mean effective pressure, ascending, with 100.
+    # Loads with a diagram, in percent of the rated mean effective pressure, ascending; one is 100.
     loads: tuple[float, ...]
-    places: Mapping[str, str]  # Place of each number, as messages call it
+    places: Mapping[str, str]  # Where each number was given, as messages say it
 
 
 class Point(NamedTuple):
@@ -147,7 +147,7 @@ def engine_file(made: Calibration) -> str:
     }
     lines += [f"{_key(key)} = {_toml(reason)}" for key, reason in reasons.items()]
     sources = [source["text"] for source in rest.get("source", [])]
-    # Sources that comments on assumed values name.
+    # Sources that the reasons of assumed values refer to
     source_lines = (
         "J. B. Heywood, Internal Combustion Engine Fundamentals, McGraw-Hill 1988: usual values "
         "and the modelled cycle",
@@ -292,7 +292,7 @@ def published(
         places[name] = option
         published, where = getattr(inside, key), f"{sheet.name}: [data_sheet] {key}"
         if published is not None:
-            # A number is checked although an option replaces it
+            # A number of the data sheet is checked even if an option replaces it.
             _inside(published, where, name, unit)
             if raw is None:
                 raw, places[name] = published, where

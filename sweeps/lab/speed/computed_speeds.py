@@ -182,8 +182,8 @@ def _first_value(scene: Scene, key: str) -> float:
 
 def _run(scene: Scene) -> Floats:
     """Speeds [rad/s] of the designs of a scene over `crank_angle`."""
-    # Labels and warnings are left out, which in `sweeps.run` take as long as a few designs: steps
-    # of a fit may pass through engines that nobody builds.
+    # Labels and warnings, which take `sweeps.run` as long as a few designs, are left out: a fit
+    # needs no labels, and its steps may pass through engines that nobody builds.
     plan = make_plan(scene)
     omega, dims = compute(plan)["omega"], plan.dims("omega")
     return np.asarray(np.moveaxis(omega, dims.index("crank_angle"), -1))

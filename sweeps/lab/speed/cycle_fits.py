@@ -134,7 +134,7 @@ def trapped_mass(cycle: FourStrokeCycle) -> float:
     values = {item.name: getattr(cycle, item.name) for item in fields(cycle)}
     pressure = float(tabulate(FourStrokeCycle, values).trapped_pressure)
     volume = float(cycle.volume(cycle.intake_closing))
-    # Mass of air in the charge, by the gas constant of air [J/(kg K)]
+    # 287 J/(kg K) is the gas constant of air.
     return pressure * volume / (287.0 * cycle.charge_temperature)
 
 

@@ -52,12 +52,12 @@ TOOTH_DEVIATION = 0.001
 
 FEWEST = 6  # Smallest number of cycles from which a dispersion is estimated
 
-FEWEST_INTERVALS = 4  # Smallest number of intervals of a cycle, for each cylinder
+FEWEST_INTERVALS = 4  # Smallest number of intervals between teeth in a cycle, for each cylinder
 
 SCATTER_OF_MEDIAN = 0.6745
 """Median of the absolute value of a normally distributed number, over its standard deviation."""
 
-LEAST_PASSAGE = 1e-5  # Smallest error of passages that `WheelNoise` accepts
+LEAST_PASSAGE = 1e-5  # Smallest error of the places of passing teeth that is assumed
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,10 +270,10 @@ def _judged(
     if not row.used.all():
         row = replace(row, speed=_bridged(row))
     good = np.isfinite(row.speed[:, 0])
-    # Standard deviation of the mean imep of cylinders that are not weak, over the imep
+    # Standard deviation of the mean imep of sound cylinders, over the imep that a misfire lacks
     lasting_share = 0.03
     dispersion = lasting_share * missing
-    # Rounds of estimating the dispersion, and of leaving missed cycles out of the reference
+    # Number of rounds of leaving missed cycles out and, in each, of estimating the dispersion
     rounds = 4
     for _ in range(rounds):
         relative, count = _against_others(row.speed, good)
@@ -342,9 +342,9 @@ def _against_others(speed: Floats, good: Booleans) -> tuple[Floats, int]:
 
 def _passage(relative: Floats, wheel: Wheel, count: int) -> float:
     """Error of the passages of teeth, from changes too rough for any torque."""
-    # The error follows from fourth differences of the places of teeth that are one pitch apart,
-    # whose first difference is the relative speed. Their median size is taken, so that single
-    # pulses do not count.
+    # The error follows from fourth differences of the places of teeth that are one pitch apart; the
+    # relative speeds are their first differences. The median size of the fourth differences is
+    # taken, so that single disturbed pulses do not count.
     turns = relative.shape[1] // wheel.teeth
     even = np.tile(wheel.width < wheel.width.min() * 1.01, turns)
     rough = np.diff(relative, 3, axis=1)
@@ -376,8 +376,8 @@ def _with_estimated(
 
     Its quantile is the expansion of Abramowitz and Stegun (1964), 26.7.5, from memory.
     """
-    # The median size is as certain as the root mean square of 0.37 times as many numbers (Rousseeuw
-    # and Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory).
+    # A spread from the median size of numbers is as certain as one from the root mean square of
+    # 0.37 times as many (Rousseeuw and Croux 1993, J. Am. Stat. Assoc. 88:1273, from memory).
     freedom = max(0.37 * count, 2.0)
     cylinders = len(detection.threshold)
     z2 = NormalDist().inv_cdf(-np.expm1(np.log1p(-detection.false_alarms) / cylinders)) ** 2
@@ -417,7 +417,6 @@ def _dataset(
     singles, lastings = (
         np.array([getattr(f, key) for f in results]) / BAR for key in ("single_std", "lasting_std")
     )
-    # Fraction of the work of combustion above which the lack of a weak cylinder makes it a dead one
     data: dict[str, Any] = {
         "imep_deviation": (every, single + lasting[:, None, :], bar,
                            "deviation of imep from the mean of the other cylinders"),

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 class SpeedFit:
     """A fit to some recordings."""
 
-    # Fitted values and their uncertainty; the angle of the gap is counted from that of `seen`.
+    # Fitted values and their uncertainty; a fitted gap angle counts from that of `seen`.
     fit: FittedSpeeds
     seen: Seen  # Computed speeds as the wheel of the recordings shows them
     with_teeth: bool  # Whether errors of the teeth were fitted
@@ -60,11 +60,11 @@ class SpeedFit:
 class Prediction:
     """Prediction of one recording by a fit to the others."""
 
-    # Delta of the raw speed on the wheel, and its standard deviation.
+    # Predicted delta of the raw speed between the teeth, and its standard deviation.
     delta: float
     deviation: float
-    # Logarithms of the raw speed between the teeth; NaN where the fit takes no interval; shape
-    # (intervals,)
+    # Logarithms of the raw speed between the teeth; NaN for intervals that the fit leaves out;
+    # shape (intervals,)
     logs: Floats
 
 
@@ -247,7 +247,7 @@ four-stroke engine."""
 class FittedRecordings(RecordedSpeeds):
     """Recordings that a fit is made to."""
 
-    # Values of all varied parameters and the measured speed of each recording.
+    # For each recording, the values of all varied parameters and the measured speed.
     places: list[dict[str, float]]
 
     @classmethod
@@ -323,8 +323,8 @@ class Seen:
                 shifts = shifts + values[:, place] * DEGREE
         shown_logs = []
         for number, start in enumerate(self.starts):
-            # Logarithms as large as the number below mark a design without an answer: the fit then
-            # takes a smaller step.
+            # A design without an answer gets logarithms of +1 and -1 in turn, which are so far from
+            # measured speeds that the fit takes a smaller step.
             rows = np.full((len(values), self.recordings.width.size), 1.0)
             rows[:, ::2] *= -1.0
             for shift in np.unique(shifts):
@@ -356,7 +356,7 @@ def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:
             numbers[key] = float(at[key][number])
         elif len(values) == 1:
             numbers[key] = float(values[0])
-        elif key != "speed":  # The speed is the measured one
+        elif key != "speed":  # The measured speed replaces that of the scene
             raise SceneError(
                 f"{name}: [measured] at: the scene also varies {key}; give the value that belongs "
                 "to each file"

@@ -45,7 +45,7 @@ class Varied:
     low: float | None = None
     high: float | None = None
     start: float | None = None  # First value of the fit; by default that of the scene
-    # Value known without the speed, and its standard deviation.
+    # Prior value, known without the measured speed, and its standard deviation.
     prior: float | None = None
     deviation: float | None = None
     own: bool = False  # Whether each recording has its own value
@@ -253,7 +253,7 @@ class _Task:
     def _parameter(self, key: str, start: float, gap_angle: float) -> Parameter:
         plain = key.partition("@")[0]
         how = self.vary[plain]
-        # A tenth of a parameter's first value counts as a large change of it.
+        # A parameter is changed much when it changes by a tenth of its first value.
         low, high, scale = -np.inf, np.inf, 0.1 * abs(start)
         if plain in PARAMETERS:
             node = PARAMETERS[plain]
@@ -265,7 +265,7 @@ class _Task:
         low = low if how.low is None else how.low
         high = high if how.high is None else how.high
         prior, deviation = how.prior, how.deviation
-        # The gap's angle is counted from the one where measured and computed speeds are most alike
+        # A gap angle is fitted relative to that at which measured and computed speeds agree best.
         if plain in OF_WHEEL:
             prior = None if prior is None else prior - gap_angle
             if not low <= gap_angle <= high:
@@ -294,7 +294,7 @@ class _Task:
         errors = speed_fit.tooth_errors[given.used]
         logs = seen(value[None])[0][0][given.used] + errors
         step = 0.1 * speed_fit.fit.deviation[shared]
-        # The deviation of a value at its bounds is 0: its step follows from the value
+        # A value at its bound has a deviation of 0; its step is then taken from the value itself.
         step = np.where(step > 0.0, step, 1e-3 * np.maximum(np.abs(value), 1e-3))
         rise = np.zeros((0, logs.size))
         if shared:

@@ -58,8 +58,8 @@ if TYPE_CHECKING:
 class _Curves:
     """Measured and computed speeds of all recordings over the same intervals."""
 
-    # Each recording has its own order, from the first interval of its cycle; `order` sorts by
-    # angle.
+    # Arrays of shape (recordings, intervals) begin with the first interval of each recording's
+    # cycle; `order` sorts them by angle.
 
     # Middle of the intervals in the order of the angle [rad]; shape (intervals,)
     middle: Floats
@@ -202,7 +202,7 @@ def design_of(values: xr.DataArray, given: Measured, place: int) -> xr.DataArray
     """Values of the design that a recording belongs to."""
     for key, wanted in given.at.items():
         if key not in values.dims:
-            continue  # No result depends on this axis
+            continue  # The values do not depend on this axis
         axis = values[key].values if key != DESIGN else np.arange(values.sizes[DESIGN])
         values = values.isel({key: int(np.argmin(np.abs(axis - wanted[place])))})
     return values
@@ -338,7 +338,7 @@ def _dataset(
     )
     has = _known(speeds)
     own, own_phase = np.full((2, *size.shape), np.nan)
-    # A sample is no mean over an interval: its width [rad] is taken as almost zero.
+    # Computed speeds are samples and no means: intervals around them [rad] have almost no width.
     own[has], own_phase[has] = orders_of_samples(
         speeds[has], angle, np.full(angle.size, 1e-9), orders
     )
@@ -406,7 +406,8 @@ def _dataset(
     )
     doubts, alike = list(curves.doubts), [k[0] for k in plain]
     if curves.heavier is not None and repeats_every_turn(speeds[has], period):
-        # Estimated errors that contain the model's whole speed would make all recordings look alike
+        # Estimated tooth errors may hold all of the computed speed, so that corrected speeds always
+        # agree with it: correlations without these errors are judged.
         alike = curves.as_passed
         doubts.append(even_firing_doubt(by_inertia))
     doubts += likeness_doubts(recorded.labels, alike, given.wheel is not None)

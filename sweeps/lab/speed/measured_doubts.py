@@ -15,8 +15,7 @@ LEAST_LIKENESS = float(np.sqrt(0.5))
 """Correlation below which less than half of the measured speed's variance is in the computed one.
 """
 
-# Relative change of the inertia by which the dependence of delta on it is computed
-INERTIA_STEP = 0.01
+INERTIA_STEP = 0.01  # Relative change of the inertia for the slope of delta over the inertia
 
 FAR_SPEED = 0.01  # Relative difference of the mean speeds from which a remark says that they differ
 
@@ -42,10 +41,10 @@ def gap_doubts(
     free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else gap
     best, here = _likeness(free), _likeness(gap)
     if is_given and _clearly_more(best, here):
-        # The given angle is doubted if the best angle is clearly more alike than all angles within
-        # `reach` of the given one. Where cylinders fire evenly, several angles are equally alike,
-        # and one of them may be near. However fine the wheel, `reach` is at least three degrees: an
-        # angle nearer than that may differ by a pitch of the wheel alone.
+        # The given angle is doubted if the speeds agree clearly better at the best angle than at
+        # all angles within `reach` of the given one. Where cylinders fire evenly, the speeds agree
+        # equally well at several angles, and one of them may be near. However fine the wheel,
+        # `reach` is at least three degrees: a nearer angle may be off by a pitch of the wheel only.
         reach = max(float(np.median(wheel.width)), 3.0 * DEGREE)
         near = max(
             _likeness(find_gap_angle(raw, angle, speeds, wheel, period, gap.angle + away, used))
@@ -57,10 +56,10 @@ def gap_doubts(
                 f"correlation ({best:.2f} instead of {here:.2f} at {gap.angle / DEGREE:.1f}); "
                 "is gap_angle wrong, or the recording reversed?"
             )
-    # Only a wheel that is alike from both its sides can be read backwards unnoticed: any other is
-    # refused in reverse
+    # Only a wheel whose pattern is the same from both sides can be read backwards unnoticed; a
+    # recording of any other wheel does not fit its pattern in reverse.
     if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
-        # The last interval of the reversed wheel is the widest again
+        # The rows are rolled so that the widest interval, reversed too, is the last one again.
         turned = np.roll(raw[:, ::-1], -1, axis=1)
         usable = np.roll(used[::-1], -1)
         back = find_gap_angle(turned, angle, speeds, wheel, period, None, usable)
@@ -159,7 +158,7 @@ def _likeness(gap: GapAngle) -> float:
 
 def _clearly_more(one: float, other: float) -> bool:
     """Whether a correlation leaves clearly less unexplained than another one."""
-    # A correlation is clearly larger if its share 1 - r^2 is less than this fraction of the other's
+    # A correlation r is clearly larger if its unexplained share 1 - r^2 is less than half as large.
     return one > max(other, 0.0) and 1.0 - one**2 < 0.5 * (1.0 - max(other, 0.0) ** 2)
 
 

@@ -44,11 +44,11 @@ class SpeedRecord:
     teeth: PassedTeeth | None  # Turns of the wheel; None for speed over angle
     # Uniform angles [rad] from -period/2 without the end, for speed over angle; shape (n,)
     angle: Floats | None
-    cycles: Floats | None  # Speeds at these angles [rad/s]; shape (cycles, n)
+    cycles: Floats | None  # Speeds at the uniform angles [rad/s]; shape (cycles, n)
     remarks: tuple[str, ...]  # Remarks on the recording, a line each
     # Crank angle of the first tooth [rad], where the scene or a mark gives it.
     gap: float | None = None
-    turn_known: bool = False  # Whether the mark shows the turn with which cycles begin
+    turn_known: bool = False  # Whether a mark once a cycle tells with which turn cycles begin
 
 
 def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
@@ -368,11 +368,11 @@ def _signal(recording: Recording, table: MeasuredTable) -> tuple[Floats, float |
     interval = float(time[-1] - time[0]) / (time.size - 1)
     changes = np.count_nonzero(np.diff(signal)) / (time.size - 1)
     off = np.abs(time - time[0] - interval * np.arange(time.size))
-    # Share of the time between samples by which a sample may be away from its place
+    # Even samples lie within half an interval of their places.
     uneven = off.max() > 0.5 * interval
     two_levels = bool(np.isin(signal, (signal.min(), signal.max())).all())
-    # Evenly spaced rows are changes of the level, not samples, where nearly all change it: with
-    # three samples from tooth to tooth, two thirds of the samples do.
+    # Rows of two levels at even times are changes of the level, not samples, if nearly every row
+    # changes the level: even with three samples from tooth to tooth, a third of them do not.
     if two_levels and changes > (0.0 if uneven else 0.95):
         return signal, time
     if uneven:
@@ -451,7 +451,7 @@ def _speed_over_angle(
             f"{recording.label}, column {shown(angle_name)}: begins again after {again:g} degrees; "
             f"must run over the cycle of {period / DEGREE:g}, or on over many cycles"
         )
-    if again and speed.ndim == 1:  # The end of a cycle is the beginning of the next one
+    if again and speed.ndim == 1:  # An end of a cycle that is also the next one's first is dropped
         kept = np.append(np.diff(running) > SAME, True)
         running, speed = running[kept], speed[kept]
     angle = running * DEGREE

@@ -34,8 +34,8 @@ class RecordedSpeeds:
     labels: tuple[str, ...]
     sha256: tuple[str, ...]
     remarks: tuple[str, ...]  # Remarks on the recordings, a line each
-    # Speeds [rad/s]: raw ones between the teeth, or samples over the angle; shape (cycles,
-    # intervals)
+    # Speeds of each recording [rad/s]: raw ones between the teeth, or samples over the angle; shape
+    # (cycles, intervals)
     cycles: list[Floats]
     width: Floats  # Width of the intervals [rad]; shape (intervals,)
     # False for teeth that a sensor sees elsewhere, see `sound_intervals`; shape (intervals,)
@@ -43,7 +43,7 @@ class RecordedSpeeds:
     period: float  # Angle of the cycle [rad]
     wheel: Wheel | None  # Toothed wheel; None for speed over angle
     angle: Floats | None  # Angles of speed over angle [rad]; shape (intervals,)
-    groups: int  # Teeth of a turn that could be the first one
+    groups: int  # Number of teeth of a turn that could be the first one, by the wheel's pattern
     first_pulse: tuple[int, ...]  # Number of the tooth that each recording begins with, from 1
     # Crank angle of the first tooth [rad], where the scene or marks give it.
     known_gap: float | None
@@ -348,7 +348,7 @@ def cycles_in_a_row(
     elif known is not None:
         start_from = f"{by_gap}, and the turn from the correlation of measured and computed speed"
     errors = np.zeros(wheel.teeth) if isinstance(given.errors, str) else given.errors
-    # Errors are counted from the tooth with which the rows begin
+    # Given errors count from the first tooth, and are rolled to the tooth that the rows begin with.
     errors = np.roll(errors, -int(gap.late[0]))
     start = first_tooth(start, errors, wheel, sound)
     return CyclesInARow(

@@ -50,8 +50,7 @@ NOT_FOLLOWED: Mapping[str, str] = {
 # Largest number of cycles by which the recordings of pressure and speed may begin apart
 MOST_APART = 2
 
-# Smallest number of cycles with a measured speed: a single speed does not determine speed and load
-FEWEST = 2
+FEWEST = 2  # Smallest number of cycles: one does not determine both initial speed and load
 
 MOST_SAMPLES = 10_000_000
 """Largest number of pressures of a series of cycles, two for each step: a thousand cycles in steps
@@ -308,9 +307,10 @@ def _fit_from(
     train: TorqueTrain, row: CyclesInARow, begin: float, period: float
 ) -> tuple[float, float, SpeedOfTrain] | None:
     """Fit to a recording that begins at an angle of the train, and its relative rms differences."""
-    # The first difference takes only what changes from cycle to cycle: errors of teeth and of the
-    # model repeat, and do not tell where the recording begins. The second takes everything. None
-    # where too little of the recording lies within the series of cycles; inf where no fit exists.
+    # The first of the two differences is of what changes from cycle to cycle: errors of teeth and
+    # of the model repeat, and do not tell where the recording begins. The second is of everything.
+    # Both are inf where no fit exists; the result is None where too little of the recording lies
+    # within the series of cycles.
     edges = begin + np.concatenate([[0.0], np.cumsum(np.tile(row.width, len(row.speed)))])
     speed = np.where(row.used, row.speed, np.nan).ravel()
     inside = np.flatnonzero((edges >= 0.0) & (edges <= train.angle[-1]))

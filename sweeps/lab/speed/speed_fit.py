@@ -37,8 +37,8 @@ class Parameter:
     start: float
     low: float = -np.inf
     high: float = np.inf
-    prior: float | None = None  # Value that is known without the data
-    prior_deviation: float | None = None  # Standard deviation of the known value
+    prior: float | None = None  # Prior value, known without the data
+    prior_deviation: float | None = None  # Standard deviation of the prior value
     # Size of a large change of the parameter; steps of differences are a thousandth of it.
     scale: float = 1.0
 
@@ -104,10 +104,10 @@ class MeasuredCycles:
     def deviation(self) -> Floats:
         """Standard error of the mean over cycles at each interval, from it and its neighbours."""
         variance = self.shapes.var(axis=0, ddof=1)
-        # Share of the intervals, to each side, whose variances are averaged: a few cycles give a
+        # Variances are averaged over a quarter of the intervals to each side: a few cycles give a
         # poor variance of a single interval, and weights that follow the noise make the 95 %
-        # intervals too narrow. For noise of low orders, as from combustion, a tenth is too few: all
-        # the variances are then wrong alike.
+        # intervals too narrow. With noise of low orders, as from combustion, a tenth is too few:
+        # the variances of neighbours are then wrong alike.
         reach = round(0.25 * variance.size)
         around = np.arange(-reach, reach + 1)
         near = variance[(np.arange(variance.size)[:, None] + around) % variance.size]
@@ -351,7 +351,7 @@ class _Problem:
         low, high = (
             np.array([getattr(p, side) for p in self.parameters]) for side in ("low", "high")
         )
-        # Relative step of the central differences, whose error is the square of the step
+        # The error of central differences grows with the square of their step.
         step = 1e-3 * np.array([p.scale for p in self.parameters])
         up, down = np.minimum(value + step, high), np.maximum(value - step, low)
         batch = np.tile(value, (2 * count, 1))
@@ -382,8 +382,7 @@ class _Problem:
         for name, column in zip(names, slopes[: self.measured].T, strict=False):
             if not column.any():
                 raise Inseparable(f"{name}: no measured value depends on it")
-        # A value that is known without the data may still follow the data: the others must be
-        # separable from it.
+        # A parameter with a prior may still follow the data: the others must be separable from it.
         known = np.array([p.prior is not None for p in self.parameters])
         teeth = int(self.fitted.sum())
         known = np.append(known, np.full(teeth, self.tooth_prior is not None))
@@ -423,7 +422,7 @@ class _Problem:
             count = len(scores)
             spreads.append(np.asarray(scores.T @ scores / (count * (count - 1))))
         known = slopes[self.measured :]
-        if self.teeth:  # The zero mean of the tooth errors is exact
+        if self.teeth:  # The zero mean of the tooth errors is exact and adds no spread
             known = np.delete(known, self._priors, axis=0)
         return [*spreads, np.asarray(known.T @ known)]
 
@@ -490,8 +489,7 @@ class Unbound:
         shares = [inverse @ spread @ inverse for spread in spreads]
         covariance = np.sum(shares, axis=0)
         variance, parts = np.diag(covariance), np.diagonal(shares, axis1=1, axis2=2)
-        # Welch and Satterthwaite: degrees of freedom of each recording's variance from a few
-        # cycles.
+        # Each recording's variance comes from a few cycles; freedom by Welch and Satterthwaite.
         told = np.sum(parts[:-1] ** 2 / few[:, None], axis=0)
         freedom = np.divide(variance**2, told, out=np.full(free.size, np.inf), where=told > 0.0)
         step = -inverse @ (slopes.T @ (weight * residual))
@@ -516,7 +514,7 @@ def beside_bounds(every: Unbound, held: Unbound, inside: Booleans) -> tuple[Floa
     far = np.abs(beyond) / size
     ratio = np.exp(norm.logpdf(far) - norm.logsf(far))
     mean = -np.sign(beyond) * size * (ratio - far)  # The mean lies inwards from the bound
-    # Far beyond the bound the difference is lost in rounding: there the tail is exponential.
+    # Far beyond the bound the variance is lost in rounding; that of an exponential tail is taken.
     tail = 300.0  # Standard deviations beyond the bound from which the tail is exponential to 1e-4
     variance = size**2 * np.where(
         far < tail, 1.0 + far * ratio - ratio**2, np.maximum(far, tail) ** -2

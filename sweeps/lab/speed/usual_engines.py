@@ -22,7 +22,7 @@ _HEYWOOD = "Heywood, Internal Combustion Engine Fundamentals (1988)"
 class Fuel:
     """Fuel that an engine burns."""
 
-    name: str  # Diesel fuel or gasoline
+    name: str
     heating_value: float  # Lower heating value [J/kg]
     burnt: float  # Share of the fuel that burns [1]
     # Mass of air over mass of fuel at full load, where the charge limits the heat [1].
@@ -61,8 +61,8 @@ class Usual:
 class EngineKind:
     """A kind of engine."""
 
-    title: str  # Description in words
-    fuel: Fuel  # Fuel of the engine
+    title: str  # Name in words
+    fuel: Fuel
     cycle: Mapping[str, Usual]  # Usual numbers of the cycle, in the units of engine files
     # Earliest and latest start of the combustion in the fit of a largest pressure [degree].
     starts: tuple[float, float]
@@ -71,7 +71,7 @@ class EngineKind:
     # Whether lower loads have a lower intake pressure, with the same air-fuel ratio.
     throttled: bool
     boosted: bool  # Whether there is a turbocharger: the exhaust pressure follows the intake's
-    # Masses of piston and rod over piston area and bore [kg/m3].
+    # Masses of piston, rod and crank throw over piston area and bore [kg/m3].
     piston: float
     rod: float
     throw: float
@@ -195,7 +195,7 @@ class UsualValue:
     # Function from the values that are known so far (with the rated power [kW]) and the kind of
     # engine to the value, in the unit of the key.
     make: Callable[[Mapping[str, float], EngineKind], float]
-    reason: str  # Reason for the value
+    reason: str
 
 
 def _typical(key: str, reason: str) -> UsualValue:
@@ -220,7 +220,7 @@ def _inertia(values: Mapping[str, float], kind: EngineKind) -> float:
     """Inertia by size; for few cylinders by the power and its speed, if that is more."""
     by_size = kind.inertia * _displacement(values) ** (5.0 / 3.0)
     between = PERIOD / values["cylinders"]  # Angle from one firing to the next
-    # Smallest coefficient of speed fluctuation that a flywheel is designed for
+    # Smallest coefficient of speed fluctuation that is usual for pumps
     steady_share = ADMISSIBLE["pump"][0]
     fired = triangular_torque(1e3 * values["power"], values["speed"] * RPM, steady_share, between)
     return _rounded(max(by_size, float(fired.inertia)))

@@ -44,7 +44,7 @@ class ArchiveAccessor:
 
     def __init__(self, archive: xr.Dataset) -> None:
         self._archive = archive
-        self.plot = Plots(archive)  # Plain, because names are completed without calling properties
+        self.plot = Plots(archive)  # No property, because completion of names does not call these
 
     def __repr__(self) -> str:
         from sweeps.base.errors import one_line
@@ -374,7 +374,7 @@ class Plots:
         return [kind.name for kind in KINDS]
 
     def __getattr__(self, name: str) -> Callable[..., Figure]:
-        if name.startswith("_"):  # Notebooks ask for names with an underscore by the dozen
+        if name.startswith("_"):  # Notebooks ask for many such names, as _repr_html_
             raise AttributeError(name)
         from sweeps.view.figures.kinds import KINDS
 

@@ -94,7 +94,7 @@ def draw_curves(
         if not (lost or fixed):
             text += _rms_text(view, name, place)
         if lost == NO_VALUE and {*COUNTED} & set(view.array(name).dims):
-            continue  # The curve was padded to the longest engine
+            continue  # The engine has no such part: arrays have room for engines with more parts
         if len(places) == 1:
             style["marker"] = ""
         if x.size > 40:

@@ -87,7 +87,7 @@ def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
         _cylinder(panel, angle, all(i in silent for i in members))
         label(panel, angle, TOP + 0.12, members)
     circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
-    # Pins at cylinder 1's firing: a throw is turned by its own angle from that of cylinder 1.
+    # As cylinder 1 fires, its pin stands on the line of its bank; the others are turned from there.
     standing = banks[0] + throws - throws[0]
     draw_throws(panel, standing, radii, [[i] for i in range(len(throws))], 0.22)
     sense(panel, 0.62)

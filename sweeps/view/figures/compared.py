@@ -141,7 +141,7 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
     if running == "crank_angle":
         x, one, _ = trace(view, name, {})
         two = trace(view, name + COMPARED, {})[1]
-        if two.size != one.size:  # A curve of one of them is open at its start
+        if two.size != one.size:  # A curve that is open where its passes start has one more point
             x, one = view.numbers("crank_angle"), view.numbers(name)
             two = view.numbers(name + COMPARED)
         _drawn(panels, x, (one, two), labels_of(view), entries, largest=True)
@@ -170,7 +170,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     _, panels = _pair_of_panels()
     entries: Entries = {}
     every: list[Floats] = []
-    for rank, index in enumerate(other.picked(3)):  # More values could not be distinguished
+    for rank, index in enumerate(other.picked(3)):  # More lines could not be told apart
         place = other.place(index)
         curves = view.numbers(name, place), view.numbers(name + COMPARED, place)
         said = f", {other.tag(index)}" if other else ""
@@ -183,7 +183,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
         parameter_ticks(panel, axis, "x", 5.0)
     free_scale(panels[0], every)
     x_label(panels[1], axis.label, 5.0)
-    if axis.words:  # No line leads from one word to the next
+    if axis.words:  # Nothing lies between two words, so no line joins them
         for line in (line for panel in panels for line in panel.lines):
             line.set_linestyle("none")
     return _finished(view, name, panels, entries, False)
@@ -209,7 +209,7 @@ def _bar_figure(view: View, names: Sequence[str]) -> Figure:
     panel.axvline(0.0, color=rc("text.color"), linewidth=0.8)
     low, high = min(0.0, np.nanmin(change, initial=0.0)), max(0.0, np.nanmax(change, initial=0.0))
     span = high - low or 1.0
-    panel.set_xlim(low - 0.05 * span, high + 0.9 * span)  # The numbers need room
+    panel.set_xlim(low - 0.05 * span, high + 0.9 * span)  # With room for the numbers beside bars
     panel.grid(False, axis="y")
     x_label(panel, "Difference (%)", 5.0)
     first, second = labels_of(view)

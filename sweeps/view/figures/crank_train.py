@@ -173,7 +173,7 @@ def _drawing(
     from matplotlib.patches import Circle, Rectangle
 
     (px, py), (wx, wy), half = place.pin, place.wrist, place.half_bore
-    top = wy - py + 1.0 + PISTON + 0.15  # Just above the piston at its dead centre
+    top = wy - py + 1.0 + PISTON + 0.15  # Top of the liner, just above the piston's highest place
     for side in (-half, half):
         panel.plot([wx + side] * 2, [top - 2.0 - 1.7 * PISTON, top], color=GREY, linewidth=2.0,
                    zorder=1)  # fmt: skip
@@ -191,13 +191,13 @@ def _drawing(
                zorder=0)  # fmt: skip
     largest = _largest(values)
     for name, (start, direction) in directions(place).items():
-        # Smaller forces would be arrow heads alone.
+        # The arrow of a smaller force would be a head alone.
         if name in values and abs(values[name]) > 0.02 * largest:
             vector = LONGEST * values[name] / largest * direction
             if name == "wall_thrust":  # The thrust is drawn outside the liner, where it is visible
                 start = start + np.sign(vector[0]) * np.array([half, 0.0])
             elif name in ("gas_force", "inertia_force") and vector[1] < 0.0:
-                start = start - vector  # The arrow of a force that presses on the piston ends there
+                start = start - vector  # The arrow of a force that presses on the piston ends on it
             _arrow(panel, name, start, vector, symbols[name])
     panel.set_aspect("equal")
     panel.margins(x=0.1, y=0.02)
@@ -218,7 +218,8 @@ def _arrow(panel: Axes, name: str, start: Floats, vector: Floats, symbol: str) -
     panel.annotate("", tuple(end), tuple(start), arrowprops=look, zorder=6)
     along = vector / np.hypot(*vector)
     pressing = name in ("gas_force", "inertia_force") and vector[1] < 0.0
-    # The symbol of a pressing force stands at its side, others beyond the tip; R ends among bars
+    # The symbol of a force that presses on the piston stands beside its arrow, any other beyond the
+    # tip; that of the radial force, whose tip is among the rods, stands beside the tip.
     place = start + 0.5 * vector + np.array([0.16, 0.0]) if pressing else end + 0.25 * along
     if name == "radial_force":
         place = end + 0.3 * np.array([-along[1], along[0]])

@@ -156,7 +156,7 @@ def _draw_group(
 
 def curves(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the crank angle, along each axis that changes it."""
-    # The figure of these variables shows the nominal design
+    # The figure torque_and_speed shows these variables for the nominal design.
     with_speed = torque_and_speed_names(study.view)
     for name in names:
         views = list(study.views_of(name))

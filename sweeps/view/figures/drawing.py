@@ -63,7 +63,7 @@ def figure(
         if drawn is None:
             raise SceneError(_missing(kind))
         if ax is None:
-            drawn.canvas.draw()  # Drawing makes the ticks, with the style in force
+            drawn.canvas.draw()  # It makes the ticks now, while the style holds
     return drawn
 
 
@@ -142,7 +142,7 @@ def _subject(dataset: xr.Dataset) -> str:
     several = {"engine", "arrangement", "cylinders"} & {*dataset.dims, *dataset.coords}
     engine = str(dataset.attrs.get("engine") or "")
     title = str(dataset.attrs.get("engine_title") or "").split(" (")[0].rstrip(".")
-    if several or not title:  # A title has the number of cylinders of a single engine
+    if several or not title:  # The title of an engine states its number of cylinders, which varies
         title = f"Engine {engine}" if engine and "engine" not in several else ""
     if title:
         parts.append(shorten(title, 90))
@@ -220,7 +220,7 @@ def draw(
 @contextmanager
 def _together(folder: Path) -> Iterator[dict[Path, Path]]:
     """Files that get their names when all of them are written; otherwise all are removed."""
-    # A link with such a name is replaced: its target must not be written.
+    # A link with the name of a figure is replaced: the file that it leads to must not be written.
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     unfinished: dict[Path, Path] = {}
     try:
@@ -231,7 +231,7 @@ def _together(folder: Path) -> Iterator[dict[Path, Path]]:
     except BaseException:
         for part in unfinished.values():
             part.unlink(missing_ok=True)
-        with suppress(OSError):  # A file that another program uses stays
+        with suppress(OSError):  # A folder with files of another program stays
             for path in missing:
                 path.rmdir()
         raise

@@ -108,8 +108,8 @@ def _strips(
     figure, panels = new_sheet(len(criteria), 1, 0.3 + 0.62 * len(criteria))
     entries: Entries = {}
     backwards = np.array([text.endswith("other way)") for text in builders])
-    # More orders that are built could not be distinguished.
-    # An order read backwards gives nearly the same result
+    # Orders of known engines are marked, but not more than could be told apart, nor those that are
+    # known only in the other sense of rotation, which give nearly the same results.
     named = np.flatnonzero(known & ~backwards)[:8]
     for panel, name in zip(panels, criteria, strict=True):
         x = values[name]

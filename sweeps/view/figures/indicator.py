@@ -48,7 +48,7 @@ def work_names(view: View) -> list[str]:
 
 def work_diagrams(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw p over V, and both logarithmic where the clearance volume is known."""
-    # Axes that change only the travel of the piston leave the loops nearly the same.
+    # Axes are chosen by the pressure: one that changes only the travel hardly changes the loops.
     views = study.views_by_axis(names[:1])
     for whole, along in views:
         view = whole.only(names, [along])
@@ -240,7 +240,7 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
         start, end = (float(view.array(name).attrs[key]) for key in ("from_angle", "to_angle"))
         at = (angle >= start) & (angle <= end) & (p > 0.0)
         level = np.exp(np.mean(np.log(p[at] * v[at] ** exponent)))
-        wide = np.geomspace(np.nanmin(v), np.nanmax(v), 2)  # Drawn further, so that a bend shows
+        wide = np.geomspace(np.nanmin(v), np.nanmax(v), 2)  # Over all volumes, so that bends show
         (line,) = panel.plot(wide, level * wide**-exponent, color=colour, linestyle=dashes,
                              linewidth=0.9, zorder=4)  # fmt: skip
         word = name.split("_")[0]

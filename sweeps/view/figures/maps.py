@@ -201,7 +201,7 @@ def _light_map() -> Colormap:
 
 def _label_places(panel: Axes, lines: ContourSet) -> list[tuple[float, float]]:
     """The middle of each contour that is long enough for a label, in data coordinates."""
-    # The straightest part, which matplotlib takes, is often at the border, which cuts the label.
+    # matplotlib would label the straightest part, which is often at the border, where it is cut.
     places = []
     for segments in lines.allsegs:
         for segment in segments:
@@ -270,7 +270,7 @@ def _colour_bar(
 def outcome_names(view: View) -> list[str]:
     """The status, where there are two axes and some designs failed."""
     if not view.has("status") or len(_outcome_axes(view)) < 2 or REDUCTION in view.data.attrs:
-        return []  # A reduced archive kept only few of its designs
+        return []  # A reduced archive has only few of its designs
     return [] if np.isin(view.array("status").values, SOUND).all() else ["status"]
 
 

@@ -66,7 +66,7 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
     elsewhere = [
         (other, keys)
         for key, other, keys in study.elsewhere
-        if key == parameter and not view.axis(parameter).words  # Words have no common places
+        if key == parameter and not view.axis(parameter).words  # Families share no places of words
     ]
     more = [
         line_of(other, name, {}, other.fixed["design"], x=other.axis(parameter).values)
@@ -131,7 +131,7 @@ def case_chart(view: View, group: Sequence[str]) -> Figure:
             entries.setdefault("Published", rings)
         for why in sorted({str(said) for said in line.outcomes if said}):
             if why == NO_VALUE and axis.name in COUNTED:
-                continue  # The engine has no such part
+                continue  # An engine with fewer parts has no such part
             places = np.flatnonzero(line.outcomes[picked] == why)
             if np.isfinite(line.y[picked][places]).any():
                 panel.plot(line.y[picked][places], places, **doubt_look(9.0))
@@ -290,7 +290,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
         }
         for key in (name, name + PUBLISHED):
             if key in data.data_vars and set(nominal.dims) <= set(view.array(key).dims):
-                ratio = view.array(key) / (nominal * unit)  # Named arrays line up
+                ratio = view.array(key) / (nominal * unit)  # xarray pairs dimensions by name
                 values = (100.0 * (ratio - 1.0)).transpose(*view.array(key).dims)
                 new[key] = xr.Variable(values.dims, values.values, attributes)
     return replace(view, data=data.assign(new)) if new else view
@@ -332,7 +332,7 @@ def numbers(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _is_level(view: View, name: str) -> bool:
     """Whether one number describes a variable: it has no axis, or no axis has an effect."""
-    # "no value" also describes a variable, if all values are missing and no design failed.
+    # Where all values are missing though no design failed, "no value" describes the variable.
     axes, array = view.axes([name]), view.array(name)
     if not axes:
         return True

@@ -238,7 +238,8 @@ def _style(given: str | Path | Mapping[str, Any] | None) -> dict[str, Any]:
             f"{did_you_mean(str(given), [str(one) for one in style.library])}"
         )
     name = f"style {one_line(given, 200)}"
-    # TeX runs commands that read and write files; a tight box would change the requested size.
+    # Some settings of a file are left out: TeX would run commands that read and write files, a
+    # tight box would change the requested size, and others have no meaning here.
     left_out = {"backend", "interactive", "toolbar", "timezone", "svg.hashsalt", "text.usetex",
                 "savefig.bbox"}  # fmt: skip
     kept = {k: v for k, v in _style_file(Path(given), name).items() if k not in left_out}

@@ -138,12 +138,12 @@ MOST_STEMS = 24
 def waterfall_names(view: View) -> list[str]:
     """Amplitudes over order and speed."""
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
-    # Stems side by side distinguish fewer speeds.
+    # Orders at one or two speeds are drawn as bars side by side.
     return [
         name
         for name in names
         if {"speed", "order"} <= set(view.array(name).dims)
-        and "mode" not in view.array(name).dims  # The Campbell diagram has the critical speeds
+        and "mode" not in view.array(name).dims  # Quantities of modes are in the Campbell diagram
         and view.data.sizes["speed"] >= 3
         and not view.axis("speed").words
         and view.array(name).attrs.get("units") != "degree"  # Phases have no height
@@ -168,7 +168,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
             figure, (panel,) = new_sheet(1, 1, min(2.2 + 0.22 * len(rows), 6.0))
             gap = float(np.median(np.diff(np.sort(speeds))))
             # The largest stem almost reaches the next row, so that none hides another.
-            factor = 0.95 * gap / largest  # Speed difference that shows one unit of amplitude
+            factor = 0.95 * gap / largest  # Height on the axis of speeds of one unit of amplitude
             _stems(panel, view.numbers("order"), speeds, amplitudes, factor)
             _scale(panel, unit_text(str(view.array(name).attrs.get("units", ""))), largest, factor)
             x_label(panel, view.label("order"), 5.0)

@@ -42,7 +42,7 @@ class Line:
     published: Floats | None = None
     x: Floats | None = None  # Abscissas, if not the axis's own values
     strong: bool = False
-    band: tuple[Floats, Floats] | None = None  # Ends of the uncertainty
+    band: tuple[Floats, Floats] | None = None  # Lower and upper ends of the uncertainty band
     # Style of the line; by default that of its place among the panel's lines
     look: Mapping[str, Any] = field(default_factory=dict)
 
@@ -80,7 +80,7 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
         x = axis.values if line.x is None else line.x
         if not axis.joined:
             style |= {"linestyle": "none", "markersize": 5.0}
-            if axis.words or axis.name in COUNTED:  # Side by side, as values are often equal
+            if axis.words or axis.name in COUNTED:  # Lines have points side by side, often equal
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
         elif x.size < 5 and not line.look:
             style["linewidth"] = 0.7  # Between so few points the curve is not known
@@ -208,7 +208,7 @@ def parameter_figure(
             free_scale(panel, every)
             degree_ticks(panel, view.array(names[0]))
     for panel in sheet.panels if from_zero else ():
-        panel.set_ylim(bottom=0.0)  # The scale is fixed from here on; panels may share it
+        panel.set_ylim(bottom=0.0)  # After all lines are drawn, because it fixes the scale
     span = "" if from_zero else sensible_span(sheet.panels, every)
     sheet.label_x(axis.label, room)
     sheet.label_y(label, 1.6 if several else 2.8)

@@ -128,7 +128,7 @@ def _searched_figure(
     conditions = conditions.replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
     every = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
     notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "", *common]
-    return finish(figure, title_of_front(view, pair), notes, entries)  # A caption is for one design
+    return finish(figure, title_of_front(view, pair), notes, entries)
 
 
 def number_design(panel: Axes, number: int, here: Floats, text: str, entries: Entries) -> None:
@@ -196,9 +196,9 @@ PARTS = ("main_bearing",)  # Dimensions along which only the largest value of a 
 class Front:
     """Two quantities of all designs, and the front."""
 
-    points: Floats  # Some of the designs, evenly taken, shape (2, n)
-    values: Floats  # The front, the best in the first quantity first, shape (2, m)
-    places: Integers  # Numbers in the archive of the designs of the front, over `dims`
+    points: Floats  # Both quantities of some of the designs, evenly taken, shape (2, n)
+    values: Floats  # Both quantities of the front, the best in the first one first, shape (2, m)
+    places: Integers  # Flat indices of the designs of the front, over `dims`
     dims: tuple[str, ...]  # Axes of the designs
     count: int  # Number of designs with numbers
 

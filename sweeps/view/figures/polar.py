@@ -105,10 +105,10 @@ def _loops(
     values = axis.picked()
     loops = [_closed_once(view, names, {**place, **axis.place(value)}) for value in values]
     for rank, (value, loop) in enumerate(zip(values, loops, strict=True)):
-        if loop is None:  # The values were padded to the engine with most journals
+        if loop is None:  # An engine with fewer journals has no such journal
             continue
         style = line_style(rank, len(values))
-        # A curve is wider by the later curves on top of it, so that all are visible
+        # A curve is the wider, the more later curves lie on top of it, so that all are visible.
         later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
         style["linewidth"] = 1.2 + 1.5 * later
         line = _draw_loop(panel, loop, style)
@@ -169,7 +169,7 @@ def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> 
             continue
         step = count // parts
         turned = np.hypot(np.roll(x[:-1], step) - x[:-1], np.roll(y[:-1], step) - y[:-1])
-        # A curve repeats itself where it stays within this fraction of the largest load.
+        # A curve repeats itself if it then differs by no more than this part of the largest load.
         if np.all(turned <= 2e-3 * size):
             return _Loop(angle[: step + 1], x[: step + 1], y[: step + 1])
     return _Loop(angle, x, y)
@@ -217,7 +217,7 @@ def _write_angles(panel: Axes, loop: _Loop, colour: Any, *, apart: float) -> Non
         if any(np.hypot(here[0] - u, here[1] - v) < apart for u, v in written):
             continue
         written.append(here)
-        # Across the curve, away from its middle
+        # The text stands to the side of the curve that is away from its middle.
         before, after = (mark - 1) % (x.size - 1), (mark + 1) % (x.size - 1)
         sideways, above = float(y[after] - y[before]), float(x[before] - x[after])
         outward = sideways * (here[0] - middle[0]) + above * (here[1] - middle[1])

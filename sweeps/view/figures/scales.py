@@ -138,7 +138,7 @@ def comparable(panels: Sequence[Sequence[Floats]]) -> bool:
     every = np.concatenate(known)
     if every.min() > 0 and every.max() > 20 * every.min():
         known, every = [np.log(values) for values in known], np.log(every)
-    # A level line needs no ordinate of its own
+    # A level line is not flattened by the ordinate of other panels.
     spans = [span for span in map(np.ptp, known) if span > LEAST_SPAN * np.ptp(every)]
     return not spans or bool(np.median(spans) > 0.33 * np.ptp(every))
 
@@ -148,7 +148,7 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     low, high = axes.get_xlim()
-    zero = float(angle.attrs.get("zero_at", 0.0))  # Place from which the angle is counted
+    zero = float(angle.attrs.get("zero_at", 0.0))  # Degrees from firing dead centre to angle 0
     four_stroke = high - low > 360 or low + zero >= 0
     per_degree = room * room_scale() / max(high - low, 1.0)
     gap = " " if 180 * per_degree > 0.62 else "\n"

@@ -49,7 +49,7 @@ class Family:
     parameter: str
     members: tuple[int, ...]  # Numbers of the designs by ascending value
     followers: tuple[str, ...] = ()
-    differs: tuple[str, ...] = ()  # Parameters that differ from the first design
+    differs: tuple[str, ...] = ()  # Parameters in which the members differ from the nominal design
 
 
 @dataclass(frozen=True)
@@ -121,10 +121,10 @@ def families_of(data: xr.Dataset) -> list[Family]:
     """Take a list of designs apart into families that vary one parameter.
 
     The first design is the nominal one. For every parameter, the designs that differ from it in
-    this parameter alone (or, where there is none, in it and its `FOLLOWERS`) are a family;
-    `BOOKKEEPING` columns do not count. Designs that agree in all other parameters, but elsewhere
-    than the nominal one, are a family too when there are at least three of them (such as three
-    inertias of an eight-cylinder engine).
+    this parameter alone (or, where there is none, also in those that follow this parameter) are a
+    family. Designs that agree in all other parameters, but elsewhere than the nominal one, are a
+    family too when there are at least three of them (such as three inertias of an eight-cylinder
+    engine).
     """
     names = parameters_of(data)
     codes = {name: _codes(data[name].variable) for name in names}
@@ -247,7 +247,7 @@ def study_of(
     view = view.slice_at(single)
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
-    if REDUCTION in view.data.attrs:  # Kept designs of a reduction are no families
+    if REDUCTION in view.data.attrs:  # The designs that a reduction kept form no families
         return Study(with_kept_note(view), given=given)
     if "design" not in view.data.sizes:
         return Study(view, given=None if data is given else given)

@@ -116,7 +116,7 @@ def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> 
     mean = float(np.mean(torque[:-1]))
     load = load_at(view, x) if "load_torque" in names else None
     if load is not None and abs(np.mean(load[:-1]) - mean) <= 1e-3 * np.ptp(torque):
-        load = load + (mean - np.mean(load[:-1]))  # Rounding must not add up
+        load = load + (mean - np.mean(load[:-1]))  # Differences of the means would add up
         return load, view.title("load_torque")
     return np.full(x.size, mean), "Mean torque"
 

@@ -61,7 +61,7 @@ class StudyAxis:
     label: str
     variable: xr.Variable
     log: bool
-    remarks: tuple[str, ...] = ()  # Parameters that change along with the axis
+    remarks: tuple[str, ...] = ()  # For each value, parameters that change along with it
     nominal: int | None = None
 
     @property
@@ -186,8 +186,8 @@ class View:
     suffix: str = ""
     others: tuple[str, ...] = ()  # Parameters with one value in the whole view
     tolerance: float = 0.0  # Relative tolerance of the solver
-    own: Mapping[str, float] = field(default_factory=dict)  # Values of the scene's engine itself
-    equals: Mapping[str, str] = field(default_factory=dict)  # Remarks on equal variables
+    own: Mapping[str, float] = field(default_factory=dict)  # The engine's own values, by axis
+    equals: Mapping[str, str] = field(default_factory=dict)  # Notes on equal variables, by variable
     options: Options = field(default_factory=Options)
 
     @property
@@ -245,7 +245,7 @@ class View:
             if data.variables[key].dims == (dim,) and is_words(data.variables[key])
         ]
         if dim != "design" and dim not in labels:
-            # Along a parameter out of a list of designs, the name of a case says less
+            # Along a parameter of a list of designs, its values say more than the names of cases.
             labels = [key for key in labels if key == f"{dim}_name"]
         nominal = self.nominal.get(dim)
         if dim == MISFIRE and not is_words(own):
@@ -365,7 +365,7 @@ class View:
         if array.size > MOST_READ or not _level(array, dim, least):
             return False
         if not np.isfinite(np.asarray(array.values, dtype=float)).any():
-            return False  # No number can be equal
+            return False  # Without any numbers, none are equal
         status = self.data.variables.get("status")
         if status is None or not name.startswith(FROM_SPEED) or dim not in status.dims:
             return True

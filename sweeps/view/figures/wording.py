@@ -12,7 +12,7 @@ import xarray as xr
 from engine_dyn.types import Floats
 from sweeps.base.errors import printable
 
-HARD_SPACE = "\N{NO-BREAK SPACE}"  # Space without a line break, between a unit and its symbol
+HARD_SPACE = "\N{NO-BREAK SPACE}"  # Space that no line break replaces, as before a unit
 EN_DASH = "\N{EN DASH}"
 LEAST_SPAN = 1e-6
 """Relative difference below which values are drawn as equal: ticks could not show it."""

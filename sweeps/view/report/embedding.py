@@ -361,7 +361,7 @@ def _quantity(
 
 
 def _base64(values: npt.NDArray[Any], kind: str) -> str:
-    with np.errstate(over="ignore", invalid="ignore"):  # Other programs may store such numbers
+    with np.errstate(over="ignore", invalid="ignore"):  # Some archives have numbers beyond float32
         stored = np.ascontiguousarray(values).astype(kind)
     return base64.b64encode(stored.tobytes()).decode("ascii")
 

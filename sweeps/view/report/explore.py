@@ -318,7 +318,7 @@ class _Explorer:
         finite = values[np.isfinite(values)]
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         heads = [self.head(key) for key in (across, up, name)]
-        # Where numbers range over more than a decade, most of a map would have one colour.
+        # On a linear scale, numbers over more than a decade would leave most of a map one colour.
         made, numeric = self._figure(
             charts.cells, heads, {"x": x, "y": y}, log=low > 0.0 and high / low > 20.0
         )

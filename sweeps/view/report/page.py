@@ -114,7 +114,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
             f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
             "tables and program of this report need this much"
         )
-    archive = archive[of_designs(archive)]  # The kept designs of a reduction
+    archive = archive[of_designs(archive)]  # Of a reduced archive, the designs that it kept
     template = Template(_resource("page.html"))
     while True:
         content = embedded(archive, choices, room)
@@ -129,7 +129,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         over = len(written.encode(errors="replace")) - limit
         if over <= 0 or room < 1.0:
             return written
-        room *= 0.97 * room / (room + over)  # Names of designs may be long
+        room *= 0.97 * room / (room + over)  # Names of designs may take more room than `SPARE`
 
 
 def _contents() -> str:

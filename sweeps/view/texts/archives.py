@@ -310,10 +310,9 @@ def _parameter_lines(dataset: xr.Dataset, value: object) -> list[str]:
         left = {
             k: v for k, v in members.items() if k not in given and v == UNLESS_GIVEN.get(k, 0.0)
         }
+    # The archive is of several engines, or of another program.
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError):
-        return _attribute_lines(
-            "parameters", value
-        )  # Other archives are of several engines, or of another program
+        return _attribute_lines("parameters", value)
     rest = {name: number for name, number in members.items() if name not in left}
     lines = _attribute_lines("parameters", json.dumps(rest)) if rest else ["  parameters:"]
     neutral = ", ".join(f"{name} {number_text(float(number))}" for name, number in left.items())
@@ -328,7 +327,7 @@ def _attribute_lines(key: str, value: object) -> list[str]:
         about = ""
         try:
             members = json.loads(value)
-            if key == "input_files":  # The texts of input files are long
+            if key == "input_files":  # Hashes stand for the texts of files, which are long
                 members = {name: f"sha256 {f['sha256']}" for name, f in members["files"].items()}
                 about = (
                     " (hash of each text as it was used: of a laboratory's file, of the CSV that "

@@ -66,7 +66,7 @@ def values_text(node: Node, quote: str = "") -> str:
 def default_text(node: Node) -> str:
     """Return the value that holds where neither scene nor engine gives one; empty if none does."""
     given = node.unless_given
-    # A value outside the range means that there is none.
+    # A neutral value outside the range of the key means that it has no default.
     if given is None or not (
         node.low < given < node.high or (given == node.low and node.low_included)
     ):

@@ -309,7 +309,7 @@ def symbol_text(symbol: str) -> str:
     r"""Write a symbol of TeX in plain letters: ``\beta_\nu`` becomes beta_nu, ``M_{max}`` M_max."""
     text = symbol.replace(r"\var", "\\")  # A variant of a letter has the name of the letter
     text = text.replace("^*", "*")
-    # The name of a sign is separate from a letter, digit or brace before it, not from _ and ^.
+    # A blank separates the name of a sign from a letter, digit or brace before it.
     text = re.sub(r"(?<=[A-Za-z0-9}])\\", " ", text)
     text = re.sub(r"\^\{([^{}]*)\}", r"^(\1)", text)
     return re.sub(r"[\\{}]", "", text)
