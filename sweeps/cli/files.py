@@ -35,19 +35,7 @@ def files_of(scene: Scene) -> Iterator[Path]:
 def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
     """Refuse, before anything is computed, an output that could not be written or is an input.
 
-    Parameters
-    ----------
-    path : Path
-        The file to write.
-    overwrite : bool
-        Whether it may exist.
-    inputs : Path
-        Files that the command reads; the first is what the user named.
-
-    Raises
-    ------
-    SceneError
-        With the reason.
+    It may exist if `overwrite`; the first of the `inputs` is what the user named.
     """
     try:
         str(path.absolute()).encode()
@@ -82,13 +70,7 @@ def same_file(one: Path, other: Path) -> bool:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse, before anything is computed, a folder in which no file could be written.
-
-    Raises
-    ------
-    SceneError
-        With the reason.
-    """
+    """Refuse, before anything is computed, a folder in which no file could be written."""
     try:
         if folder.exists() and not folder.is_dir():
             raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
@@ -187,10 +169,7 @@ def _blamed(path: Path) -> Iterator[None]:
 def check_slices(dataset: xr.Dataset, *given: Mapping[str, float | str]) -> None:
     """Say which values of axes are not in an archive, so that the nearest ones are taken.
 
-    Raises
-    ------
-    SceneError
-        For a value outside its axis.
+    A value outside its axis is refused.
     """
     from sweeps.view.texts.tables import nearest_notes
 

@@ -20,20 +20,10 @@ if TYPE_CHECKING:
 
 
 def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | None) -> list[str]:
-    """Quantities of a table.
+    """Quantities of a table: those asked for, or all that have one number for each design.
 
-    Parameters
-    ----------
-    archive : Dataset
-        As `sweeps.open` returns it.
-    quantities : str or sequence of str, optional
-        Those that were asked for; if not given, all that have one number for each design.
-
-    Raises
-    ------
-    SceneError
-        For names that the archive does not have or that are given twice, and where no quantity has
-        one number for each design.
+    SceneError refuses names that the archive does not have or that are given twice, and archives
+    without any such quantity.
     """
     if quantities is not None:
         quantities = names_given(quantities, "quantities")
@@ -61,22 +51,11 @@ def chosen_quantities(archive: xr.Dataset, quantities: str | Sequence[str] | Non
 def chosen_curves(
     archive: xr.Dataset, quantities: str | Sequence[str] | None, over: Sequence[str]
 ) -> dict[str, xr.DataArray]:
-    """Curves of a file of curves, by name.
+    """Curves of a file of curves, by name, each over one of the dimensions `over`.
 
-    Parameters
-    ----------
-    archive : Dataset
-        As `sweeps.open` returns it.
-    quantities : str or sequence of str, optional
-        Those that were asked for; if not given, all that have one curve over the first of `over`
-        for each design.
-    over : sequence of str
-        Dimensions over one of which a curve must lie.
-
-    Raises
-    ------
-    SceneError
-        For quantities that the archive does not have or that are no curves, and where it has none.
+    Without `quantities` they are all that have one curve over the first of these for each design.
+    SceneError refuses quantities that the archive does not have or that are no curves, and an
+    archive without curves.
     """
     if quantities is None:
         quantities = [
@@ -98,11 +77,8 @@ def chosen_curves(
 def check_one_table(archive: xr.Dataset, names: Sequence[str]) -> None:
     """Check that quantities with several numbers for each design have them over the same thing.
 
-    Raises
-    ------
-    SceneError
-        For a curve beside the amplitudes of orders, say: their table would have a row for each pair
-        of an angle and an order.
+    SceneError refuses a curve beside the amplitudes of orders, say: their table would have a row
+    for each pair of an angle and an order.
     """
     over = {name: [str(d) for d in archive[name].dims if d in DIMENSIONS] for name in names}
     widest = max(over, key=lambda name: len(over[name]))

@@ -39,24 +39,11 @@ MOST_SETS = 1000  # Largest number of data sets in a universal file; its readers
 def universal_file(
     path: Path, archive: xr.Dataset, quantities: str | Sequence[str] | None, orders: str | None
 ) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
-    """Write curves over the crank angle or the order.
+    """Write curves over the crank angle or the order, or orders of a quantity as complex values.
 
-    Parameters
-    ----------
-    path : Path
-        The file, which is empty or does not exist.
-    archive : Dataset
-        As `sweeps.open` returns it.
-    quantities : str or sequence of str, optional
-        Curves to write; all over the crank angle alone if not given.
-    orders : str, optional
-        In place of quantities: what to write the orders of, as complex values.
-
-    Returns
-    -------
-    tuple of (int, tuple of str, tuple of str)
-        Points, names of abscissas and curves, and curves that are left out because their design has
-        no values.
+    Without `quantities` all curves over the crank angle alone are written. Returned are the number
+    of points, the names of abscissas and curves, and the curves that are left out because their
+    design has no values.
 
     Raises
     ------
@@ -166,24 +153,12 @@ COLUMNS = (FREQUENCY, "amplitude", "phase", "real", "imaginary")
 
 
 def order_table(archive: xr.Dataset, quantity: str) -> xr.Dataset:
-    """Orders of a quantity in the words of their amplitude and phase.
-
-    Parameters
-    ----------
-    archive : Dataset
-        An archive that has the quantities QUANTITY_order, QUANTITY_phase and order_frequency.
-    quantity : str
-        What the orders are of: "torque", "throw_torque".
-
-    Returns
-    -------
-    Dataset
-        With the variables of `COLUMNS`.
+    """Orders of a quantity, such as "torque": the variables of `COLUMNS`, with the convention.
 
     Raises
     ------
     SceneError
-        Where the archive does not have them.
+        Where the archive lacks QUANTITY_order, QUANTITY_phase or order_frequency.
     """
     known = [
         name.removesuffix("_order")
@@ -232,21 +207,8 @@ def functional_mockup_unit(
 ) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
     """Write an FMU with curves of one design as outputs, over an angle or a time that is given.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    archive : Dataset
-        As `sweeps.open` returns it, of one design.
-    quantities : str or sequence of str, optional
-        Curves to write; all over the crank angle alone if not given.
-    orders : str, optional
-        None: an FMU has no orders.
-
-    Returns
-    -------
-    tuple of (int, tuple of str, tuple of str)
-        Points of a curve, names of the angle and the curves, and an empty tuple.
+    Without `quantities` all curves over the crank angle alone are written; `orders` are refused.
+    Returned are the points of a curve, the names of the angle and the curves, and an empty tuple.
 
     Raises
     ------

@@ -162,10 +162,7 @@ def _head(name: str, variable: xr.Variable) -> str:
 def check_format(path: Path) -> Callable[..., Any]:
     """Return the function that writes files with this extension.
 
-    Raises
-    ------
-    SceneError
-        For an unknown extension, and for a format whose library is not installed.
+    SceneError refuses an unknown extension, and a format whose library is not installed.
     """
     kind = path.suffix.lower()
     # Functions that write the formats, by the extensions of their files
@@ -248,13 +245,7 @@ LONGEST = 32_767  # Largest number of characters of a cell of Excel
 
 
 def check_rows(rows: int, path: Path) -> None:
-    """Refuse what has more rows than a sheet.
-
-    Raises
-    ------
-    SceneError
-        Naming how many there may be.
-    """
+    """Refuse what has more rows than a sheet, naming how many there may be."""
     if rows > MOST_ROWS - HEADS:
         raise SceneError(
             f"{path}: {rows:,} rows; a sheet of Excel has room for {MOST_ROWS - HEADS:,}; write "
@@ -266,17 +257,7 @@ def check_rows(rows: int, path: Path) -> None:
 def workbook(
     path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
-    """Write sheets of results, axes, assumptions and provenance.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    columns : mapping of Variable
-        Of the results, by the names of their columns.
-    archive : Dataset
-        What they come from.
-    """
+    """Write sheets of results, by the names of their columns, axes, assumptions and provenance."""
     from openpyxl import Workbook
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter

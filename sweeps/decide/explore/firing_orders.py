@@ -159,12 +159,8 @@ def firing_orders(
 def given_scene(scene: str | Path | Mapping[str, Any], asked: Sequence[str]) -> tuple[Any, str]:
     """A scene as `read_scene` takes it, and what messages call it.
 
-    Of an engine, and of tables that ask for nothing, it asks for these quantities.
-
-    Raises
-    ------
-    SceneError
-        For what is neither an engine nor a scene.
+    Of an engine, and of tables that ask for nothing, it asks for these quantities. SceneError
+    refuses what is neither an engine nor a scene.
     """
     if isinstance(scene, Mapping):
         made = dict(scene)
@@ -185,13 +181,7 @@ def given_scene(scene: str | Path | Mapping[str, Any], asked: Sequence[str]) -> 
 
 
 def check_left_out(scene: Scene, name: str, compared: str) -> None:
-    """Refuse tables that do not go with a comparison of one engine with itself.
-
-    Raises
-    ------
-    SceneError
-        For the first of them.
-    """
+    """Refuse tables that do not go with a comparison of one engine with itself."""
     for table in ("designs", "sample", "uncertainty", "reference", "measured"):
         if scene.source.get(table) is not None:
             raise SceneError(f"{name}: [{table}]: not allowed when {compared} are compared")

@@ -329,24 +329,10 @@ NOMINAL = "nominal"
 
 
 def nominal_places(archive: xr.Dataset, dims: list[str]) -> dict[str, int]:
-    """Find the nominal design: the one that is named so, and the engine's own values of axes.
+    """Place along each axis of designs of the nominal design.
 
-    Parameters
-    ----------
-    archive : Dataset
-        An archive, or a part of it.
-    dims : list of str
-        Its axes of designs.
-
-    Returns
-    -------
-    dict of int
-        The place along each of the axes.
-
-    Raises
-    ------
-    SceneError
-        Where no design is named so, and where an axis does not have the engine's own value.
+    It is the design that is named so, and the engine's own values of axes. SceneError refuses
+    archives without such a name or value.
     """
     own = members_of(archive, "engine_values")
     places = {}

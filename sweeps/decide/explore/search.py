@@ -29,12 +29,8 @@ def kept_for(
 ) -> tuple[xr.Dataset, str]:  # fmt: skip
     """Designs that answer a search, and what was found when they were kept.
 
-    An archive that holds all designs comes back as it is, with an empty text.
-
-    Raises
-    ------
-    SceneError
-        Where [reduce] kept no designs that answer it.
+    An archive that holds all designs comes back as it is, with an empty text. SceneError refuses a
+    reduced archive that kept no designs that answer it.
     """
     if REDUCTION not in archive.attrs:
         return archive, ""

@@ -48,16 +48,8 @@ class Judgement:
 class Designs:
     """All designs that a search has computed, each once.
 
-    Parameters
-    ----------
-    task : Task
-        What is searched.
-    space : Space
-        What positions mean; the task's own, or less where `completed` adds the rest.
-    completed : callable, optional
-        Takes columns of the space and returns those of the task.
-    threads : int, optional
-        For the kernels.
+    The `space` says what positions mean; it is the task's own, or less where `completed` takes its
+    columns and returns those of the task.
     """
 
     def __init__(
@@ -126,13 +118,7 @@ class Designs:
             kept.append(columns[key])
 
     def check_memory(self, most: int) -> None:
-        """Refuse a search whose designs do not fit into memory.
-
-        Raises
-        ------
-        SceneError
-            With the size and what is free.
-        """
+        """Refuse, with the size and what is free, a search whose designs do not fit into memory."""
         few = self.space.one_of_each()
         columns = self.space.columns(few)
         if self.completed is not None:

@@ -328,21 +328,11 @@ def search_generations(
     judge: Callable[[Floats, int], Judgement], start: Floats, names: int, conditions: int,
     generations: int, seed: int,
 ) -> None:  # fmt: skip
-    """Search from some first designs on.
+    """Search from some first designs on, positions in the unit cube of shape (designs, parameters).
 
-    Parameters
-    ----------
-    judge : callable
-        Takes positions in the unit cube, shape (designs, parameters), and the number of the
-        generation from 1; returns what is known of these designs.
-    start : ndarray, shape (designs, parameters)
-        Positions of the first generation.
-    names, conditions : int
-        Quantities of which less is wanted, and violations of each design.
-    generations : int
-        How many, with the first.
-    seed : int
-        Of the random numbers.
+    `judge` takes such positions and the number of the generation from 1, and returns what is known
+    of these designs: `names` quantities of which less is wanted, and violations of `conditions`.
+    The first generation is one of the `generations`.
     """
     problem_of = _pymoo("core.problem").Problem
     static = _pymoo("problems.static").StaticProblem

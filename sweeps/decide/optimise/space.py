@@ -82,21 +82,10 @@ def _count(law: Distribution) -> int:
 
 
 def read_space(over: Any, raw: Mapping[str, Any], name: str) -> Space:
-    """Read what a search may vary.
+    """Read what a search of the scene `name` may vary: ranges in place, and keys of its [sample].
 
-    Parameters
-    ----------
-    over : text, sequence of texts, mapping, or None
-        Ranges in place, and keys of the scene's [sample]; None for all of these.
-    raw : mapping
-        Tables of the scene.
-    name : str
-        The scene as messages call it.
-
-    Raises
-    ------
-    SceneError
-        For what is no range or list, for unknown keys, and where nothing varies.
+    None stands for all of [sample]. SceneError refuses what is no range or list, unknown keys, and
+    a search in which nothing varies.
     """
     sample = raw.get("sample") or {}
     if not isinstance(sample, Mapping):

@@ -78,13 +78,7 @@ def read_task(
     given: GivenScene, over: Any, least: str | Sequence[str], most: str | Sequence[str],
     within: str | Sequence[str], not_counted: str | Sequence[str], seed: int,
 ) -> Task:  # fmt: skip
-    """Check what a search is asked for; see `sweeps.optimise`.
-
-    Raises
-    ------
-    SceneError
-        In one line.
-    """
+    """Check what a search is asked for, in one line for each refusal; see `sweeps.optimise`."""
     raw, name = given.raw, given.name
     for table in ("designs", "uncertainty", "measured", "reference"):
         if raw.get(table) is not None:

@@ -50,25 +50,9 @@ def crank_angles(
 ) -> CrankAngles:  # fmt: skip
     """Put samples in the order of the crank angle, whatever range and direction the file has.
 
-    Parameters
-    ----------
-    recording : Recording
-        For messages.
-    angle : ndarray, shape (samples,)
-        As the file has it [degree].
-    pressures : dict of ndarray, shape (samples,), (cycles, samples) or (samples, cycles)
-        Pressure of each cylinder.
-    period : float
-        Length of a cycle [degree].
-    options : PressureOptions
-        `direction`.
-    said : list of str
-        Remarks, to which more are added.
-
-    Raises
-    ------
-    SceneError
-        For lengths that do not fit, and angles that neither rise nor fall.
+    Angles and `period` are in degree; pressures have the shape (samples,), (cycles, samples) or
+    (samples, cycles). Remarks are added to `said`. SceneError refuses lengths that do not fit, and
+    angles that neither rise nor fall.
     """
     flat, angles = {}, angle
     for name, values in pressures.items():
@@ -171,14 +155,9 @@ def work_sign(angle: Floats, pressure: Floats) -> float:
 
 
 def is_half_a_cycle_late(angle: Floats, pressure: Floats, period: float) -> tuple[bool, float]:
-    """Whether the largest pressure lies near the other dead centre, and where it lies.
+    """Whether the largest pressure lies near the other dead centre, and where it lies, in degree.
 
-    Parameters
-    ----------
-    angle, pressure : ndarray, shape (samples,)
-        All cycles; angles [degree].
-    period : float
-        720 of a four-stroke cycle, where the other dead centre is 360 degrees away.
+    The other dead centre of a four-stroke cycle, of 720 degrees, is 360 degrees away.
     """
     inside = wrapped(angle, period)
     places = np.floor(inside).astype(np.int64)
@@ -197,29 +176,10 @@ def cut_into_cycles(
     """Cut a signal into cycles, at dead centres of gas exchange where there is a whole one.
 
     Samples of two cycles are never mixed: what is left of a whole number of cycles is left out.
-
-    Parameters
-    ----------
-    recording : Recording
-        For messages.
-    angle, pressure : ndarray, shape (samples,)
-        Angles [degree] rise over all cycles, 0 is a firing dead centre; pressures [Pa].
-    period : float
-        [degree]
-    name : str
-        Name of the column.
-    step : float, optional
-        Onto this grid cycles that differ are interpolated [degree]; the usual step if not given.
-    said : list of str
-        Remarks, to which more are added.
-    regular : bool
-        Whether a step much longer than those beside it is a gap; otherwise only one of more than
-        `LONGEST`.
-
-    Raises
-    ------
-    SceneError
-        For gaps, and for less than a cycle.
+    Angles, `period` and `step` are in degree; angles rise over all cycles, and 0 is a firing dead
+    centre. Cycles that differ are interpolated onto a grid of `step`, or of the usual step. If
+    `regular`, a step much longer than those beside it is a gap, otherwise only one of more than
+    `LONGEST`; SceneError refuses gaps and less than a cycle. Remarks are added to `said`.
     """
     which = f"'{one_line(name, 60)}'"
     where = f"{recording.label}, {which}"
@@ -339,19 +299,10 @@ def with_encoder_angles(
 ) -> tuple[Recording, PressureOptions, Floats]:
     """Find the crank angle of samples between the teeth of a wheel; `degrees` make a cycle.
 
-    Returns
-    -------
-    recording : Recording
-        The other columns of the samples in whole turns.
-    options : PressureOptions
-        Columns of pressure by their names: numbers count the columns of the file.
-    angle : ndarray, shape (samples,)
-        Their crank angle [rad], counted on from turn to turn.
-
-    Raises
-    ------
-    SceneError
-        In one line: missing keys, times that are not even, a signal without the pattern.
+    Returned are the other columns of the samples in whole turns, options with columns of pressure
+    by their names (numbers count the columns of the file), and the angle [rad], counted on from
+    turn to turn. SceneError refuses missing keys, times that are not even, and a signal without the
+    pattern.
     """
     if options.encoder_column is None or options.wheel is None:
         raise SceneError(f"{recording.label}: encoder_column and wheel: give both or neither")

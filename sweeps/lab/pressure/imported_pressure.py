@@ -75,10 +75,7 @@ class ImportedPressure:
     def mean(self) -> RecordedCycles:
         """The diagram: one cycle, the mean of all cylinders on the grid of the first.
 
-        Raises
-        ------
-        SceneError
-            Where there are many cycles and none was chosen.
+        SceneError where there are many cycles and none was chosen.
         """
         members = list(self.cylinders.values())
         first = members[0]

@@ -72,23 +72,11 @@ def imported(
     recording: Recording, file: str, options: PressureOptions, period: float,
     engine: Engine | EngineMeasures | None = None, angle: Floats | None = None,
 ) -> ImportedPressure:  # fmt: skip
-    """Make cycles and a diagram of a recording.
+    """Make cycles and a diagram of a recording, the columns of `file`.
 
-    Parameters
-    ----------
-    recording : Recording
-        Columns of the file.
-    file : str
-        Its name, for the report.
-    options : PressureOptions
-        Keys of the user.
-    period : float
-        Length of a cycle [rad].
-    engine : Engine or EngineMeasures, optional
-        Its measures and firing angles are used.
-    angle : ndarray, shape (samples,), optional
-        Crank angle of each sample [rad], rising, where it is not a column but follows from the
-        pulses of an encoder (`engine_dyn.recordings.encoder`); 0 is a top dead centre.
+    A cycle is `period` long [rad]; measures and firing angles of the `engine` are used. The `angle`
+    of each sample [rad], rising from a top dead centre at 0, is given where it is no column but
+    follows from the pulses of an encoder (`engine_dyn.recordings.encoder`).
     """
     said = list(recording.said)
     levels: dict[str, Level] = {}

@@ -93,13 +93,9 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
 def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> EngineMeasures:
     """Read the measures of an engine of the catalogue or of a file, which needs no diagrams.
 
-    Diagrams are not read either, except for their compression ratio. Where no diagram states one,
-    that of `[data_sheet.cycle]` is taken.
-
-    Raises
-    ------
-    SceneError
-        For an unknown name, a file that is no engine, and values outside their range.
+    Diagrams are not read either, except for their compression ratio; where no diagram states one,
+    that of `[data_sheet.cycle]` is taken. SceneError refuses an unknown name, a file that is no
+    engine, and values outside their range.
     """
     path, name = engine_path(name_or_path, None, where)
     given, _ = engine_file_of(path, name)

@@ -52,30 +52,10 @@ def with_loop_angles(
 ) -> tuple[Recording, PressureOptions, Floats]:  # fmt: skip
     """Find the crank angle of each point of a pressure over volume or travel.
 
-    Parameters
-    ----------
-    recording : Recording
-        The columns.
-    options : PressureOptions
-        `volume_column` or `travel_column`, `volume_unit` or `travel_unit`, `stroke_column`.
-    geometry : CylinderGeometry
-        Measures of the cylinder; bore and stroke count where `engine` has them.
-    engine : EngineMeasures, optional
-        Where the measures come from.
-    period : float
-        Length of a cycle [degree].
-    said : list of str
-        Remarks, to which more are added.
-
-    Returns
-    -------
-    recording : Recording
-        The other columns of the points; points of one travel are one.
-    options : PressureOptions
-        Columns of pressure by their names: numbers count the columns of the file.
-    angle : ndarray, shape (points,)
-        Crank angle [rad], rising; 0 is a top dead centre, the firing one where the strokes are
-        named.
+    The mechanism of `geometry` gives it, whose bore and stroke count where `engine` has them; a
+    cycle has `period` degrees, and remarks are added to `said`. Returned are the pressures, where
+    points of one travel are merged, options with columns by their names, and the rising angle
+    [rad]: 0 is a top dead centre, the firing one where the strokes are named.
 
     Raises
     ------

@@ -125,10 +125,7 @@ def calibrate(
 def fit(sheet: Sheet, given: Published) -> Calibration:
     """Fit the diagrams of a data sheet; parameters as `read_data_sheet` and `published` make them.
 
-    Raises
-    ------
-    SceneError
-        Where the model cannot reach what is published, with what it could.
+    SceneError tells what the model could reach where it cannot reach what is published.
     """
     kind = KINDS[given.kind]
     for key in ("intake_pressure",) if kind.throttled else ():

@@ -267,21 +267,9 @@ def published(
 ) -> Published:  # fmt: skip
     """Put together what options say, or else [data_sheet].
 
-    Parameters
-    ----------
-    sheet : Sheet
-        The data sheet.
-    prefix : str
-        Prefix of the names of `given` in messages: "--" for options.
-    given : mapping
-        Numbers, or texts with a unit, by the names that `calibrate` has.
-    kind, loads
-        As `calibrate`.
-
-    Raises
-    ------
-    SceneError
-        For missing numbers and numbers out of any engine's range.
+    `given` are numbers, or texts with a unit, by the names that `calibrate` has, with the `prefix`
+    in messages, "--" for options. SceneError refuses missing numbers, and numbers out of any
+    engine's range.
     """
     inside = sheet.published
     numbers: dict[str, float | None] = {}

@@ -60,19 +60,9 @@ class SpeedsOfRecordings:
     ) -> SpeedsOfRecordings:
         """Make a scene of one design for each recording.
 
-        Parameters
-        ----------
-        scene : Scene
-            With axes or designs.
-        places : sequence of dict
-            For each recording the values of all that varies in the scene.
-        keys : sequence of str
-            Names of values that are going to vary.
-
-        Raises
-        ------
-        SceneError
-            For keys that are none, and a scene with several words on an axis.
+        `places` hold, for each recording, the values of all that varies in the scene, `keys` name
+        values that are going to vary. SceneError refuses unknown keys, and several words on an
+        axis.
         """
         name = str(scene.path or "scene")
         words = [key for key, values in scene.axes.items() if isinstance(values, tuple)]
@@ -114,26 +104,11 @@ class SpeedsOfRecordings:
         return NOT_OF_SCENES[plain][0]
 
     def speeds(self, values: Floats, *, first: bool = False) -> tuple[Floats, Floats]:
-        """Speeds over the angle.
+        """Angles [rad] and speeds [rad/s], shape (n, recordings, samples), of n sets of values.
 
-        Parameters
-        ----------
-        values : ndarray, shape (n, P)
-            Values of the keys, in the units of files.
-        first : bool
-            Whether nothing was computed before: what is wrong is then wrong with the scene.
-
-        Returns
-        -------
-        angle : ndarray, shape (samples,)
-            [rad].
-        speed : ndarray, shape (n, recordings, samples)
-            [rad/s]; NaN for designs without an answer.
-
-        Raises
-        ------
-        SceneError
-            Where the first values are refused.
+        The `values`, shape (n, P), are those of the keys in the units of files; speeds of designs
+        without an answer are NaN. If `first`, nothing was computed before: ValueError tells what is
+        wrong with the scene where no design can be computed.
         """
         number = len(values)
         columns = {key: np.tile(column, (number, 1)) for key, column in self.scene.designs.items()}
@@ -260,16 +235,10 @@ class OneEngine:
         """Torque and inertia over whole cycles; each cylinder has the cycles at its own angle.
 
         Of a cylinder that fires later than the first, what the first cycle needs of the one before
-        it is taken from the last: it matters for the closed train, and little for another one.
-
-        Parameters
-        ----------
-        pressure : ndarray, shape (cycles, samples)
-            Absolute pressure [Pa], an even number of samples from -period/2 on.
-        friction_torque : float
-            [N m]
-        exponent, constant : float
-            Exponent and constant of the load, see `TorqueTrain`.
+        it is taken from the last: it matters for the closed train, and little for another one. The
+        `pressure` [Pa], shape (cycles, samples), is absolute and has an even number of samples from
+        -period/2 on; friction is in N m, exponent and constant of the load are those of
+        `TorqueTrain`.
         """
         samples = pressure.shape[1]
         angle = self.period * (np.arange(samples) / samples - 0.5)
@@ -294,21 +263,10 @@ class OneEngine:
 
 
 def engine_of(scene: Scene, where: str, left_out: Mapping[str, str] = LEFT_OUT) -> OneEngine:
-    """Take the engine out of a scene.
+    """Take the engine out of a scene in which the values that it needs do not vary.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene; values that the engine needs must not vary in it.
-    where : str
-        The scene as messages call it, and who asks.
-    left_out : dict
-        Words of scenes that are refused, and what must hold instead.
-
-    Raises
-    ------
-    SceneError
-        In one line, for engines that are not followed.
+    SceneError, with `where` before it, refuses engines with words that are `left_out`, by what must
+    hold instead, and several engines.
     """
     words = scene.words
     for word, must in left_out.items():

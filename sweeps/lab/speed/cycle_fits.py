@@ -23,13 +23,7 @@ from sweeps.base.errors import SceneError
 
 
 class NotReached(ValueError):
-    """A goal that no value of the free number reaches.
-
-    Attributes
-    ----------
-    least, most : float
-        Values that can be reached.
-    """
+    """A goal that no value of the free number reaches; `least` and `most` can be reached."""
 
     def __init__(self, least: float, most: float) -> None:
         super().__init__(f"between {least:g} and {most:g}")
@@ -87,15 +81,7 @@ def brake_mean_pressure(cycle: Any, friction: Friction) -> float:
 
 
 def root(function: Callable[[float], float], low: float, high: float, **how: float) -> float:
-    """Zero of a function by Brent's method (scipy), which is an optional package.
-
-    Raises
-    ------
-    SceneError
-        Where scipy is not installed.
-    ValueError
-        If the function has the same sign at both ends.
-    """
+    """Zero of a function by Brent's method; SceneError if scipy, which is optional, is missing."""
     try:
         from scipy.optimize import brentq
     except ImportError:
@@ -111,10 +97,7 @@ def solved(
 ) -> Any:  # fmt: skip
     """Cycle, made by a number between two, that has a brake mean effective pressure [Pa].
 
-    Raises
-    ------
-    NotReached
-        With the mean pressures at both ends.
+    NotReached has the mean pressures at both ends.
     """
 
     def miss(number: float) -> float:
@@ -143,16 +126,8 @@ def with_charge(
 ) -> FourStrokeCycle:
     """Return the cycle with an intake pressure [Pa], and the heat of what it then traps.
 
-    Parameters
-    ----------
-    cycle : FourStrokeCycle
-        All else.
-    intake : float
-        Intake pressure [Pa].
-    heat_of_charge : float
-        Heat that a kilogram of the charge releases [J/kg].
-    exhaust : float, optional
-        Exhaust pressure [Pa], where it follows the intake's.
+    A kilogram of the charge releases `heat_of_charge` [J/kg]; `exhaust` is the exhaust pressure
+    [Pa] where it follows the intake's.
     """
     empty = replace(
         cycle,
@@ -167,18 +142,10 @@ def with_charge(
 
 
 def peak_by_start(fitted: Callable[[float], Any], peak: float, starts: Sequence[float]) -> Any:
-    """Cycle with a largest pressure, by the start of its combustion.
+    """Cycle with a largest pressure [Pa], by the start of its combustion.
 
-    Parameters
-    ----------
-    fitted : callable
-        Cycle whose combustion starts at an angle [rad], fitted to its power; NotReached where the
-        power cannot be made.
-    peak : float
-        Largest pressure [Pa].
-    starts : sequence of float
-        Starts that are tried, ascending [rad]; the solution lies between two of them, as late as
-        possible.
+    `fitted` gives the cycle with a start [rad], fitted to its power, or raises NotReached. Of the
+    `starts` that are tried, ascending, two enclose the solution, which is as late as possible.
 
     Raises
     ------

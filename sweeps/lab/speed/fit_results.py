@@ -71,17 +71,7 @@ class Prediction:
 def fit_dataset(
     about: Mapping[str, Any], speed_fit: SpeedFit, predicted: Sequence[Prediction]
 ) -> xr.Dataset:
-    """Labels and units of a fit to all recordings.
-
-    Parameters
-    ----------
-    about : mapping
-        Attributes of what the scene computes.
-    speed_fit : SpeedFit
-        The fit.
-    predicted : sequence of Prediction
-        For each recording, or empty.
-    """
+    """Labels and units of a fit to all recordings; `about` has attributes of computed results."""
     fit, given = speed_fit.fit, speed_fit.seen.recordings
     names = np.array([p.name for p in fit.parameters], dtype=object)
     middles = given.middles(speed_fit.seen.starts)
@@ -254,11 +244,8 @@ class FittedRecordings(RecordedSpeeds):
     def of(cls, scene: Scene, name: str) -> FittedRecordings:
         """Read the recordings of a scene.
 
-        Raises
-        ------
-        SceneError
-            One line, see `recorded_speeds`; also for a scene that does not say which design a
-            recording belongs to.
+        SceneError as of `recorded_speeds`, and for a scene that does not say which design a
+        recording belongs to.
         """
         assert scene.measured is not None
         period = float(scene.engine.period)
@@ -285,18 +272,10 @@ class FittedRecordings(RecordedSpeeds):
         self, recordings: Sequence[int], computed: SpeedsOfRecordings, angle: Floats,
         speed: Floats, gap_angle: float | None,
     ) -> Seen:  # fmt: skip
-        """How some recordings show computed speeds.
+        """How the recordings of these numbers show speeds that are `computed` for them.
 
-        Parameters
-        ----------
-        recordings : sequence of int
-            Their numbers.
-        computed : SpeedsOfRecordings
-            Theirs.
-        angle, speed : ndarray, shape (samples,), (recordings, samples)
-            Computed speeds [rad/s] that tell where the wheel is, and which of the turns fires.
-        gap_angle : float, optional
-            Where it is known [rad].
+        The `speed` [rad/s], shape (recordings, samples), over the `angle` tells where the wheel is,
+        and which of the turns fires; `gap_angle` [rad] is given where it is known.
         """
         if self.wheel is None:
             return Seen(self, computed, None, np.zeros(len(recordings)))

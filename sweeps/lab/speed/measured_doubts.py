@@ -26,16 +26,9 @@ def gap_doubts(
 ) -> list[str]:  # fmt: skip
     """Whether another angle of the gap is clearly more alike than the one that was given.
 
-    And, with the gap anywhere, whether the recordings are clearly more alike read backwards.
-
-    Parameters
-    ----------
-    gap : GapAngle
-        Angle of the gap that the comparison is made with.
-    is_given : bool
-        Whether its angle is given by the scene.
-    raw, angle, speeds, wheel, period, used
-        As `find_gap_angle`.
+    And, with the gap anywhere, whether the recordings are clearly more alike read backwards. The
+    comparison is made with `gap`, whose angle the scene gives if `is_given`; all else is as of
+    `find_gap_angle`.
     """
     doubts = []
     free = find_gap_angle(raw, angle, speeds, wheel, period, None, used) if is_given else gap
@@ -73,17 +66,7 @@ def gap_doubts(
 
 
 def likeness_doubts(labels: Sequence[str], alike: Sequence[float], wheel: bool) -> list[str]:
-    """A line for each recording that is hardly like the computed speed.
-
-    Parameters
-    ----------
-    labels : sequence of str
-        Labels of the recordings.
-    alike : sequence of float
-        Correlations of measured and computed speed.
-    wheel : bool
-        Whether there are teeth.
-    """
+    """A line for each recording whose correlation with the computed speed, in `alike`, is small."""
     causes = "the recording is reversed, is the wrong file, or belongs to another value of `at`, "
     causes += (
         "gap_angle is wrong, or noise or tooth errors are as large as the fluctuation"
@@ -101,14 +84,8 @@ def likeness_doubts(labels: Sequence[str], alike: Sequence[float], wheel: bool) 
 def repeats_every_turn(speeds: Floats, period: float) -> bool:
     """Whether computed speeds have next to no half orders, as of engines that fire evenly.
 
-    Those of cycles of one turn have none.
-
-    Parameters
-    ----------
-    speeds : ndarray, shape (recordings, samples)
-        Uniform over a cycle.
-    period : float
-        Length of the cycle [rad].
+    The speeds, shape (recordings, samples), are uniform over a cycle of `period` [rad]; those of
+    cycles of one turn have no half orders.
     """
     turns = round(period / TURN)
     size = np.sum(np.abs(np.fft.rfft(speeds, axis=1)) ** 2, axis=0)
@@ -123,10 +100,7 @@ def repeats_every_turn(speeds: Floats, period: float) -> bool:
 def even_firing_doubt(dependence: Floats) -> str:
     """Remark on errors of the teeth that follow from the model's whole orders alone.
 
-    Parameters
-    ----------
-    dependence : ndarray, shape (recordings,)
-        Relative change of the corrected delta over that of the scene's inertia.
+    `dependence` is the relative change of each corrected delta over that of the scene's inertia.
     """
     change = [f"{-10.0 * one:+.1f} %" for one in dependence]
     listed = ", ".join(change) if len(change) <= 6 else f"{', '.join(change[:6])} ..."
@@ -139,13 +113,7 @@ def even_firing_doubt(dependence: Floats) -> str:
 
 
 def of_heavier_engine(model: Floats, step: float = INERTIA_STEP) -> Floats:
-    """Speeds of a model whose inertia is larger by a part `step`: deviations change inversely.
-
-    Parameters
-    ----------
-    model : ndarray, shape (recordings, n)
-        [rad/s].
-    """
+    """Speeds of a `model` whose inertia is larger by a part `step`: deviations change inversely."""
     logs = np.log(model)
     mean = logs.mean(axis=1, keepdims=True)
     return np.asarray(np.exp(mean + (logs - mean) / (1.0 + step)))

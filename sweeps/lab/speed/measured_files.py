@@ -52,22 +52,10 @@ class SpeedRecord:
 
 
 def records_of(measured: Measured, period: float, name: str) -> list[SpeedRecord]:
-    """Read all recordings that a scene names.
+    """Read all recordings that a scene names; the cycle has an angle of `period` [rad].
 
-    Parameters
-    ----------
-    measured : Measured
-        The table [measured] of a scene.
-    period : float
-        Angle of the engine's cycle [rad].
-    name : str
-        The scene as messages call it.
-
-    Raises
-    ------
-    SceneError
-        One line: a file that cannot be read, a column that is not clear, a signal in which the
-        wheel is not found (with what was found).
+    SceneError, in one line: a file that cannot be read, a column that is not clear, a signal in
+    which the wheel is not found, with what was seen in it.
     """
     if measured.table.kind == "encoder":
         return _signals(measured, period, name)

@@ -73,15 +73,10 @@ class RecordedSpeeds:
     def gap(self, raw: Floats, angle: Floats, speed: Floats, known: float | None) -> GapAngle:
         """Where the wheel is on the shaft, by the likeness of means and computed speeds.
 
-        Parameters
-        ----------
-        raw : ndarray, shape (recordings, intervals)
-            Means of the recordings that count.
-        angle, speed : ndarray, shape (samples,), (recordings, samples)
-            Their computed speeds [rad/s]; of NaN, the recording tells nothing, and is taken to
-            begin with the first tooth.
-        known : float, optional
-            The angle of the gap [rad], where it is given.
+        `raw`, shape (recordings, intervals), are means of the recordings that count, `speed`
+        [rad/s] their computed speeds over the `angle`. A recording whose computed speed is NaN
+        tells nothing, and is taken to begin with the first tooth. `known` is the angle of the gap
+        [rad], where it is given.
         """
         assert self.wheel is not None
         has = np.isfinite(speed).all(axis=1)
@@ -141,23 +136,10 @@ class RecordedSpeeds:
 def recorded_speeds(
     given: Measured, period: float, name: str, most_samples: int | None = None
 ) -> RecordedSpeeds:
-    """Read the recordings of a scene.
+    """Read the recordings of a scene; the cycle has an angle of `period` [rad].
 
-    Parameters
-    ----------
-    given : Measured
-        The table [measured].
-    period : float
-        Angle of the engine's cycle [rad].
-    name : str
-        The scene as messages call it.
-    most_samples : int, optional
-        Intervals of a cycle of speed over angle; otherwise all have those of the finest recording.
-
-    Raises
-    ------
-    SceneError
-        One line, see `records_of`; also for a recording without a whole cycle.
+    A cycle of speed over angle has at most `most_samples` intervals, by default as many as the
+    finest recording has. SceneError as of `records_of`, and for a recording without a whole cycle.
     """
     records = records_of(given, period, name)
     wheel, turns, angle = given.wheel, round(period / TURN), None
@@ -277,26 +259,10 @@ def cycles_in_a_row(
 ) -> CyclesInARow:  # fmt: skip
     """Speeds of all cycles from the first whole one on, and where they begin.
 
-    Parameters
-    ----------
-    record : SpeedRecord
-        Read by `records_of`.
-    given : Measured
-        The table [measured].
-    angle, speed : ndarray, shape (samples,)
-        Computed speed [rad/s] over one cycle [rad] from -period/2 on, to find the gap of the wheel.
-    period : float
-        Length of a cycle [rad].
-    symmetry : int
-        How often the computed speed repeats within the cycle: by so much it cannot tell where the
-        gap is.
-    where : str
-        The table and its scene as messages call them.
-
-    Raises
-    ------
-    SceneError
-        In one line, for a wheel whose gap cannot be found, and fewer than one whole cycle.
+    The gap of the wheel is found by the computed `speed` [rad/s] over the `angle` of one cycle
+    [rad], from -period/2 on; it repeats `symmetry` times within the cycle, and by so much it cannot
+    tell where the gap is. SceneError, with `where` before it, refuses a wheel whose gap cannot be
+    found, and fewer than one whole cycle.
     """
     if record.cycles is not None and record.angle is not None:
         step = period / record.angle.size

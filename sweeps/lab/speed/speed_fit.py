@@ -371,13 +371,7 @@ class _Problem:
         return np.hstack([np.vstack(blocks), self.of_teeth])
 
     def check_condition(self, slopes: Floats, largest: float) -> float:
-        """Condition number of the slopes; refuse it above the largest.
-
-        Raises
-        ------
-        Inseparable
-            Naming the parameters that cannot be told apart.
-        """
+        """Condition number of the slopes; above the largest, Inseparable names the parameters."""
         names = [p.name for p in self.parameters]
         for name, column in zip(names, slopes[: self.measured].T, strict=False):
             if not column.any():

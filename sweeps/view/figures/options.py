@@ -317,10 +317,7 @@ def _first_line(error: Exception) -> str:
 def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:
     """The same archive with the crank angle as the options count it.
 
-    Raises
-    ------
-    SceneError
-        Where a cycle of the archive has another length than the range.
+    SceneError refuses a range of another length than a cycle of the archive.
     """
     before, name = ZEROS[options.zero]
     if "crank_angle" not in data.coords or (options.angle is None and options.zero == "firing-tdc"):

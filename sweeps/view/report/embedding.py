@@ -60,10 +60,7 @@ class Embedded:
 def choices_of(archive: xr.Dataset, units: str | None) -> dict[str, str]:
     """Return the units that axes, columns and quantities are shown in.
 
-    Raises
-    ------
-    SceneError
-        For units that do not fit; it is said so that it holds for the command and for Python.
+    SceneError refuses units that do not fit, in words that hold for the command and for Python.
     """
     known = {
         str(name): str(variable.attrs.get("units", "1"))

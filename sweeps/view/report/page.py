@@ -90,13 +90,7 @@ def report(
 
 
 def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None) -> str:
-    """Return the report as a text of HTML.
-
-    Raises
-    ------
-    SceneError
-        As `report`.
-    """
+    """Return the report as a text of HTML; SceneError as `report`."""
     choices = choices_of(archive, units)
     parts = {
         place: "".join(

@@ -76,11 +76,7 @@ def archive_text(
 
     With `provenance` all attributes are told too: assumptions, parameters, versions, hashes of
     files. `units`, such as ``"power=hp,speed=rad/s"``, take the place of those of the archive.
-
-    Raises
-    ------
-    SceneError
-        For names that are no quantities, and units that do not fit.
+    SceneError refuses names that are no quantities, and units that do not fit.
     """
     chosen = asked_of_archive(units, dataset.variables)
     lines = [f"{as_name(name)}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]

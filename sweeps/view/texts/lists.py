@@ -85,10 +85,7 @@ def same_words(name: str, words: str) -> bool:
 def matching_lines(words: str, texts: Mapping[str, str], of: str) -> Found:
     """Return what `named_by` finds in a list; where that is nothing, what near spellings find.
 
-    Raises
-    ------
-    SceneError
-        Where nothing is found; it names the list as the command does, by `of`.
+    Where nothing is found, SceneError names the list as the command does, by `of`.
     """
     names = named_by(words, texts)
     if names:
@@ -260,12 +257,8 @@ def matching_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
 
     Each word must begin a word of a quantity's name, meaning, source or other names; no words find
     all. Where none has them all, or `rms` is one of them, root mean squares and means of curves are
-    searched too; then near spellings count. What has exactly this name comes first.
-
-    Raises
-    ------
-    SceneError
-        Where nothing is found.
+    searched too; then near spellings count. What has exactly this name comes first. SceneError if
+    nothing is found.
     """
     listed = QUANTITIES if not words else {**QUANTITIES, **AXES}
     texts, note = _texts(listed), ""

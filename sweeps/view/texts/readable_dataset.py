@@ -17,12 +17,8 @@ def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Datase
     """Return an archive in readable units: kW, rpm, kN, kJ, mm and l where they read better.
 
     A unit changes in the whole archive or nowhere, so that what is drawn together stays so. `units`
-    are those of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps all.
-
-    Raises
-    ------
-    SceneError
-        For names that are no quantities, and units that do not fit.
+    are those of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps all. SceneError
+    refuses names that are no quantities, and units that do not fit.
     """
     variables = {n: v for n, v in dataset.variables.items() if n != "crank_angle"}
     known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}

@@ -42,13 +42,7 @@ def _parsed(text: str) -> Any:
 
 @lru_cache(maxsize=200)
 def factor(unit: str, wanted: str) -> float:
-    """Return what a number in one unit is multiplied with to be in another one.
-
-    Raises
-    ------
-    SceneError
-        Where the other is no unit, or one of something else.
-    """
+    """Return the factor from a unit to a wanted one; SceneError where this is none of its kind."""
     if unit == wanted:
         return 1.0
     if wanted == READABLE.get(unit):  # Loading the registry of units takes a third of a second
@@ -66,11 +60,7 @@ def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
     """Units of columns that a person wants, from ``power=kW,speed=rpm``.
 
     Columns that nobody names are in readable units; ``archive`` keeps those that are `known`.
-
-    Raises
-    ------
-    SceneError
-        For names that are no columns, units that do not fit, and texts of another form.
+    SceneError refuses names that are no columns, units that do not fit, and texts of another form.
     """
     if text == "archive":
         return {}
@@ -79,13 +69,7 @@ def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
 
 
 def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
-    """Return the units that a text names, without those that are taken by themselves.
-
-    Raises
-    ------
-    SceneError
-        As `unit_choices`.
-    """
+    """Return the units that a text names; as `unit_choices`, without units that nobody named."""
     asked: dict[str, str] = {}
     for item in [] if text in (None, "archive") else str(text).split(","):
         name, sign, wanted = (part.strip() for part in item.partition("="))
@@ -104,13 +88,7 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
 
 
 def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
-    """Return the units that a text names, also for the published values of a quantity.
-
-    Raises
-    ------
-    SceneError
-        As `unit_choices`.
-    """
+    """Return the units that a text names, as `asked_units`, for published values too."""
     known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
     computed = {name: unit for name, unit in known.items() if not name.endswith(PUBLISHED)}
     asked: dict[str, str] = {}

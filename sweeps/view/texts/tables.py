@@ -75,13 +75,9 @@ def rows_text(
 ) -> str:
     """Write designs as a table, no wider than a terminal of some `width`.
 
-    `units` are those of columns, ``power=kW,speed=rpm``, or `archive` for those of the archive.
-    What more could be shown is named by options of the command, or by keywords if `python`.
-
-    Raises
-    ------
-    SceneError
-        For units that do not fit.
+    `units` are those of columns, ``power=kW,speed=rpm``, or `archive` for those of the archive;
+    SceneError refuses units that do not fit. What more could be shown is named by options of the
+    command, or by keywords if `python`.
     """
     limit, select, names_of = (
         ("limit=...", "select=dict({})", 'quantities="{}"')
@@ -263,12 +259,8 @@ def nearest_notes(archive: xr.Dataset, values: Mapping[str, float | str]) -> lis
     """Notes on values of axes that the archive does not have, for which the nearest are taken.
 
     Numbers that look alike in a table, with its four digits, are the same. Words, and names that
-    are no axes, are left to whoever cuts the archive.
-
-    Raises
-    ------
-    SceneError
-        For numbers outside their axis.
+    are no axes, are left to whoever cuts the archive; SceneError refuses numbers outside their
+    axis.
     """
     notes = []
     words = words_of(archive)
