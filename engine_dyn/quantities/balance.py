@@ -10,11 +10,10 @@ import numpy as np
 from engine_dyn.forces import balance
 from engine_dyn.forces.balance.lines import default_bank_offset
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.quantities.node import Node, formula, hidden, parameter, variants
 from engine_dyn.units import DEGREE
 
 DIRECTIONS = (0.0, 90.0)  # Values of the dimension `direction` [degree]
-
 
 PARAMETERS = (
     parameter(
@@ -25,9 +24,7 @@ PARAMETERS = (
         "bank_offset", "a_b", "m",
         "offset of each bank from the one before, along the shaft; by default cylinder_spacing in "
         "boxers, 0 in others", "this project",
-        make=lambda cylinder_spacing, cylinder_set, cylinders_by_count: default_bank_offset(
-            cylinder_spacing, cylinder_set, cylinders_by_count
-        ),
+        **formula(default_bank_offset, "cylinder_spacing", "cylinder_set", "cylinders_by_count"),
     ),
     parameter(
         "counterweight_fraction", "c", "1",
@@ -118,34 +115,14 @@ def components_of(vector: Any) -> Any:
     return np.stack([vector.real, vector.imag], axis=-2)
 
 
-def _curve(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
-    def make(*, crank_angle: Any, **needs: Any) -> Any:
-        return components_of(of(running_gear(needs), crank_angle))
-
-    return make
-
-
-def _number(of: Callable[[balance.RunningGear], Any]) -> Callable[..., Any]:
-    def make(**needs: Any) -> Any:
-        return of(running_gear(needs))
-
-    return make
-
-
-def _over_orders(of: Callable[[balance.RunningGear, Any], Any]) -> Callable[..., Any]:
-    def make(*, order: Any, **needs: Any) -> Any:
-        return of(running_gear(needs), order)
-
-    return make
-
-
 def _vector(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
     of: Callable[[balance.RunningGear, Any], Any], when: str = "",
 ) -> Node:  # fmt: skip
     return Node(
         name, symbol, unit, long_name, source, kind="curve", adds=("direction",), when=when,
-        needs=("crank_angle", *needs), make=_curve(of), throws=True,
+        needs=("crank_angle", *needs), throws=True,
+        make=lambda crank_angle, **needs: components_of(of(running_gear(needs), crank_angle)),
     )  # fmt: skip
 
 
@@ -171,8 +148,8 @@ def _scalar(
     name: str, symbol: str, unit: str, long_name: str, source: str, needs: tuple[str, ...],
     of: Callable[[balance.RunningGear], Any], extreme_of: tuple[str, str] | None = None,
 ) -> Node:  # fmt: skip
-    return Node(name, symbol, unit, long_name, source, needs=needs, make=_number(of), throws=True,
-                extreme_of=extreme_of)  # fmt: skip
+    return Node(name, symbol, unit, long_name, source, needs=needs, throws=True,
+                extreme_of=extreme_of, make=lambda **needs: of(running_gear(needs)))  # fmt: skip
 
 
 def _ellipses(
@@ -188,7 +165,7 @@ def _ellipses(
     )  # fmt: skip
 
     def one(field: str) -> Callable[..., Any]:
-        return _over_orders(lambda gear, order: getattr(of(gear, order), field))
+        return lambda order, **needs: getattr(of(running_gear(needs), order), field)
 
     return tuple(
         Node(
@@ -201,30 +178,24 @@ def _ellipses(
 
 
 NODES = (
-    hidden(
-        "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
-        lambda counterweight_fraction, reciprocating_mass: -counterweight_fraction
-        * reciprocating_mass,
-        when="weights_by_fraction",
+    *variants(
+        Node("turning_mass", "", "kg",
+             "rotating mass of a rod left unbalanced by the counterweights", public=False),
+        {
+            "weights_by_fraction": lambda counterweight_fraction, reciprocating_mass:
+            -counterweight_fraction * reciprocating_mass,
+            "weights_given": lambda rod_mass_at_crank: rod_mass_at_crank,
+            "weights_of_webs": lambda rod_mass_at_crank: rod_mass_at_crank,
+        },
     ),
-    *(
-        hidden(
-            "turning_mass", "kg", "rotating mass of a rod left unbalanced by the counterweights",
-            lambda rod_mass_at_crank: rod_mass_at_crank, when=word,
-        )
-        for word in ("weights_given", "weights_of_webs")
-    ),
-    hidden(
-        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
-        lambda: 0.0, when="weights_by_fraction",
-    ),
-    hidden(
-        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
-        lambda crank_mass, weight_at_pin: crank_mass - weight_at_pin, when="weights_given",
-    ),
-    hidden(
-        "throw_turning_mass", "kg", "mass of a throw left unbalanced by the counterweights",
-        lambda crank_mass: crank_mass, when="weights_of_webs",
+    *variants(
+        Node("throw_turning_mass", "", "kg",
+             "mass of a throw left unbalanced by the counterweights", public=False),
+        {
+            "weights_by_fraction": lambda: 0.0,
+            "weights_given": lambda crank_mass, weight_at_pin: crank_mass - weight_at_pin,
+            "weights_of_webs": lambda crank_mass: crank_mass,
+        },
     ),
     hidden(
         "weight_at_pin", "kg", "given counterweight of a throw, reduced to the crank radius",
@@ -233,57 +204,49 @@ NODES = (
     ),
     hidden(
         "rod_weight_at_pin", "kg", "counterweight for a rod and its piston, at the crank radius",
-        lambda counterweight_fraction, reciprocating_mass, rod_mass_at_crank:
-        balance.unbalanced_mass(counterweight_fraction, reciprocating_mass, rod_mass_at_crank),
+        **formula(balance.unbalanced_mass, "counterweight_fraction", "reciprocating_mass",
+                  "rod_mass_at_crank"),
     ),
-    hidden(
-        "journal_rod_mass", "kg", "rotating mass of a rod minus the given counterweights",
-        lambda turning_mass: turning_mass, when="counterweights",
+    *variants(
+        Node("journal_rod_mass", "", "kg", "rotating mass of a rod minus the given counterweights",
+             public=False),
+        {
+            "counterweights": lambda turning_mass: turning_mass,
+            "no_counterweights": lambda rod_mass_at_crank: rod_mass_at_crank,
+        },
     ),
-    hidden(
-        "journal_rod_mass", "kg", "rotating mass of a rod minus the given counterweights",
-        lambda rod_mass_at_crank: rod_mass_at_crank,
-        when="no_counterweights",
+    *variants(
+        Node("journal_throw_mass", "", "kg", "mass of a throw minus the given counterweights",
+             public=False),
+        {
+            "counterweights": lambda throw_turning_mass: throw_turning_mass,
+            "no_counterweights": lambda crank_mass: crank_mass,
+        },
     ),
-    hidden(
-        "journal_throw_mass", "kg", "mass of a throw minus the given counterweights",
-        lambda throw_turning_mass: throw_turning_mass,
-        when="counterweights",
+    *variants(
+        Node("shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False),
+        {
+            "no_shaft": lambda: 0.0,
+            "shaft": lambda balance_shaft_mass, balance_shaft_radius:
+            balance_shaft_mass * balance_shaft_radius,
+        },
     ),
-    hidden(
-        "journal_throw_mass", "kg", "mass of a throw minus the given counterweights",
-        lambda crank_mass: crank_mass, when="no_counterweights",
-    ),
-    Node(
-        "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
-        when="no_shaft", make=lambda: 0.0,
-    ),
-    Node(
-        "shaft_unbalance", "", "kg m", "mass times radius of the balance shaft", public=False,
-        when="shaft", make=lambda balance_shaft_mass, balance_shaft_radius: balance_shaft_mass
-        * balance_shaft_radius,
-    ),
-    Node(
-        "pair_unbalance", "", "kg m", "mass times radius of each shaft at twice the speed",
-        public=False, when="no_pair", make=lambda: 0.0,
-    ),
-    Node(
-        "pair_unbalance", "", "kg m", "mass times radius of each shaft at twice the speed",
-        public=False, when="pair",
-        make=lambda second_shaft_mass, second_shaft_radius: second_shaft_mass
-        * second_shaft_radius,
+    *variants(
+        Node("pair_unbalance", "", "kg m", "mass times radius of each shaft at twice the speed",
+             public=False),
+        {
+            "no_pair": lambda: 0.0,
+            "pair": lambda second_shaft_mass, second_shaft_radius:
+            second_shaft_mass * second_shaft_radius,
+        },
     ),
     Node(
         "rod_mass_at_crank", "M'_c", "kg", "rod's mass at the crank pin", "Asgari eq. 4",
-        make=lambda rod_mass, rod_centre_of_gravity, rod: masses.rod_mass_at_crank(
-            rod_mass, rod_centre_of_gravity, rod
-        ),
+        **formula(masses.rod_mass_at_crank, "rod_mass", "rod_centre_of_gravity", "rod"),
     ),
     Node(
         "rod_mass_at_piston", "M'_p", "kg", "rod's mass at the piston pin", "Asgari eq. 5",
-        make=lambda rod_mass, rod_centre_of_gravity, rod: masses.rod_mass_at_piston(
-            rod_mass, rod_centre_of_gravity, rod
-        ),
+        **formula(masses.rod_mass_at_piston, "rod_mass", "rod_centre_of_gravity", "rod"),
     ),
     Node(
         "unbalanced_mass", "M", "kg",
@@ -297,9 +260,7 @@ NODES = (
         "counterweight_required", "B", "kg",
         "counterweight mass of each throw for the balance fraction", "Asgari eq. 12",
         make=lambda unbalanced_mass, counterweight_radius, double_radius:
-        balance.counterweight_mass(
-            unbalanced_mass, 0.5 * double_radius, counterweight_radius
-        ),
+        balance.counterweight_mass(unbalanced_mass, 0.5 * double_radius, counterweight_radius),
     ),
     Node(
         "balance_shaft_asgari", "M_{Lan}", "kg",
@@ -328,7 +289,7 @@ NODES = (
         "balance_couple_required", "(mRd)_{s1}", "kg m2",
         "balance couple for zero first-order moment, unbalance times distance",
         "this project", needs=(*_MASSES, *_SPACES), throws=True,
-        make=_number(lambda gear: gear.couple_required()),
+        make=lambda **needs: running_gear(needs).couple_required(),
     ),
     Node(
         "inertia_force_unit", r"m r \omega^2", "N",

@@ -18,7 +18,7 @@ from engine_dyn.quantities.features.web_weights import (
     crankshaft,
     on_journals,
 )
-from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.quantities.node import Node, formula, hidden, parameter
 from engine_dyn.units import DEGREE, MPA
 
 NOTES = "Rakopoulos notes, bearing loads; derived here"
@@ -95,16 +95,11 @@ def _pressure_nodes(bearing: str) -> list[Node]:
     sizes = (f"{bearing}_diameter", f"{bearing}_width")
 
     def node(ending: str, symbol: str, long_name: str, kind: str = "value") -> Node:
-        load = f"{bearing}_load{ending}"
-
-        def make(**needs: Any) -> Any:
-            return bearings.bearing_pressure(needs[load], *(needs[size] for size in sizes))
-
         return Node(
             f"{bearing}_pressure{ending}", symbol, "MPa",
             f"{long_name} of the {text}'s bearing over its projected area{of_first}",
             "bearing pressure: load over diameter times width", si=MPA, kind=kind,
-            needs=(load, *sizes), make=make,
+            **formula(bearings.bearing_pressure, f"{bearing}_load{ending}", *sizes),
         )  # fmt: skip
 
     return [
@@ -200,22 +195,6 @@ def _part(name: str, symbol: str, long_name: str, turning: str = "") -> Node:
 _OF_ALL = "all_main_journals_extremes"
 
 
-def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
-    return bearings.of_all_journals(
-        needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
-        _journal_factors(needs), *_engines(needs), needs["curve_period"], threads,
-    )  # fmt: skip
-
-
-def _with_last_axis(needs: dict[str, Any]) -> dict[str, Any]:
-    """Needs as arrays with one more axis at the end; those without axes stay as they are."""
-    whole = ("counterweights", "cylinders_by_count", "family", "period")
-    return {
-        name: value if name in whole else np.asarray(value)[..., None]
-        for name, value in needs.items()
-    }
-
-
 def _bending_over_angle(*, crank_angle: Any, **needs: Any) -> Any:
     factors = _journal_factors(needs)
     return bending_over_angle(
@@ -227,25 +206,27 @@ def _bending_over_angle(*, crank_angle: Any, **needs: Any) -> Any:
     )  # fmt: skip
 
 
-def _of_all_with_webs(threads: int | None = 1, **needs: Any) -> Any:
-    each = _with_last_axis(needs)
-    shaft, square = crankshaft(each), each["speed"] ** 2
+def _of_all_journals(threads: int | None = 1, **needs: Any) -> Any:
+    whole = ("counterweights", "cylinders_by_count", "family", "period")
+    webs: tuple[Callable[[Any], Any], ...] = ()
+    if "counterweights" in needs:
+        each = {n: v if n in whole else np.asarray(v)[..., None] for n, v in needs.items()}
+        shaft, square = crankshaft(each), each["speed"] ** 2
+        webs = (lambda journals: on_journals(shaft, journals) * square,)
     return bearings.of_all_journals(
         needs["crank_ratio"], needs["offset_ratio"], needs["family"], needs["row"],
-        _journal_factors(needs), *_engines(needs), needs["curve_period"], threads,
-        lambda journals: on_journals(shaft, journals) * square,
+        _journal_factors(needs), *_engines(needs), needs["curve_period"], threads, *webs,
     )  # fmt: skip
 
 
 NODES: tuple[Node, ...] = (
     *(
-        hidden(_OF_ALL, "N", "extremes of the loads of all main journals",
-               make, tuple(dict.fromkeys((*_LOADED, *_UNBALANCE, *_COUNTED, *more))), throws=True,
+        hidden(_OF_ALL, "N", "extremes of the loads of all main journals", _of_all_journals,
+               tuple(dict.fromkeys((*_LOADED, *_UNBALANCE, *_COUNTED, *more))), throws=True,
                width=(MOST_CYLINDERS + 1) * bearings.EXTREMES.itemsize, threaded=True, when=word)
-        for word, more, make in (
-            ("weights_by_fraction", (), _of_all_journals),
-            ("weights_given", (), _of_all_journals),
-            ("weights_of_webs", (*OF_WEBS, "cylinder_spacing"), _of_all_with_webs),
+        for word, more in (
+            ("weights_by_fraction", ()), ("weights_given", ()),
+            ("weights_of_webs", (*OF_WEBS, "cylinder_spacing")),
         )
     ),
     Node("any_main_journal_load_max", r"F_{H,max,max}", "N",

@@ -62,19 +62,17 @@ def _travel(*, crank_angle: Any, double_radius: Any, **needs: Any) -> Any:
     return 0.5 * double_radius * _of_each(needs, of_one)
 
 
-def _force(
-    name: str, symbol: str, long_name: str, order: int, turning: bool
-) -> Node:  # fmt: skip
+def _force(name: str, symbol: str, long_name: str, order: int, turning: bool) -> Node:
     """Node of the reciprocating masses' force with articulated rods, alone or with rotating."""
 
     def make(**needs: Any) -> Any:
+        from engine_dyn.forces import articulated
+
         motion = (
             needs["crank_ratio"], 0.5 * needs["double_radius"], needs["reciprocating_mass"],
             needs["speed"], needs["cylinder_set"], needs["cylinders_by_count"],
             needs["offset_ratio"],
         )  # fmt: skip
-        from engine_dyn.forces import articulated
-
         phi = needs["crank_angle"]
         force = (
             articulated.inertia_force_of_order(order, phi, *motion) if order
@@ -163,20 +161,17 @@ NODES = (
         "wall thrust, side force of the piston on the cylinder wall, positive opposite to the side "
         "where the crank pin moves down, cylinder 1, with the moment of the articulated rods",
         SOURCE, kind="curve", throws=True, when="articulated_rods",
-        needs=("crank_angle", *_LOADED),
-        make=lambda **needs: _master_loads(needs).wall_thrust,
+        needs=("crank_angle", *_LOADED), make=lambda **needs: _master_loads(needs).wall_thrust,
     ),
     hidden(
         "crank_pin_components", "N", "components of the load of the first crank pin",
-        lambda **needs: _master_loads(needs).crank_pin,
-        ("crank_angle", *_LOADED),
+        lambda **needs: _master_loads(needs).crank_pin, ("crank_angle", *_LOADED),
         kind="curve", throws=True, when="articulated_rods", width=160,
     ),
     hidden(
         "crank_pin_extremes", "N", "extremes of the load of the first crank pin",
-        _crank_pin_extremes,
-        (*_LOADED, "curve_period"),
-        throws=True, when="articulated_rods", width=250_000,
+        _crank_pin_extremes, (*_LOADED, "curve_period"), throws=True, when="articulated_rods",
+        width=250_000,
     ),
 )  # fmt: skip
 
@@ -191,9 +186,8 @@ FOLLOWED = frozenset({
     # a plain rod does.
     "rod", "double_radius", "stroke_share", "mass_share", "mass_of_first", "direction_of_first",
     "throws_per_cylinder", "main_bearings", "position", "velocity", "acceleration",
-    "position_coefficient",
-    "velocity_coefficient", "acceleration_coefficient", "position_mean", "rod_angle",
-    "rod_angular_velocity", "rod_angular_acceleration", "crank_angle_at_travel",
+    "position_coefficient", "velocity_coefficient", "acceleration_coefficient", "position_mean",
+    "rod_angle", "rod_angular_velocity", "rod_angular_acceleration", "crank_angle_at_travel",
     "engine_inertia", "mean_reciprocating_inertia", "varying_inertia",
     # Pressure, torque and speed.
     "pressure_share", "mean_peak_pressure", "peak_pressure", "pressure", "mean_gas", "gas_torque",

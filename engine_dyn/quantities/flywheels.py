@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn import flywheel
 from engine_dyn.geometry import masses
-from engine_dyn.quantities.node import Node, parameter, quotient
+from engine_dyn.quantities.node import Node, formula, parameter, quotient, variants
 from engine_dyn.units import DEGREE, MPA
 
 
@@ -86,7 +86,8 @@ PARAMETERS = (
 )  # fmt: skip
 
 
-def _triangle(field: str) -> Any:
+def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
+                 field: str) -> Node:  # fmt: skip
     def make(brake_power: Any, speed: Any, wanted_delta: Any, period: Any) -> Any:
         power = np.asarray(brake_power, dtype=float)
         drives = power > 0.0
@@ -95,12 +96,7 @@ def _triangle(field: str) -> Any:
         )
         return np.where(drives, getattr(triangle, field), np.nan)
 
-    return make
-
-
-def _of_triangle(name: str, symbol: str, unit: str, long_name: str, source: str,
-                 field: str) -> Node:  # fmt: skip
-    return Node(name, symbol, unit, long_name, source, make=_triangle(field))
+    return Node(name, symbol, unit, long_name, source, make=make)
 
 
 def _flywheel_required(
@@ -111,23 +107,19 @@ def _flywheel_required(
     return np.maximum(inertia_required - masses.inertia_of_parts(*parts), 0.0)
 
 
-def _net(torque: Any, load_over_angle: Any) -> Any:
-    return flywheel.net_torque(torque, load_over_angle)
-
-
 def _step(crank_angle: Any) -> float:
     angle = np.asarray(crank_angle).reshape(-1)
     return float(angle[1] - angle[0])
 
 
 def _excess_energy(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
-    return flywheel.excess_energy(_net(torque, load_over_angle), _step(crank_angle))
+    return flywheel.excess_energy(flywheel.net_torque(torque, load_over_angle), _step(crank_angle))
 
 
 def _crossing(which: int) -> Callable[..., Any]:
     def make(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
         first = float(np.asarray(crank_angle).reshape(-1)[0])
-        net = _net(torque, load_over_angle)
+        net = flywheel.net_torque(torque, load_over_angle)
         return flywheel.crossings(net, first, _step(crank_angle))[which]
 
     return make
@@ -135,12 +127,6 @@ def _crossing(which: int) -> Callable[..., Any]:
 
 def _delta_of_swing(energy_swing: Any, inertia: Any, speed: Any) -> Any:
     return energy_swing / (inertia * speed**2)
-
-
-def _swing_of_fluctuation(
-    given_energy_fluctuation: Any, rated_power: Any, speed: Any, period: Any
-) -> Any:
-    return given_energy_fluctuation * rated_power * period / speed
 
 
 def _of_swing(swing: str, name: str, about: str) -> tuple[Node, Node]:
@@ -207,16 +193,11 @@ NODES = (
             load_torque - driver_torque, flywheel_side_inertia, angular_acceleration
         ),
     ),
-    Node(
-        "load_side_inertia", "", "kg m2",
-        "moment of inertia of the load, referred to the crankshaft",
-        public=False, when="wanted_delta", make=lambda inertia_beyond_gear: inertia_beyond_gear,
-    ),
-    Node(
-        "load_side_inertia", "", "kg m2",
-        "moment of inertia of the load, referred to the crankshaft",
-        public=False, when="given_inertia inertia_in_parts",
-        make=lambda inertia_beyond_gear: inertia_beyond_gear,
+    *variants(
+        Node("load_side_inertia", "", "kg m2",
+             "moment of inertia of the load, referred to the crankshaft", public=False),
+        dict.fromkeys(("wanted_delta", "given_inertia inertia_in_parts"),
+                      lambda inertia_beyond_gear: inertia_beyond_gear),
     ),
     # Of an inertia that is given as one number, or by the discs of a shaft, the load's share is
     # unknown: scenes that need it are refused.
@@ -240,9 +221,7 @@ NODES = (
     ),
     Node(
         "rim_speed", "v_f", "m s-1", "rim speed of the flywheel", "Asgari eq. 15",
-        make=lambda flywheel_outer_diameter, speed: flywheel.rim_speed(
-            flywheel_outer_diameter, speed
-        ),
+        **formula(flywheel.rim_speed, "flywheel_outer_diameter", "speed"),
     ),
     Node(
         "flywheel_smallest_diameter", "D_{min}", "m",
@@ -259,15 +238,12 @@ NODES = (
     Node(
         "flywheel_largest_diameter", "D_{max}", "m",
         "largest outer diameter of the flywheel, at which the rim has the largest allowed speed",
-        "Asgari eqs. 14, 15",
-        make=lambda rim_speed_limit, speed: flywheel.largest_diameter(rim_speed_limit, speed),
+        "Asgari eqs. 14, 15", **formula(flywheel.largest_diameter, "rim_speed_limit", "speed"),
     ),
     Node(
         "flywheel_mean_diameter", "D_r", "m", "mean diameter of the flywheel's ring",
         "Asgari eq. 17",
-        make=lambda flywheel_outer_diameter, flywheel_inner_diameter: flywheel.mean_diameter(
-            flywheel_outer_diameter, flywheel_inner_diameter
-        ),
+        **formula(flywheel.mean_diameter, "flywheel_outer_diameter", "flywheel_inner_diameter"),
     ),
     Node(
         "diameter_over_stroke", "D_r/s", "1",
@@ -347,7 +323,8 @@ NODES = (
     Node(
         "swing_of_energy_fluctuation", r"\Delta E_C", "J",
         "energy swing from a given coefficient of fluctuation of energy and the rated power",
-        _ENERGY, make=_swing_of_fluctuation,
+        _ENERGY, make=lambda given_energy_fluctuation, rated_power, speed, period:
+        given_energy_fluctuation * rated_power * period / speed,
     ),
     *(
         node
@@ -362,9 +339,7 @@ NODES = (
         "inertia_energy_swing", r"\Theta_W", "kg m2",
         "inertia for the wanted delta from the energy swing of the torque",
         "Asgari eq. 30 with the real torque",
-        make=lambda energy_swing, wanted_delta, speed: flywheel.energy_swing_inertia(
-            energy_swing, wanted_delta, speed
-        ),
+        **formula(flywheel.energy_swing_inertia, "energy_swing", "wanted_delta", "speed"),
     ),
     Node(
         "inertia_required", r"\Theta_w", "kg m2",
@@ -399,13 +374,12 @@ NODES = (
         )
         for when, gear in (("by_pressure", ("engine_inertia",)), ("by_torque", ()))
     ),
-    Node(
-        *_SIZED, public=False, when="wanted_delta",
-        make=lambda flywheel_inertia_required: flywheel_inertia_required,
-    ),
-    Node(
-        *_SIZED, public=False, when="given_inertia inertia_in_parts",
-        make=lambda flywheel_inertia: flywheel_inertia,
+    *variants(
+        Node(*_SIZED, public=False),
+        {
+            "wanted_delta": lambda flywheel_inertia_required: flywheel_inertia_required,
+            "given_inertia inertia_in_parts": lambda flywheel_inertia: flywheel_inertia,
+        },
     ),
     # Of an inertia that is given as one number, or by the discs of a shaft, the flywheel's share is
     # unknown: scenes that need it are refused.
@@ -430,39 +404,29 @@ NODES = (
     Node(
         "flywheel_mass", "M_f", "kg",
         "mass of a ring with the inertia of the flywheel, given or required", "Asgari eq. 31",
-        make=lambda sized_flywheel_inertia, flywheel_outer_diameter, flywheel_inner_diameter:
-        flywheel.ring_mass(
-            sized_flywheel_inertia, flywheel_outer_diameter, flywheel_inner_diameter
-        ),
+        **formula(flywheel.ring_mass, "sized_flywheel_inertia", "flywheel_outer_diameter",
+                  "flywheel_inner_diameter"),
     ),
     Node(
         "flywheel_thickness", "b_f", "m", "thickness of the flywheel's ring along the shaft",
         "Asgari, after eq. 31",
-        make=lambda flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter,
-        flywheel_density: flywheel.ring_thickness(
-            flywheel_mass, flywheel_outer_diameter, flywheel_inner_diameter, flywheel_density
-        ),
+        **formula(flywheel.ring_thickness, "flywheel_mass", "flywheel_outer_diameter",
+                  "flywheel_inner_diameter", "flywheel_density"),
     ),
     Node(
         "rim_speed_at_stress_limit", r"v_\sigma", "m s-1",
         "largest speed of the rim's mean diameter, at the allowed hoop stress of a thin rim",
-        _ENERGY, make=lambda rim_stress_limit, flywheel_density: flywheel.rim_speed_at_stress(
-            rim_stress_limit, flywheel_density
-        ),
+        _ENERGY, **formula(flywheel.rim_speed_at_stress, "rim_stress_limit", "flywheel_density"),
     ),
     Node(
         "rim_largest_diameter", r"D_\sigma", "m",
         "largest mean diameter of the flywheel's rim, at the allowed hoop stress", _ENERGY,
-        make=lambda rim_speed_at_stress_limit, speed: flywheel.largest_diameter(
-            rim_speed_at_stress_limit, speed
-        ),
+        **formula(flywheel.largest_diameter, "rim_speed_at_stress_limit", "speed"),
     ),
     Node(
         "rim_stress", r"\sigma_r", "MPa", "hoop stress of the flywheel's rim at nominal speed",
         _ENERGY, si=MPA,
-        make=lambda rim_mean_diameter, speed, flywheel_density: flywheel.rim_stress(
-            rim_mean_diameter, speed, flywheel_density
-        ),
+        **formula(flywheel.rim_stress, "rim_mean_diameter", "speed", "flywheel_density"),
     ),
     Node(
         "rim_mass", "m_r", "kg",
@@ -475,10 +439,8 @@ NODES = (
     ),
     Node(
         "rim_thickness", "t_r", "m", "radial thickness of the flywheel's rim", _ENERGY,
-        make=lambda rim_mass, rim_mean_diameter, flywheel_density, rim_width_over_thickness:
-        flywheel.rim_thickness(
-            rim_mass, rim_mean_diameter, flywheel_density, rim_width_over_thickness
-        ),
+        **formula(flywheel.rim_thickness, "rim_mass", "rim_mean_diameter", "flywheel_density",
+                  "rim_width_over_thickness"),
     ),
     Node(
         "rim_width", "b_r", "m", "width of the flywheel's rim along the shaft", _ENERGY,

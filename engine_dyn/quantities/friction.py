@@ -15,21 +15,9 @@ from engine_dyn.forces.superposition import CrankTrain
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads import friction
-from engine_dyn.quantities.node import Node, hidden, parameter, product
+from engine_dyn.quantities.node import Node, formula, hidden, parameter, product
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import BAR
-
-
-def _rubbing(
-    peak: Any, *, friction_constant: Any, friction_peak_pressure: Any,
-    friction_mean_piston_speed: Any, friction_mean_piston_speed_square: Any,
-    mean_piston_speed: Any,
-) -> Any:  # fmt: skip
-    return friction.friction_mean_effective_pressure(
-        friction_constant, friction_peak_pressure, friction_mean_piston_speed, peak,
-        mean_piston_speed, friction_mean_piston_speed_square,
-    )  # fmt: skip
-
 
 _LEVER = ("stroke", "stroke_share", "double_radius", "period")
 
@@ -139,11 +127,7 @@ def _sized(
     name: str, index: str, long_name: str, needs: tuple[str, ...], function: Callable[..., Any]
 ) -> Node:
     """Node of a friction component that depends on engine size; `needs` in the function's order."""
-
-    def make(**given: Any) -> Any:
-        return function(*(given[need] for need in (*_SIZE, *needs)))
-
-    return _part(name, index, long_name, (*_SIZE, *needs), make)
+    return _part(name, index, long_name, **formula(function, *_SIZE, *needs))
 
 
 _UNTHROTTLED = (
@@ -182,8 +166,7 @@ COMPONENT_NODES: tuple[Node, ...] = (
     hidden("mean_stroke", "m", "mean stroke of the cylinders", product, ("stroke", "stroke_share")),
     hidden(
         "intake_ratio", "1",
-        "pressure in the cylinder before compression over that of the atmosphere",
-        _intake_ratio,
+        "pressure in the cylinder before compression over that of the atmosphere", _intake_ratio,
     ),
     _sized(
         "crankshaft_seals", "S", "the seals of the crankshaft", ("main_journal_diameter",),
@@ -199,19 +182,16 @@ COMPONENT_NODES: tuple[Node, ...] = (
         ("speed", "crank_pin_diameter", "crank_pin_width"), friction.crank_pin_bearings,
     ),
     _part(
-        "skirt", "K", "the skirts of the pistons", ("bore", "mean_piston_speed"),
-        lambda bore, mean_piston_speed: friction.skirt(bore, mean_piston_speed),
+        "skirt", "K", "the skirts of the pistons",
+        **formula(friction.skirt, "bore", "mean_piston_speed"),
     ),
     _part(
-        "rings", "R", "the piston rings due to ring tension", ("bore", "speed"),
-        friction.rings,
+        "rings", "R", "the piston rings due to ring tension", ("bore", "speed"), friction.rings,
     ),
     hidden(
         "ring_gas_pressure_unthrottled", "Pa",
         "ring friction added by gas pressure at full throttle",
-        lambda geometric_compression_ratio, mean_piston_speed: friction.ring_gas_pressure(
-            geometric_compression_ratio, mean_piston_speed
-        ),
+        **formula(friction.ring_gas_pressure, "geometric_compression_ratio", "mean_piston_speed"),
     ),
     _part(
         "ring_gas_pressure", "G", "the piston rings due to gas pressure",
@@ -224,8 +204,7 @@ COMPONENT_NODES: tuple[Node, ...] = (
     ),
     _part(
         "auxiliaries", "A", "the auxiliaries (oil pump, water pump and idle alternator)",
-        ("speed",),
-        friction.auxiliaries,
+        ("speed",), friction.auxiliaries,
     ),
     hidden(
         "fmep_without_gas", "Pa",
@@ -262,9 +241,9 @@ NODES: tuple[Node, ...] = (
         "rubbing", "", "Pa",
         "friction mean effective pressure without the auxiliaries, averaged over the cylinders",
         public=False, when="chen_flynn",
-        needs=("friction_constant", "friction_peak_pressure", "friction_mean_piston_speed",
-               "friction_mean_piston_speed_square", "mean_piston_speed", "mean_peak_pressure"),
-        make=lambda mean_peak_pressure, **needs: _rubbing(mean_peak_pressure, **needs),
+        **formula(friction.friction_mean_effective_pressure, "friction_constant",
+                  "friction_peak_pressure", "friction_mean_piston_speed", "mean_peak_pressure",
+                  "mean_piston_speed", "friction_mean_piston_speed_square"),
     ),
     Node(
         "rubbing", "", "Pa", "friction mean effective pressure of the engine's components",
@@ -298,9 +277,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "friction_torque", "M_{fr}", "N m",
         "mean friction torque, positive against the rotation, subtracted",
-        "Kakaitsas eq. 3.8", make=lambda fmep, displacement, period: friction.friction_torque(
-            fmep, displacement, period
-        ),
+        "Kakaitsas eq. 3.8", **formula(friction.friction_torque, "fmep", "displacement", "period"),
     ),
     Node(
         "friction_level", "", "Pa",

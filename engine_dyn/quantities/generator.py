@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn import time_over_angle as times
-from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.quantities.node import Node, formula, hidden, parameter
 from engine_dyn.units import DEGREE
 
 KUNDUR = "Kundur, example 12.2"
@@ -224,8 +224,7 @@ OF_FOUR_STROKES = ("intake_duration", "exhaust_duration")
 
 NODES: tuple[Node, ...] = (
     Node("angle_deviation_extremes", "", "", f"extremes of the {_TEXT}", public=False,
-         removes=("close_angle",), make=_extremes,
-         width=_EXTREMES.itemsize),
+         removes=("close_angle",), make=_extremes, width=_EXTREMES.itemsize),
     *_DEVIATIONS,
     *(_electrical(node) for node in _DEVIATIONS),
     Node(
@@ -261,9 +260,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "grid_damping_ratio", r"\zeta_0", "1",
         "damping ratio of the rigid rotor against the grid", KUNDUR,
-        make=lambda inertia, grid_stiffness, grid_damping: times.damping_ratio(
-            inertia, grid_stiffness, grid_damping
-        ),
+        **formula(times.damping_ratio, "inertia", "grid_stiffness", "grid_damping"),
     ),
     Node(
         "grid_amplification", r"V_\nu", "1",
@@ -275,24 +272,18 @@ NODES: tuple[Node, ...] = (
         "grid_nearest_order", r"\nu_e", "1",
         "excited order that is nearest to the natural order against the grid", "this project",
         removes=("order",),
-        make=lambda grid_natural_order, order, torque_harmonics: times.nearest_order(
-            order, grid_natural_order, torque_harmonics
-        ),
+        **formula(times.nearest_order, "order", "grid_natural_order", "torque_harmonics"),
     ),
     Node(
         "grid_resonance_nearness", r"b/|\nu_e/\nu_0-1|", "1",
         "resonance_band over the distance of the nearest excited order from the natural order "
         "against the grid, above 1 within the band", "this project",
-        make=lambda resonance_band, grid_nearest_order, grid_natural_order: times.nearness(
-            resonance_band, grid_nearest_order, grid_natural_order
-        ),
+        **formula(times.nearness, "resonance_band", "grid_nearest_order", "grid_natural_order"),
     ),
     hidden(
         "grid_angle_harmonics", "rad", "harmonics of the angle against the grid",
-        lambda torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping:
-        times.angle_harmonics(
-            torque_harmonics, order, speed, inertia, grid_stiffness, grid_damping
-        ),
+        **formula(times.angle_harmonics, "torque_harmonics", "order", "speed", "inertia",
+                  "grid_stiffness", "grid_damping"),
         width=16, beside=("grid_resonance_nearness",),
     ),
     hidden(
@@ -308,14 +299,13 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "cycle_time", "T", "s", "duration of a cycle", DEVIATION,
-        make=lambda omega, period: times.cycle_time(omega, period), removes=("crank_angle",),
+        **formula(times.cycle_time, "omega", "period"), removes=("crank_angle",),
     ),
     *(
         Node(
             f"{stroke}_duration", f"t_{{{stroke}}}", "s",
             f"duration of the {stroke} of cylinder 1, crank angle {begin / DEGREE:.0f} to "
             f"{end / DEGREE:.0f} degree", DEVIATION,
-            needs=("omega", "crank_angle", "curve_period"),
             make=_duration(begin, end), removes=("crank_angle",),
         )
         for stroke, begin, end in (
@@ -324,9 +314,7 @@ NODES: tuple[Node, ...] = (
         )
     ),
     Node(
-        "interval_duration", "t_{ab}", "s",
-        "duration from interval_begin to interval_end", DEVIATION,
-        make=_interval,
-        removes=("crank_angle",),
+        "interval_duration", "t_{ab}", "s", "duration from interval_begin to interval_end",
+        DEVIATION, make=_interval, removes=("crank_angle",),
     ),
 )  # fmt: skip

@@ -336,7 +336,6 @@ class Variants(dict[str, Node]):
 variants_of = functools.cache(Variants)
 """Variants of all nodes for some words, shared by scenes with the same words."""
 
-
 SOURCES: Mapping[str, str] = {
     "API": "American Petroleum Institute, Standard 618, Reciprocating compressors for petroleum, "
     "chemical, and gas industry services, 5th edition, paragraph 6.6.4 on the reversal of the rod "

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine_dyn.loads import driven_machine
 from engine_dyn.loads.laws import LOAD_LAWS, LawFacts
-from engine_dyn.quantities.node import Node, power, quotient
+from engine_dyn.quantities.node import Node, formula, power, quotient, variants
 
 _BY_NUMBERS = tuple(law for law in LOAD_LAWS.values() if law.factored)
 """Laws of a load that numbers give, but for a + k omega^alpha, whose k has another unit."""
@@ -48,16 +48,6 @@ def _at_nominal(law: LawFacts) -> Node:
 NO_TORQUE = -math.inf  # Marks a torque that neither load nor driver has at the nominal speed
 
 
-def _opposed(
-    surplus: Any, torque_mean: Any, friction_torque: Any, constant: Any, shape: Any
-) -> Any:
-    """Return `surplus` where the torque `shape` of load or driver balances it, else `NO_TORQUE`."""
-    size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(constant)
-    lack = (torque_mean - constant) * np.sign(shape)
-    # A torque below this fraction of the mean torques of engine, friction and load counts as none.
-    return np.where((lack < -1e-9 * size) | (np.asarray(shape) == 0.0), NO_TORQUE, surplus)
-
-
 def _opposed_torque(when: str, sign: float = 1.0) -> Node:
     """Return the node of the surplus that load or driver can balance."""
 
@@ -65,9 +55,11 @@ def _opposed_torque(when: str, sign: float = 1.0) -> Node:
         load_surplus: Any, torque_mean: Any, friction_torque: Any, load_constant: Any,
         shape_at_nominal: Any = 1.0,
     ) -> Any:  # fmt: skip
-        return _opposed(
-            load_surplus, torque_mean, friction_torque, load_constant, sign * shape_at_nominal
-        )
+        shape = np.asarray(sign * shape_at_nominal)
+        size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(load_constant)
+        lack = (torque_mean - load_constant) * np.sign(shape)
+        # Below this fraction of the mean torques of engine, friction and load, a torque is none.
+        return np.where((lack < -1e-9 * size) | (shape == 0.0), NO_TORQUE, load_surplus)
 
     shape = () if when == "power_law" else ("shape_at_nominal",)
     return Node(
@@ -101,18 +93,14 @@ def _load_torque(law: LawFacts) -> Node:
 
 
 NODES: tuple[Node, ...] = (
-    Node(
-        "load_surplus", "", "N m",
-        "mean torque to be balanced by the speed-dependent load or the driver",
-        public=False, when="power_mean",
-        make=lambda torque_mean, load_constant: torque_mean - load_constant,
-    ),
-    Node(
-        "load_surplus", "", "N m",
-        "mean torque to be balanced by the speed-dependent load or the driver",
-        public=False, when="cycle_time",
-        make=lambda torque_mean, load_constant, load_factor: load_factor
-        * (torque_mean - load_constant),
+    *variants(
+        Node("load_surplus", "", "N m",
+             "mean torque to be balanced by the speed-dependent load or the driver", public=False),
+        {
+            "power_mean": lambda torque_mean, load_constant: torque_mean - load_constant,
+            "cycle_time": lambda torque_mean, load_constant, load_factor:
+            load_factor * (torque_mean - load_constant),
+        },
     ),
     *(_opposed_torque(when) for when in ("power_law", *_SHAPED)),
     *(_opposed_torque(when, -1.0) for when in ("table with_driver", "motor")),
@@ -131,10 +119,8 @@ NODES: tuple[Node, ...] = (
     Node(
         "shape_at_nominal", "", "N m", "torque of the driving motor at nominal speed",
         public=False, when="motor",
-        make=lambda speed, synchronous_speed, motor_breakdown_slip, breakdown_torque:
-        driven_machine.motor_torque(
-            speed, synchronous_speed, motor_breakdown_slip, breakdown_torque
-        ),
+        **formula(driven_machine.motor_torque, "speed", "synchronous_speed", "motor_breakdown_slip",
+                  "breakdown_torque"),
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
@@ -150,16 +136,14 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "load_coefficient", "k", "", "coefficient of the speed-dependent load torque",
-        "Kakaitsas eq. 3.5 with the mean of the load over angle",
-        when="power_law angle_load",
-        make=lambda load_surplus, speed, load_exponent: load_surplus
-        / power(speed, load_exponent),
+        "Kakaitsas eq. 3.5 with the mean of the load over angle", when="power_law angle_load",
+        make=lambda load_surplus, speed, load_exponent: load_surplus / power(speed, load_exponent),
     ),
     *(
         Node(
             "load_coefficient", "k", "1", f"factor on the load's {what} over speed",
             "Kakaitsas eq. 3.5 with a table", when=when,
-            make=lambda load_surplus, shape_at_nominal: quotient(load_surplus, shape_at_nominal),
+            **formula(quotient, "load_surplus", "shape_at_nominal"),
         )
         for when, what in _SHAPED.items()
     ),
@@ -168,23 +152,22 @@ NODES: tuple[Node, ...] = (
         "coefficient of the speed-dependent load torque, 0 with a driver",
         "this project", when="with_driver", make=lambda: 0.0,
     ),
-    Node(
-        "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
-        "this project", when="with_driver",
-        make=lambda load_surplus, shape_at_nominal: -quotient(load_surplus, shape_at_nominal),
+    *variants(
+        Node("driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
+             "this project"),
+        {
+            "with_driver": lambda load_surplus, shape_at_nominal:
+            -quotient(load_surplus, shape_at_nominal),
+            "no_driver": lambda: 0.0,
+        },
     ),
-    Node(
-        "driver_factor", "f_D", "1", "factor on the driver's torque, 0 without a driver",
-        "this project", when="no_driver", make=lambda: 0.0,
-    ),
-    Node(
-        "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
-        "this project", kind="curve", when="no_driver", make=lambda: 0.0,
-    ),
-    Node(
-        "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
-        "this project", kind="curve", when="table with_driver",
-        make=lambda driver_factor, driven, omega: driver_factor * driven.over_speed(omega),
+    *variants(
+        Node("driver_torque", "M_D", "N m", _DRIVER_TORQUE, "this project", kind="curve"),
+        {
+            "no_driver": lambda: 0.0,
+            "table with_driver": lambda driver_factor, driven, omega:
+            driver_factor * driven.over_speed(omega),
+        },
     ),
     Node(
         "driver_torque", "M_D", "N m", _DRIVER_TORQUE,
@@ -205,8 +188,7 @@ NODES: tuple[Node, ...] = (
         Node(
             "load_torque_nominal", "k T(\\omega_n)", "N m",
             "speed-dependent part of the load torque at nominal speed",
-            "Kakaitsas eq. 3.4 with a table",
-            when=when,
+            "Kakaitsas eq. 3.4 with a table", when=when,
             make=lambda load_coefficient, shape_at_nominal: load_coefficient * shape_at_nominal,
         )
         for when in _SHAPED
@@ -217,17 +199,14 @@ NODES: tuple[Node, ...] = (
         "speed-dependent part of the load torque at nominal speed, 0 with a driver", "this project",
         when="with_driver", make=lambda: 0.0,
     ),
-    Node(
-        "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
-        kind="curve", when="power_law steady_load",
-        make=lambda load_offset, load_coefficient, omega, load_exponent: load_offset
-        + load_coefficient * power(omega, load_exponent),
-    ),
-    Node(
-        "load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4",
-        kind="curve", when="power_law angle_load",
-        make=lambda load_over_angle, load_coefficient, omega, load_exponent: load_over_angle
-        + load_coefficient * power(omega, load_exponent),
+    *variants(
+        Node("load_torque", "M_L", "N m", _LOAD_TORQUE, "Kakaitsas eq. 3.4", kind="curve"),
+        {
+            "power_law steady_load": lambda load_offset, load_coefficient, omega, load_exponent:
+            load_offset + load_coefficient * power(omega, load_exponent),
+            "power_law angle_load": lambda load_over_angle, load_coefficient, omega, load_exponent:
+            load_over_angle + load_coefficient * power(omega, load_exponent),
+        },
     ),
     Node(
         "load_torque", "M_L", "N m", _LOAD_TORQUE,

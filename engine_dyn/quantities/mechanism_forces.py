@@ -13,7 +13,7 @@ import numpy as np
 from engine_dyn.forces import mechanism, torque
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.quantities.node import Node, hidden, parameter
+from engine_dyn.quantities.node import Node, formula, hidden, parameter
 from engine_dyn.units import BAR, DEGREE
 
 NOTES = "Rakopoulos notes"
@@ -88,17 +88,13 @@ _FORCES = (
         "side where the crank pin moves down",
         "wall thrust", ", positive opposite to the side where the crank pin moves down",
         ("Kakaitsas eq. 2.17", "Kakaitsas eq. 2.2", "Kakaitsas eqs. 2.12, 2.17"), _ANGLE,
-        lambda crank_angle, crank_ratio, offset_ratio: mechanism.thrust_ratio(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        mechanism.thrust_ratio,
     ),
     _Component(
         "rod_force", "S", "rod force, compression positive", "rod force",
         ", compression positive",
         ("Kakaitsas eq. 2.18", "Kakaitsas eq. 2.3", "Kakaitsas eqs. 2.12, 2.18"), _ANGLE,
-        lambda crank_angle, crank_ratio, offset_ratio: mechanism.rod_ratio(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        mechanism.rod_ratio,
     ),
     _Component(
         "tangential_force", "T",
@@ -112,9 +108,7 @@ _FORCES = (
         "radial force of the rod on the crank pin, positive towards the crank axis",
         "radial force", ", positive towards the crank axis",
         ("Kakaitsas eq. 2.5", "Kakaitsas eq. 2.5", "Kakaitsas eqs. 2.5, 2.12"), _ANGLE,
-        lambda crank_angle, crank_ratio, offset_ratio: mechanism.radial_ratio(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        mechanism.radial_ratio,
     ),
 )  # fmt: skip
 """Components N, S, T and R; each has one formula for the gas, the masses and their sum."""
@@ -122,8 +116,7 @@ _FORCES = (
 
 def _component(component: _Component, part: _Part, source: str) -> Node:
     def make(**needs: Any) -> Any:
-        force = needs.pop(part.force)
-        return force * component.ratio(**needs)
+        return needs[part.force] * component.ratio(*(needs[name] for name in component.needs))
 
     symbol = f"{component.symbol}_{part.letter}" if part.letter else component.symbol
     # With articulated rods, nodes of the same names in `each_cylinder` hold.
@@ -146,24 +139,14 @@ def _angle_at_travel(
 
 
 def _over_area(name: str, symbol: str, of: str, long_name: str) -> Node:
-    def make(**needs: Any) -> Any:
-        return needs[of] / torque.piston_area(needs["bore"])
-
     return Node(
         name, symbol, "bar", f"{long_name} over piston area, cylinder 1",
-        f"{NOTES}, reduced pressures", si=BAR, kind="curve", needs=(of, "bore"), make=make,
+        f"{NOTES}, reduced pressures", si=BAR, kind="curve", needs=(of, "bore"),
+        make=lambda bore, **force: force[of] / torque.piston_area(bore),
     )  # fmt: skip
 
 
 API = "API 618"
-
-
-def _rod_load_extremes(
-    *, family: Any, cylinders_by_count: Any, curve_period: Any, **needs: Any
-) -> Any:
-    from engine_dyn.forces.mechanism import rod_load_extremes
-
-    return rod_load_extremes(needs, family, cylinders_by_count, curve_period)
 
 
 def _crosshead_inertia(
@@ -200,9 +183,7 @@ NODES: tuple[Node, ...] = (
         "angle between rod and cylinder axis, positive with the big end on the side where the "
         "crank pin moves down",
         "Kakaitsas eq. 1.3", si=DEGREE, kind="curve",
-        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.rod_angle(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        **formula(slider_crank.rod_angle, "crank_angle", "crank_ratio", "offset_ratio"),
     ),
     Node(
         "rod_angular_velocity", r"\dot\beta", "rad s-1",
@@ -246,8 +227,7 @@ NODES: tuple[Node, ...] = (
         "inertia force of the reciprocating masses, positive towards the crank",
         "Kakaitsas eq. 2.12", ("mass_of_first", "double_radius", "speed", "acceleration"),
         lambda mass_of_first, double_radius, speed, acceleration: -mass_of_first
-        * 0.5 * double_radius * speed**2
-        * acceleration,
+        * 0.5 * double_radius * speed**2 * acceleration,
     ),
     _force(
         "piston_force", "P", "gas and inertia force on the piston, positive towards the crank",
@@ -288,35 +268,20 @@ NODES: tuple[Node, ...] = (
     *(_component(
         one, _Part("net_", "n", "net_piston_force", " with weight and piston friction"), KHURMI
     ) for one in _FORCES if one.name != "wall_thrust"),
-    Node(
-        "overturning_moment",
-        r"M_\alpha",
-        "N m",
-        "overturning moment on the frame, positive in the sense of rotation, all cylinders",
-        "Kakaitsas eq. 2.8 (M_a = -N H)",
-        kind="curve",
-        make=lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque),
-    ),
-    Node(
-        "gas_overturning_moment",
-        r"M_{\alpha g}",
-        "N m",
-        "overturning moment of the gas on the frame, positive in the sense of rotation, all "
-        "cylinders",
-        "Kakaitsas eq. 2.8 (M_a = -N H)",
-        kind="curve",
-        make=lambda gas_torque: -gas_torque,
-    ),
-    Node(
-        "inertia_overturning_moment",
-        r"M_{\alpha l}",
-        "N m",
-        "overturning moment of the reciprocating masses on the frame, positive in the sense of "
-        "rotation, "
-        "all cylinders",
-        "Kakaitsas eqs. 2.8, 2.13 (M_a = -N H)",
-        kind="curve",
-        make=lambda inertia_torque: -inertia_torque,
+    *(
+        Node(
+            f"{part}overturning_moment", symbol, "N m",
+            f"overturning moment{whose} on the frame, positive in the sense of rotation, all "
+            "cylinders", f"{source} (M_a = -N H)", kind="curve", make=make,
+        )
+        for part, symbol, whose, source, make in (
+            ("", r"M_\alpha", "", "Kakaitsas eq. 2.8",
+             lambda gas_torque, inertia_torque: -(gas_torque + inertia_torque)),
+            ("gas_", r"M_{\alpha g}", " of the gas", "Kakaitsas eq. 2.8",
+             lambda gas_torque: -gas_torque),
+            ("inertia_", r"M_{\alpha l}", " of the reciprocating masses",
+             "Kakaitsas eqs. 2.8, 2.13", lambda inertia_torque: -inertia_torque),
+        )
     ),
     Node(
         "rotating_force", "P_r", "N",
@@ -395,8 +360,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "reduced_torque_mean", r"\bar\mu_\sigma", "bar",
         "cycle mean of the torque over the displacement, averaged over the cylinders",
-        f"{NOTES}, mu",
-        si=BAR,
+        f"{NOTES}, mu", si=BAR,
         make=lambda tangential_pressure_mean, double_radius, stroke: 0.5 * tangential_pressure_mean
         * double_radius / stroke,
     ),
@@ -417,9 +381,7 @@ NODES: tuple[Node, ...] = (
         "two_mass_rod_inertia", r"\theta^*_\delta", "kg m2",
         "moment of inertia of the rod's two-mass model about the centre of gravity",
         f"{NOTES}, third condition",
-        make=lambda rod_mass, rod_centre_of_gravity, rod: mechanism.two_mass_rod_inertia(
-            rod_mass, rod_centre_of_gravity, rod
-        ),
+        **formula(mechanism.two_mass_rod_inertia, "rod_mass", "rod_centre_of_gravity", "rod"),
     ),
     Node(
         "rod_inertia_excess", r"\theta_\delta-\theta^*_\delta", "kg m2",
@@ -440,10 +402,8 @@ NODES: tuple[Node, ...] = (
         "rod torque neglected by the two-mass model, positive in the sense of rotation, one "
         "cylinder",
         "Kakaitsas section 2.2, derived here", kind="curve",
-        make=lambda crank_angle, crank_ratio, offset_ratio, rod_inertia_excess, speed:
-        mechanism.rod_couple_torque(
-            crank_angle, crank_ratio, rod_inertia_excess, speed, offset_ratio
-        ),
+        **formula(mechanism.rod_couple_torque, "crank_angle", "crank_ratio", "rod_inertia_excess",
+                  "speed", "offset_ratio"),
     ),
     Node(
         "rod_torque_error", r"\Delta M_l/M_l", "1",
@@ -451,8 +411,7 @@ NODES: tuple[Node, ...] = (
         "inertia torque",
         "Kakaitsas section 2.2, derived here",
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, double_radius,
-        offset_ratio:
-        mechanism.rod_torque_error(
+        offset_ratio: mechanism.rod_torque_error(
             crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * double_radius, offset_ratio
         ),
     ),
@@ -462,8 +421,7 @@ NODES: tuple[Node, ...] = (
         "inertia wall thrust",
         "Kakaitsas section 2.2, derived here",
         make=lambda crank_ratio, rod_inertia_excess, reciprocating_mass, double_radius,
-        offset_ratio:
-        mechanism.rod_thrust_error(
+        offset_ratio: mechanism.rod_thrust_error(
             crank_ratio, rod_inertia_excess, reciprocating_mass, 0.5 * double_radius, offset_ratio
         ),
     ),
@@ -488,7 +446,9 @@ NODES: tuple[Node, ...] = (
     ),
     hidden(
         "rod_load_extremes", "N", "extremes and reversal of the rod loads",
-        _rod_load_extremes,
+        lambda family, cylinders_by_count, curve_period, **needs: mechanism.rod_load_extremes(
+            needs, family, cylinders_by_count, curve_period
+        ),
         ("crank_ratio", "double_radius", "offset_ratio", "bore", "row", "pressure_scale",
          "crankcase_pressure", "piston_mass", "speed", "cylinder_set", "family",
          "cylinders_by_count", "curve_period"), width=48,

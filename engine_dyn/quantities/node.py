@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from typing import Any
 
@@ -146,6 +146,16 @@ def hidden(
 ) -> Node:  # fmt: skip
     """Return a node that scenes cannot ask for, made on the way to others."""
     return Node(name, "", unit, long_name, needs=needs, make=make, public=False, **more)
+
+
+def formula(function: Callable[..., Any], *needs: str) -> dict[str, Any]:
+    """Return the keywords of a node whose `function` takes its needs in this order."""
+    return {"needs": needs, "make": lambda **given: function(*(given[need] for need in needs))}
+
+
+def variants(node: Node, makes: Mapping[str, Callable[..., Any]]) -> tuple[Node, ...]:
+    """Return a node for each of some `when`, with what makes it in scenes that have its words."""
+    return tuple(replace(node, when=when, make=make) for when, make in makes.items())
 
 
 def _arguments(make: Any, *, optional: bool = False) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ See `engine_dyn.forces.harmonics` and `engine_dyn.geometry.kinematic_series`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from engine_dyn.forces import harmonics, torque
 from engine_dyn.geometry import kinematic_series
 from engine_dyn.loads import driven_machine
 from engine_dyn.quantities.friction import gas_of, stroke_friction
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.node import Node, formula, hidden
 from engine_dyn.speed.fields import FRICTION_NAMES
 from engine_dyn.units import DEGREE
 
@@ -77,9 +78,7 @@ _PARTS: dict[str, tuple[str, str, tuple[str, ...], Callable[[dict[str, Any]], ha
         ),
     ),
     "speed": ("1", "the reduced piston velocity", (), lambda _: harmonics.VELOCITY),
-    "inertia": (
-        "1", "the inertia torque over m r^2 omega^2", (), lambda _: harmonics.INERTIA,
-    ),
+    "inertia": ("1", "the inertia torque over m r^2 omega^2", (), lambda _: harmonics.INERTIA),
 }  # fmt: skip
 """Parts of the torque: unit, meaning, needs besides the motion, and function of the part."""
 
@@ -87,13 +86,10 @@ _SCOPES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...], Any]] = {
     "cylinder_": ("cylinder 1", (), (), harmonics.of_first),
     "": ("all cylinders", (), ("phase_vectors",), harmonics.of_engine),
     "first_mode_": (
-        "first mode of the shaft",
-        (),
-        ("first_mode_phase_vectors",),
-        harmonics.of_first_mode,
+        "first mode of the shaft", (), ("first_mode_phase_vectors",), harmonics.of_first_mode
     ),
     "throw_": ("each throw", ("throw",), ("throw_phase_vectors",), harmonics.of_throws),
-}
+}  # fmt: skip
 """Scopes of harmonics: owner, further dimension, phase vectors for equal cylinders, sum."""
 
 
@@ -217,14 +213,9 @@ def _of_shaft() -> list[Node]:
 
 
 def _throw_vectors(every: str = "") -> Node:
-    def make(**needs: Any) -> Any:
-        return harmonics.throw_phase_vectors(
-            *(needs[name] for name in (f"{every}order", *_COUNTED, "throw"))
-        )
-
     return _harmonic(
         f"{every}throw_phase_vectors", "1", "sum of the phase vectors on each throw",
-        (f"{every}order", *_COUNTED, "throw"), make,
+        **formula(harmonics.throw_phase_vectors, f"{every}order", *_COUNTED, "throw"),
     )  # fmt: skip
 
 
@@ -240,19 +231,13 @@ _FIRST_MODE = "phase vectors in the mode of a uniform shaft, derived here"
 NODES: tuple[Node, ...] = (
     *(_of_equal(part) for part in _PARTS),
     _harmonic(
-        "phase_vectors", "1", "sum of the phase vectors of all cylinders", ("order", *_COUNTED),
-        lambda order, cylinder_set, cylinders_by_count: harmonics.phase_vectors(
-            order, cylinder_set, cylinders_by_count
-        ),
+        "phase_vectors", "1", "sum of the phase vectors of all cylinders",
+        **formula(harmonics.phase_vectors, "order", *_COUNTED),
     ),
     _harmonic(
         "first_mode_phase_vectors", "1",
         "sum of the phase vectors of all cylinders, weighted by the shaft's first mode",
-        ("order", *_COUNTED),
-        lambda order, cylinder_set, cylinders_by_count: harmonics.first_mode_phase_vectors(
-            order, cylinder_set, cylinders_by_count
-        ),
-        throws=True,
+        **formula(harmonics.first_mode_phase_vectors, "order", *_COUNTED), throws=True,
     ),
     _throw_vectors(),
     *(node for scope in _SCOPES for part in _PARTS for node in _of_scope(scope, part)),
@@ -303,105 +288,87 @@ NODES: tuple[Node, ...] = (
             "torque on each throw, of gas and reciprocating masses, along the shaft"),
 )  # fmt: skip
 
-
 MOSAKOWSKI = "Mosakowski"
 
 
-def _centred(offset_ratio: Any, what: str) -> None:
-    if np.any(offset_ratio):
-        raise ValueError(
-            f"{what} is that of a centred mechanism; pin_offset and crank_offset must add up to 0"
-        )
+def _of_centred(
+    name: str, symbol: str, long_name: str, source: str, function: Callable[..., Any], *needs: str,
+    kind: str = "value",
+) -> Node:  # fmt: skip
+    """Node of a centred mechanism, whose `function` takes its needs in this order."""
 
+    def make(*, offset_ratio: Any, **given: Any) -> Any:
+        if np.any(offset_ratio):
+            raise ValueError(
+                f"{name} is that of a centred mechanism; pin_offset and crank_offset must add up "
+                "to 0"
+            )
+        return function(*(given[need] for need in needs))
 
-def _coefficients(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    def make(order: Any, crank_ratio: Any, offset_ratio: Any) -> Any:
-        _centred(offset_ratio, what)
-        return function(order, crank_ratio)
-
-    return make
-
-
-def _mean_position(crank_ratio: Any, offset_ratio: Any) -> Any:
-    _centred(offset_ratio, "position_mean")
-    return kinematic_series.mean_position(crank_ratio)
-
-
-def _truncated(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    def make(crank_angle: Any, crank_ratio: Any, truncation: Any, offset_ratio: Any) -> Any:
-        _centred(offset_ratio, what)
-        return function(crank_angle, crank_ratio, truncation)
-
-    return make
-
-
-def _truncation_error(derivative: int, what: str) -> Callable[..., Any]:
-    def make(crank_ratio: Any, truncation: Any, offset_ratio: Any) -> Any:
-        _centred(offset_ratio, what)
-        return kinematic_series.truncation_error(crank_ratio, truncation, derivative)
-
-    return make
+    return Node(name, symbol, "1", long_name, source, kind=kind, make=make,
+                needs=(*needs, "offset_ratio"))  # fmt: skip
 
 
 SERIES_NODES: tuple[Node, ...] = (
-    Node(
-        "position_coefficient", r"a_\nu", "1",
+    _of_centred(
+        "position_coefficient", r"a_\nu",
         "coefficients of cos(nu phi) in the reduced piston travel",
-        f"{MOSAKOWSKI} eq. 7 (A = -a), {NOTES}",
-        make=_coefficients(kinematic_series.position_coefficients, "position_coefficient"),
+        f"{MOSAKOWSKI} eq. 7 (A = -a), {NOTES}", kinematic_series.position_coefficients,
+        "order", "crank_ratio",
     ),
-    Node(
-        "velocity_coefficient", r"\gamma_\nu", "1",
+    _of_centred(
+        "velocity_coefficient", r"\gamma_\nu",
         "coefficients of sin(nu phi) in the reduced piston velocity",
-        f"{MOSAKOWSKI} eq. 5, {NOTES}",
-        make=_coefficients(kinematic_series.velocity_coefficients, "velocity_coefficient"),
+        f"{MOSAKOWSKI} eq. 5, {NOTES}", kinematic_series.velocity_coefficients,
+        "order", "crank_ratio",
     ),
-    Node(
-        "acceleration_coefficient", r"\beta_\nu", "1",
+    _of_centred(
+        "acceleration_coefficient", r"\beta_\nu",
         "coefficients of cos(nu phi) in the reduced piston acceleration",
-        f"{MOSAKOWSKI} eq. 6, {NOTES}",
-        make=_coefficients(kinematic_series.acceleration_coefficients, "acceleration_coefficient"),
+        f"{MOSAKOWSKI} eq. 6, {NOTES}", kinematic_series.acceleration_coefficients,
+        "order", "crank_ratio",
     ),
-    Node(
-        "inertia_torque_coefficient", r"\Delta T_\nu", "1",
+    _of_centred(
+        "inertia_torque_coefficient", r"\Delta T_\nu",
         "coefficients of sin(nu phi) in the reduced inertia torque, over m r^2 omega^2, one "
-        "cylinder", f"{NOTES}, Delta T_l", make=_coefficients(
-            kinematic_series.inertia_torque_coefficients, "inertia_torque_coefficient"
-        ),
+        "cylinder",
+        f"{NOTES}, Delta T_l", kinematic_series.inertia_torque_coefficients,
+        "order", "crank_ratio",
     ),
-    Node(
-        "position_mean", "a_0", "1", "mean of the reduced piston travel over a turn",
-        f"{NOTES}, a0", make=_mean_position,
+    _of_centred(
+        "position_mean", "a_0", "mean of the reduced piston travel over a turn", f"{NOTES}, a0",
+        kinematic_series.mean_position, "crank_ratio",
     ),
-    Node(
-        "position_truncated", r"\tilde x/r", "1", "reduced piston travel by the truncated series",
-        f"{MOSAKOWSKI} eqs. 9, 17", kind="curve",
-        make=_truncated(kinematic_series.truncated_position, "position_truncated"),
+    _of_centred(
+        "position_truncated", r"\tilde x/r", "reduced piston travel by the truncated series",
+        f"{MOSAKOWSKI} eqs. 9, 17", kinematic_series.truncated_position,
+        "crank_angle", "crank_ratio", "truncation", kind="curve",
     ),
-    Node(
-        "velocity_truncated", r"\tilde c/(r\omega)", "1",
-        "reduced piston velocity by the truncated series", f"{MOSAKOWSKI} eqs. 12, 17",
-        kind="curve", make=_truncated(kinematic_series.truncated_velocity, "velocity_truncated"),
+    _of_centred(
+        "velocity_truncated", r"\tilde c/(r\omega)",
+        "reduced piston velocity by the truncated series",
+        f"{MOSAKOWSKI} eqs. 12, 17", kinematic_series.truncated_velocity,
+        "crank_angle", "crank_ratio", "truncation", kind="curve",
     ),
-    Node(
-        "acceleration_truncated", r"\tilde b/(r\omega^2)", "1",
-        "reduced piston acceleration by the truncated series", f"{MOSAKOWSKI} eqs. 13, 18",
-        kind="curve",
-        make=_truncated(kinematic_series.truncated_acceleration, "acceleration_truncated"),
+    _of_centred(
+        "acceleration_truncated", r"\tilde b/(r\omega^2)",
+        "reduced piston acceleration by the truncated series",
+        f"{MOSAKOWSKI} eqs. 13, 18", kinematic_series.truncated_acceleration,
+        "crank_angle", "crank_ratio", "truncation", kind="curve",
     ),
-    Node(
-        "position_truncation_error", r"\Delta x/s", "1",
-        "truncation error of the travel, largest error over the stroke",
-        f"after {MOSAKOWSKI} eq. 16", make=_truncation_error(0, "position_truncation_error"),
-    ),
-    Node(
-        "velocity_truncation_error", r"\Delta c/c_{max}", "1",
-        "truncation error of the velocity, largest error over largest velocity",
-        f"after {MOSAKOWSKI} eq. 16", make=_truncation_error(1, "velocity_truncation_error"),
-    ),
-    Node(
-        "acceleration_truncation_error", r"\Delta b/b_{max}", "1",
-        "truncation error of the acceleration, largest error over largest acceleration",
-        f"{MOSAKOWSKI} eq. 16", make=_truncation_error(2, "acceleration_truncation_error"),
+    *(
+        _of_centred(
+            f"{what}_truncation_error", symbol, f"truncation error of the {text}",
+            source, partial(kinematic_series.truncation_error, derivative=derivative),
+            "crank_ratio", "truncation",
+        )
+        for derivative, (what, symbol, text, source) in enumerate((
+            ("position", r"\Delta x/s", "travel, largest error over the stroke",
+             f"after {MOSAKOWSKI} eq. 16"),
+            ("velocity", r"\Delta c/c_{max}", "velocity, largest error over largest velocity",
+             f"after {MOSAKOWSKI} eq. 16"),
+            ("acceleration", r"\Delta b/b_{max}",
+             "acceleration, largest error over largest acceleration", f"{MOSAKOWSKI} eq. 16"),
+        ))
     ),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """The keys of scenes and of engine files that belong to no single subject, and what makes them.
 
 What they are is said in `engine_dyn.parameters`. Keys of one subject alone stand beside its
-quantities: `each_cylinder`, `balance`, `flywheels`, `characteristics`, `mechanism_forces`.
+quantities: `each_cylinder`, `balance`, `flywheels`, `features.characteristic`, `mechanism_forces`.
 """
 
 from __future__ import annotations

@@ -10,12 +10,8 @@ from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import (
-    largest_with_factor,
-    peak_of_cylinders,
-    peak_with_factor,
-)
-from engine_dyn.quantities.node import Node, balance_of, hidden, quotient
+from engine_dyn.pressure.motored import largest_with_factor, peak_of_cylinders, peak_with_factor
+from engine_dyn.quantities.node import Node, balance_of, formula, hidden, quotient, variants
 from engine_dyn.units import BAR, RPM
 
 BYTES_OF_CYCLE = 40_000
@@ -72,69 +68,48 @@ def _scales(name: str, known: str, when: str) -> tuple[Node, ...]:
     )  # fmt: skip
 
 
-def _mean_gas_of_equal_throws(
-    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, pressure_share: Any
-) -> Any:
+def _mean_gas_of_equal_throws(*needs: Any) -> Any:
     from engine_dyn.speed.torque import mean_gas_of_equal_throws
 
-    return mean_gas_of_equal_throws(crank_ratio, offset_ratio, row, family, pressure_share)
+    return mean_gas_of_equal_throws(*needs)
 
 
-def _mean_gas_of_unequal_throws(
-    crank_ratio: Any, offset_ratio: Any, row: Any, family: Family, cylinder_set: Any,
-    cylinders_by_count: Any,
-) -> Any:  # fmt: skip
+def _mean_gas_of_unequal_throws(*needs: Any) -> Any:
     from engine_dyn.speed.torque import mean_gas_of_unequal_throws
 
-    return mean_gas_of_unequal_throws(
-        crank_ratio, offset_ratio, row, family, cylinder_set, cylinders_by_count
-    )
+    return mean_gas_of_unequal_throws(*needs)
 
 
 NODES: tuple[Node, ...] = (
-    Node(
-        "place", "", "1", "place of load and speed in the table of one family", kind="value",
-        public=False, when="over_load", make=_place,
+    *variants(
+        Node("place", "", "1", "place of load and speed in the table of one family", public=False),
+        {"over_load": _place, "over_speed": _place_at_speed},
     ),
-    Node(
-        "place", "", "1", "place of load and speed in the table of one family", kind="value",
-        public=False, when="over_speed", make=_place_at_speed,
+    *variants(
+        Node("row", "", "1", "place of the diagram in the family's table", public=False),
+        {
+            "given_cycles": lambda place: place,
+            "own_cycles": lambda place, cycle, family: family.row_of(cycle, place),
+        },
     ),
-    Node(
-        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        when="given_cycles", make=lambda place: place,
-    ),
-    Node(
-        "row", "", "1", "place of the diagram in the family's table", kind="value", public=False,
-        when="own_cycles", make=lambda place, cycle, family: family.row_of(cycle, place),
-    ),
-    Node(
-        "cycle_known", "", "1", "1, or NaN where the parameters give no valid cycle", public=False,
-        when="given_cycles", make=lambda: 1.0,
-    ),
-    Node(
-        "cycle_known", "", "1", "1, or NaN where the parameters give no valid cycle", public=False,
-        when="own_cycles", make=_cycle_known,
-        width=BYTES_OF_CYCLE,
-    ),
-    Node(
-        "all_cycles_known", "", "1",
-        "1, or NaN where the parameters give no valid cycle at some load",
-        public=False, when="given_cycles", make=lambda: 1.0,
-    ),
-    Node(
-        "all_cycles_known", "", "1",
-        "1, or NaN where the parameters give no valid cycle at some load",
-        public=False, when="own_cycles",
-        make=_all_cycles_known, width=BYTES_OF_CYCLE,
+    *(
+        node
+        for name, where, make in (
+            ("cycle_known", "", _cycle_known),
+            ("all_cycles_known", " at some load", _all_cycles_known),
+        )
+        for text in (f"1, or NaN where the parameters give no valid cycle{where}",)
+        for node in (
+            hidden(name, "1", text, lambda: 1.0, when="given_cycles"),
+            hidden(name, "1", text, make, when="own_cycles", width=BYTES_OF_CYCLE),
+        )
     ),
     *_scales("pressure_scale", "cycle_known", "given_load"),
     *_scales("diagram_scale", "all_cycles_known", "characteristic"),
     Node(
         "pressure_scale", "", "1",
-        "factor on the diagram, NaN where no diagram gives the torque of the full-load "
-        "curve", public=False,
-        when="characteristic",
+        "factor on the diagram, NaN where no diagram gives the torque of the full-load curve",
+        public=False, when="characteristic",
         make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
     ),
     Node(
@@ -157,37 +132,28 @@ NODES: tuple[Node, ...] = (
             row, family, cylinder_set, cylinders_by_count, np.mean, peak_with_factor
         ),
     ),
-    Node(
-        "peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR,
-        when="single_acting equal",
-        make=lambda row, family, pressure_scale: pressure_scale * largest_with_factor(
-            row, family, 1.0
-        ),
-    ),
-    Node(
-        "peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
-        "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR,
-        when="single_acting unequal",
-        make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
-        pressure_scale * peak_of_cylinders(
-            row, family, cylinder_set, cylinders_by_count, np.max, largest_with_factor
-        ),
+    *variants(
+        Node("peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
+             "Kakaitsas eq. 3.9", extreme_of=("pressure", "largest"), si=BAR),
+        {
+            "single_acting equal": lambda row, family, pressure_scale:
+            pressure_scale * largest_with_factor(row, family, 1.0),
+            "single_acting unequal": lambda row, family, pressure_scale, cylinder_set,
+            cylinders_by_count: pressure_scale * peak_of_cylinders(
+                row, family, cylinder_set, cylinders_by_count, np.max, largest_with_factor
+            ),
+        },
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="single_acting equal",
-        make=lambda crank_angle, family, row, pressure_scale: torque.pressure(
-            crank_angle, family, row, pressure_scale
-        ),
+        **formula(torque.pressure, "crank_angle", "family", "row", "pressure_scale"),
     ),
     Node(
         "pressure", "p", "bar", "absolute pressure in cylinder 1", "Kakaitsas section 2.1", si=BAR,
         kind="curve", when="single_acting unequal",
-        make=lambda crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count:
-        torque.pressure_of_first(
-            crank_angle, family, row, pressure_scale, cylinder_set, cylinders_by_count
-        ),
+        **formula(torque.pressure_of_first, "crank_angle", "family", "row", "pressure_scale",
+                  "cylinder_set", "cylinders_by_count"),
     ),
     Node(
         "peak_pressure", "p_{max}", "bar", "largest absolute pressure of both ends", "this project",
@@ -203,44 +169,37 @@ NODES: tuple[Node, ...] = (
         si=BAR, kind="curve", when="double_acting",
         make=lambda crank_angle, double_acting: double_acting.head_end(crank_angle),
     ),
-    *(
-        Node(
-            "crank_end_pressure", "p_{ce}", "bar",
-            "absolute pressure on the crank's side of the piston of cylinder 1", "this project",
-            si=BAR, kind="curve", when=when, needs=("crank_angle", of), make=make,
-        )
-        for when, of, make in (
-            (
-                "double_acting", "double_acting",
-                lambda crank_angle, double_acting: double_acting.crank_end(crank_angle),
-            ),
-            (
-                "single_acting", "crankcase_pressure",
-                lambda crank_angle, crankcase_pressure: crankcase_pressure + 0.0 * crank_angle,
-            ),
-        )
+    *variants(
+        Node("crank_end_pressure", "p_{ce}", "bar",
+             "absolute pressure on the crank's side of the piston of cylinder 1", "this project",
+             si=BAR, kind="curve"),
+        {
+            "double_acting": lambda crank_angle, double_acting:
+            double_acting.crank_end(crank_angle),
+            "single_acting": lambda crank_angle, crankcase_pressure:
+            crankcase_pressure + 0.0 * crank_angle,
+        },
     ),
     Node(
         "mean_gas", "", "Pa", "mean of pressure times reduced piston velocity", public=False,
-        make=_mean_gas_of_equal_throws, when="equal_throws",
+        when="equal_throws", **formula(_mean_gas_of_equal_throws, "crank_ratio", "offset_ratio",
+                                       "row", "family", "pressure_share"),
     ),
     Node(
         "mean_gas", "", "Pa",
         "mean of pressure times piston velocity over the engine's crank radius and speed",
-        public=False, when="unequal_throws", make=_mean_gas_of_unequal_throws,
+        public=False, when="unequal_throws",
+        **formula(_mean_gas_of_unequal_throws, "crank_ratio", "offset_ratio", "row", "family",
+                  "cylinder_set", "cylinders_by_count"),
     ),
-    Node(
-        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="centred",
-        make=lambda mean_gas, pressure_scale, period, stroke_share: 0.5 * period * pressure_scale
-        * mean_gas / stroke_share,
-    ),
-    Node(
-        "imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR,
-        when="offset",
-        make=lambda mean_gas, pressure_scale, period, double_radius, stroke, stroke_share:
-        0.5 * double_radius
-        / (stroke * stroke_share) * period * pressure_scale * mean_gas,
+    *variants(
+        Node("imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR),
+        {
+            "centred": lambda mean_gas, pressure_scale, period, stroke_share:
+            0.5 * period * pressure_scale * mean_gas / stroke_share,
+            "offset": lambda mean_gas, pressure_scale, period, double_radius, stroke, stroke_share:
+            0.5 * double_radius / (stroke * stroke_share) * period * pressure_scale * mean_gas,
+        },
     ),
     Node(
         "bmep", "p_e", "bar", "brake mean effective pressure", "Kakaitsas section 3.2.3", si=BAR,

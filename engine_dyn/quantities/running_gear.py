@@ -15,7 +15,7 @@ from engine_dyn.geometry.cylinder_means import (
 from engine_dyn.geometry.slider_crank import cylinder_volume
 from engine_dyn.loads import friction
 from engine_dyn.quantities.friction import train_of
-from engine_dyn.quantities.node import Node, hidden
+from engine_dyn.quantities.node import Node, formula, hidden, variants
 from engine_dyn.units import CUBIC_CENTIMETRE
 
 
@@ -46,15 +46,13 @@ NODES: tuple[Node, ...] = (
         "pin_line", "e", "m", "offset of the piston-pin line from the crankshaft axis",
         public=False, make=lambda pin_offset, crank_offset: pin_offset + crank_offset,
     ),
-    Node(
-        "double_radius", "2r", "m", "two crank radii", public=False, when="centred",
-        make=lambda stroke: stroke,
-    ),
-    Node(
-        "double_radius", "2r", "m", "two crank radii", public=False, when="offset",
-        make=lambda stroke, crank_ratio, pin_line: 2.0 * slider_crank.crank_radius_of_ratio(
-            stroke, crank_ratio, pin_line
-        ),
+    *variants(
+        Node("double_radius", "2r", "m", "two crank radii", public=False),
+        {
+            "centred": lambda stroke: stroke,
+            "offset": lambda stroke, crank_ratio, pin_line:
+            2.0 * slider_crank.crank_radius_of_ratio(stroke, crank_ratio, pin_line),
+        },
     ),
     Node(
         "offset_ratio", "e/r", "1",
@@ -69,11 +67,8 @@ NODES: tuple[Node, ...] = (
         ),
     ),
     hidden(
-        "throws_per_cylinder", "1", "number of throws over that of cylinders",
-        lambda cylinder_set, cylinders_by_count: throws_per_cylinder(
-            cylinder_set, cylinders_by_count
-        ),
-        when="shared_pins",
+        "throws_per_cylinder", "1", "number of throws over that of cylinders", when="shared_pins",
+        **formula(throws_per_cylinder, "cylinder_set", "cylinders_by_count"),
     ),
     hidden(
         "throws_per_cylinder", "1", "number of throws over that of cylinders", lambda: 1.0,
@@ -82,8 +77,8 @@ NODES: tuple[Node, ...] = (
     *(
         Node(
             "stroke_share", "", "1", "mean stroke of the cylinders over the engine's", public=False,
-            when=when, make=lambda crank_ratio, offset_ratio, cylinder_set, cylinders_by_count:
-            mean_stroke_ratio(crank_ratio, offset_ratio, cylinder_set, cylinders_by_count),
+            when=when, **formula(mean_stroke_ratio, "crank_ratio", "offset_ratio", "cylinder_set",
+                                 "cylinders_by_count"),
         )
         for when in ("offset", "centred articulated_rods")
     ),
@@ -117,50 +112,41 @@ NODES: tuple[Node, ...] = (
         "rotating_mass", "m_r", "kg",
         "rotating mass per cylinder at the crank radius, with its share of its throw",
         "Kakaitsas eq. 2.11",
-        make=lambda crank_mass, rod_mass, rod_centre_of_gravity, rod, throws_per_cylinder:
-        masses.rotating_mass(
-            crank_mass, rod_mass, rod_centre_of_gravity, rod, throws_per_cylinder
-        ),
+        **formula(masses.rotating_mass, "crank_mass", "rod_mass", "rod_centre_of_gravity", "rod",
+                  "throws_per_cylinder"),
     ),
-    Node(
-        "engine_inertia", r"\Theta_{eng}", "kg m2",
-        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
-        when="equal_throws",
-        make=lambda reciprocating_mass, rotating_mass, double_radius, crank_ratio, cylinders,
-        offset_ratio, mass_share: masses.engine_inertia(
-            mass_share * reciprocating_mass, rotating_mass, 0.5 * double_radius, crank_ratio,
-            cylinders, offset_ratio,
-        ),
+    *variants(
+        Node("engine_inertia", r"\Theta_{eng}", "kg m2",
+             "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2"),
+        {
+            "equal_throws": lambda reciprocating_mass, rotating_mass, double_radius, crank_ratio,
+            cylinders, offset_ratio, mass_share: masses.engine_inertia(
+                mass_share * reciprocating_mass, rotating_mass, 0.5 * double_radius, crank_ratio,
+                cylinders, offset_ratio,
+            ),
+            "unequal_throws": lambda reciprocating_mass, rod_mass_at_crank, crank_mass,
+            double_radius, crank_ratio, offset_ratio, cylinders, cylinder_set, cylinders_by_count:
+            engine_inertia_of_cylinders(
+                reciprocating_mass, rod_mass_at_crank, crank_mass, 0.5 * double_radius, crank_ratio,
+                cylinders, offset_ratio, cylinder_set, cylinders_by_count,
+            ),
+        },
     ),
-    Node(
-        "engine_inertia", r"\Theta_{eng}", "kg m2",
-        "cycle mean of the running gear's moment of inertia", "Kakaitsas eq. 3.2",
-        when="unequal_throws",
-        make=lambda reciprocating_mass, rod_mass_at_crank, crank_mass, double_radius, crank_ratio,
-        offset_ratio, cylinders, cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
-            reciprocating_mass, rod_mass_at_crank, crank_mass, 0.5 * double_radius, crank_ratio,
-            cylinders, offset_ratio, cylinder_set, cylinders_by_count,
-        ),
-    ),
-    hidden(
-        "mean_reciprocating_inertia", "kg m2",
-        "cycle mean of the moment of inertia of the reciprocating masses",
-        lambda reciprocating_mass, double_radius, crank_ratio, cylinders, offset_ratio, mass_share:
-        masses.engine_inertia(
-            mass_share * reciprocating_mass, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
-            offset_ratio,
-        ),
-        when="equal_throws",
-    ),
-    hidden(
-        "mean_reciprocating_inertia", "kg m2",
-        "cycle mean of the moment of inertia of the reciprocating masses",
-        lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio, cylinders,
-        cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
-            reciprocating_mass, 0.0, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
-            offset_ratio, cylinder_set, cylinders_by_count,
-        ),
-        when="unequal_throws",
+    *variants(
+        Node("mean_reciprocating_inertia", "", "kg m2",
+             "cycle mean of the moment of inertia of the reciprocating masses", public=False),
+        {
+            "equal_throws": lambda reciprocating_mass, double_radius, crank_ratio, cylinders,
+            offset_ratio, mass_share: masses.engine_inertia(
+                mass_share * reciprocating_mass, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
+                offset_ratio,
+            ),
+            "unequal_throws": lambda reciprocating_mass, double_radius, crank_ratio, offset_ratio,
+            cylinders, cylinder_set, cylinders_by_count: engine_inertia_of_cylinders(
+                reciprocating_mass, 0.0, 0.0, 0.5 * double_radius, crank_ratio, cylinders,
+                offset_ratio, cylinder_set, cylinders_by_count,
+            ),
+        },
     ),
     hidden(
         "varying_inertia", "kg m2",
@@ -182,36 +168,30 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eqs. 3.1, 3.2", kind="curve",
         make=lambda inertia, varying_inertia: inertia + varying_inertia,
     ),
-    Node(
-        "inertia_beyond_gear", "", "kg m2",
-        "moment of inertia of the load, referred to the crankshaft",
-        "Kakaitsas eq. 3.1", public=False, when="load_inertia",
-        make=lambda load_inertia, gear_ratio: gear_ratio**2 * load_inertia,
-    ),
-    Node(
-        "inertia_beyond_gear", "", "kg m2",
-        "moment of inertia of the load, referred to the crankshaft",
-        "Kakaitsas eq. 3.1", public=False, when="no_load_inertia", make=lambda: 0.0,
+    *variants(
+        Node("inertia_beyond_gear", "", "kg m2",
+             "moment of inertia of the load, referred to the crankshaft", "Kakaitsas eq. 3.1",
+             public=False),
+        {
+            "load_inertia": lambda load_inertia, gear_ratio: gear_ratio**2 * load_inertia,
+            "no_load_inertia": lambda: 0.0,
+        },
     ),
     Node(
         "position", "x/r", "1", "piston travel from top dead centre over crank radius",
         "Kakaitsas eq. 1.4", kind="curve",
-        make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.position(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        **formula(slider_crank.position, "crank_angle", "crank_ratio", "offset_ratio"),
     ),
     _volume("compression_ratio", "volume_of_diagrams"),
     _volume("geometric_compression_ratio", "volume_given"),
     Node(
         "velocity", r"c/(r\omega)", "1", "reduced piston velocity", "Kakaitsas eq. 1.6",
-        kind="curve", make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.velocity(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        kind="curve",
+        **formula(slider_crank.velocity, "crank_angle", "crank_ratio", "offset_ratio"),
     ),
     Node(
         "acceleration", r"b/(r\omega^2)", "1", "reduced piston acceleration", "Kakaitsas eq. 1.8",
-        kind="curve", make=lambda crank_angle, crank_ratio, offset_ratio: slider_crank.acceleration(
-            crank_angle, crank_ratio, offset_ratio
-        ),
+        kind="curve",
+        **formula(slider_crank.acceleration, "crank_angle", "crank_ratio", "offset_ratio"),
     ),
 )  # fmt: skip

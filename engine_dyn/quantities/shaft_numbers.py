@@ -150,10 +150,8 @@ PARAMETERS: tuple[Node, ...] = (
     ),
 )  # fmt: skip
 
-
 PENDULUMS = ("pendulum_mass", "pendulum_distance", "pendulum_length")
 """Kinds of numbers of a pendulum."""
-
 
 NAN_WITHOUT = frozenset({
     "shaft_diameter", "shaft_stress_limit", "shaft_torque_limit", "shaft_tensile_strength",
@@ -214,15 +212,11 @@ def _propulsion_limit(which: int) -> Any:
     def make(*, shaft_system: Shaft, speed: Any, rated_speed: Any, shaft: Any,
              **values: Any) -> Any:  # fmt: skip
         diameter, strength, factor = (
-            _of_shafts(shaft_system, f"shaft_{what}", values, default)
-            for what, default in (
-                ("diameter", np.nan), ("tensile_strength", np.nan), ("shape_factor", np.nan)
-            )
-        )  # fmt: skip
-        most = np.where(
-            [place in shaft_system.alloy for place in range(len(shaft_system.shafts))],
-            ALLOY_STEEL, CARBON_STEEL,
-        )  # fmt: skip
+            _of_shafts(shaft_system, f"shaft_{what}", values, np.nan)
+            for what in ("diameter", "tensile_strength", "shape_factor")
+        )
+        alloy = [place in shaft_system.alloy for place in range(len(shaft_system.shafts))]
+        most = np.where(alloy, ALLOY_STEEL, CARBON_STEEL)
         limits = propulsion_shaft_limits(speed / rated_speed, diameter, strength, factor, most)
         return limits[which] + 0.0 * shaft
 
@@ -238,8 +232,7 @@ LIMIT_NODES: tuple[Node, ...] = (
     Node(
         "shaft_stress_half_range", r"\hat\tau", "MPa",
         "nominal vibratory shear stress in each shaft, half of its range over the cycle", WILSON,
-        si=MPA,
-        needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
+        si=MPA, needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
         of_shaft=("shaft_diameter", "shaft_bore"),
     ),
     Node(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -80,8 +80,9 @@ def _solve(**needs: Any) -> dict[str, Any]:
     return {**results, "outcome": results["status"]}
 
 
-def _solve_given_torque(period: float, **needs: Any) -> dict[str, Any]:
-    return _solve(**without_cylinders(period), **needs)
+def for_given_torque(make: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function like `make` for engines whose torque is given."""
+    return lambda period, **needs: make(**without_cylinders(period), **needs)
 
 
 def without_cylinders(period: float) -> dict[str, Any]:
@@ -107,13 +108,8 @@ def _at_start(omega: Any, start_angle: Any, crank_angle: Any) -> Any:
     angles = np.asarray(crank_angle).reshape(-1)
     turns = (np.asarray(start_angle) - angles[0]) / (angles[1] - angles[0])
     place = np.rint(turns).astype(np.int64) % angles.size
-    return np.take_along_axis(omega, np.broadcast_to(place[..., None], (*omega.shape[:-1], 1)), -1)[
-        ..., 0
-    ]
-
-
-def _search_given_torque(period: float, **needs: Any) -> dict[str, Any]:
-    return _search(**without_cylinders(period), **needs)
+    at = np.broadcast_to(place[..., None], (*omega.shape[:-1], 1))
+    return np.take_along_axis(omega, at, -1)[..., 0]
 
 
 def _speed_search(key: str, extreme: str) -> Any:
@@ -159,7 +155,6 @@ _LAWS = {law.name: law.needs for law in LAWS}  # Nodes that each law over speed 
 _ANGLES: dict[str, tuple[str, ...]] = {"steady_load": (), "angle_load": OF_ANGLE}
 """Nodes that a load over angle needs."""
 
-
 OF_CYLINDERS = (
     "crank_ratio", "row", "pressure_scale", "crankcase_pressure", "offset_ratio", *FRICTION_NAMES,
     "bore", "double_radius", "reciprocating_mass", "friction_torque", "cylinder_set",
@@ -189,7 +184,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
             "start_angle", "closure", "tolerance", "method", "inertia_model", "crank_angle",
             "close_angle", *acting,
         ))),
-        make=_solve_given_torque if by_torque else _solve, on_card=True,
+        make=for_given_torque(_solve) if by_torque else _solve, on_card=True,
         source="mathematics: energy form of Kakaitsas eq. 3.1",
     )  # fmt: skip
 
@@ -203,7 +198,7 @@ def _inertia_search(solution: Node) -> Node:
     return replace(
         solution, name="inertia_search", long_name="inertia for the wanted delta",
         gives=("inertia_required", "search_status"),
-        make=_search_given_torque if by_torque else _search,
+        make=for_given_torque(_search) if by_torque else _search,
         needs=(*needs, "wanted_delta", *swing), source="this project",
     )  # fmt: skip
 
@@ -267,9 +262,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "cycle_delta", r"\delta_i", "1",
-        "range of the speed within each cycle over its mean over all of them",
-        "this project", kind="value", adds=("firing_cycle",),
-        removes=("close_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
+        "range of the speed within each cycle over its mean over all of them", "this project",
+        adds=("firing_cycle",), removes=("close_angle",), make=_cycle_delta, width=MOST_CYCLES * 8,
         extreme_of=("omega", "of_cycles"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),

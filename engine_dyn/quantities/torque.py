@@ -9,8 +9,8 @@ import numpy as np
 from engine_dyn.forces import shaft_torque, torque
 from engine_dyn.quantities.features.torque_tables import OF_ANGLE
 from engine_dyn.quantities.friction import gas_of, stroke_friction, train_of
-from engine_dyn.quantities.node import Node, balance_of, hidden, quotient
-from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, kernel_inputs, without_cylinders
+from engine_dyn.quantities.node import Node, balance_of, formula, hidden, quotient
+from engine_dyn.quantities.speed import OF_CYLINDERS, OF_TORQUE, for_given_torque, kernel_inputs
 from engine_dyn.speed.fields import FRICTION_NAMES, TORQUE_NAMES, TORQUE_RESULTS
 
 _OF_CYLINDERS = (*OF_CYLINDERS, "speed", "tolerance")
@@ -23,10 +23,6 @@ def _torque_solution(**needs: Any) -> Any:
     from engine_dyn.speed.torque import torque_extremes
 
     return torque_extremes(**kernel_inputs(needs))
-
-
-def _torque_solution_given(period: float, **needs: Any) -> Any:
-    return _torque_solution(**without_cylinders(period), **needs)
 
 
 def _solution(when: str, *needs: str, make: Any = _torque_solution) -> Node:
@@ -94,8 +90,8 @@ def _shaft_extremes(
 NODES: tuple[Node, ...] = (
     _solution("by_pressure steady_load", *_OF_CYLINDERS, "driven"),
     _solution("by_pressure angle_load", *_OF_CYLINDERS, "driven", *OF_ANGLE),
-    _solution("by_torque steady_load", *_GIVEN, make=_torque_solution_given),
-    _solution("by_torque angle_load", *_GIVEN, *OF_ANGLE, make=_torque_solution_given),
+    _solution("by_torque steady_load", *_GIVEN, make=for_given_torque(_torque_solution)),
+    _solution("by_torque angle_load", *_GIVEN, *OF_ANGLE, make=for_given_torque(_torque_solution)),
     *(_torque_result(*row) for row in TORQUE_RESULTS),
     Node(
         "indicated_torque_mean", "", "N m",
@@ -105,9 +101,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "Kakaitsas eq. 3.5",
-        when="by_pressure", make=lambda indicated_torque_mean, friction_torque: balance_of(
-            indicated_torque_mean, friction_torque
-        ),
+        when="by_pressure", **formula(balance_of, "indicated_torque_mean", "friction_torque"),
     ),
     Node(
         "torque_mean", "M_{mean}", "N m", "mean brake torque over the cycle", "as given",
@@ -120,8 +114,7 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "torque_ratio", "M_{max}/M_{mean}", "1", "ratio of largest to mean torque",
-        "Kakaitsas section 5.4",
-        make=lambda torque_max, torque_mean: quotient(torque_max, torque_mean),
+        "Kakaitsas section 5.4", **formula(quotient, "torque_max", "torque_mean"),
     ),
     Node(
         "indicated_torque_solution", "", "", "extremes of the indicated torque",
@@ -152,15 +145,12 @@ NODES: tuple[Node, ...] = (
         "torque_irregularity", r"\mu", "1",
         "coefficient of torque irregularity, range over mean of the indicated torque",
         "Power units, lecture 18",
-        make=lambda indicated_torque_range, indicated_torque_mean: quotient(
-            indicated_torque_range, indicated_torque_mean
-        ),
+        **formula(quotient, "indicated_torque_range", "indicated_torque_mean"),
     ),
     Node(
         "torque_irregularity_brake", r"\mu_e", "1",
         "coefficient of torque irregularity, range over mean of the brake torque",
-        "after Power units, lecture 18",
-        make=lambda torque_range, torque_mean: quotient(torque_range, torque_mean),
+        "after Power units, lecture 18", **formula(quotient, "torque_range", "torque_mean"),
     ),
     Node(
         "brake_power", "P_e", "W", "brake power at nominal speed",

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine_dyn.forces.torque import piston_area
 from engine_dyn.loads.laws import LAWS
-from engine_dyn.quantities.node import Node, hidden, quotient
+from engine_dyn.quantities.node import Node, hidden, quotient, variants
 from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import PENDULUMS, WILSON, joined
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS, NO_STEADY_STATE
@@ -81,10 +81,7 @@ def _modes(
     system, bad = _system(
         shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness
     )
-    modes = natural_modes(system, speed_of_modes)
-    count = np.size(mode)
-
-    results = {}
+    modes, count, results = natural_modes(system, speed_of_modes), np.size(mode), {}
     if "mode_node" in wanted:
         results["mode_node"] = _first_modes(zero_crossings(system, modes), count, bad, 1)
     return results | {
@@ -347,20 +344,22 @@ NODES: tuple[Node, ...] = (
     _load_slope("table with_driver", (), lambda driven, speed: _table_slope(driven, speed)),
     _load_slope("table no_driver", (),
                 lambda driven, speed, load_gear: _table_slope(driven, speed, load_gear)),
-    hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
-           lambda: 0.0, when="steady_load"),
-    hidden("load_swing", "1", "factor on the harmonics of the load over angle, at the crank",
-           lambda load_gear, load_table_factor: load_gear * load_table_factor, when="angle_load"),
-    hidden(
-        "throw_reciprocating_inertia", "kg m2",
-        "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
-        lambda throw: 0.0 * throw, when="reciprocating_included",
+    *variants(
+        Node("load_swing", "", "1", "factor on the harmonics of the load over angle, at the crank",
+             public=False),
+        {
+            "steady_load": lambda: 0.0,
+            "angle_load": lambda load_gear, load_table_factor: load_gear * load_table_factor,
+        },
     ),
-    hidden(
-        "throw_reciprocating_inertia", "kg m2",
-        "mean inertia of the reciprocating masses of each throw, where its disc does not have it",
-        lambda mean_reciprocating_inertia_of_throw: mean_reciprocating_inertia_of_throw,
-        when="reciprocating_added",
+    *variants(
+        Node("throw_reciprocating_inertia", "", "kg m2", "mean inertia of the reciprocating masses "
+             "of each throw, where its disc does not have it", public=False),
+        {
+            "reciprocating_included": lambda throw: 0.0 * throw,
+            "reciprocating_added": lambda mean_reciprocating_inertia_of_throw:
+            mean_reciprocating_inertia_of_throw,
+        },
     ),
     hidden(
         "mean_reciprocating_inertia_of_throw", "kg m2",
@@ -403,8 +402,7 @@ NODES: tuple[Node, ...] = (
             ("reciprocating_included", (), lambda shaft_system, **values: shaft_system.inertia(
                 values, np.zeros(len(shaft_system.throws)))),
             ("reciprocating_added", ("mean_reciprocating_inertia",),
-             lambda shaft_system, mean_reciprocating_inertia, **values:
-             shaft_system.inertia(
+             lambda shaft_system, mean_reciprocating_inertia, **values: shaft_system.inertia(
                  values, np.zeros(len(shaft_system.throws))) + mean_reciprocating_inertia),
         )
     ),
@@ -412,14 +410,12 @@ NODES: tuple[Node, ...] = (
         "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
         kind="stage", public=False, needs=(*_OF_SYSTEM, "speed_of_modes", "mode"),
         gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
-        width=OF_MODES,
-        source=WILSON, of_shaft=_ELASTIC,
+        width=OF_MODES, source=WILSON, of_shaft=_ELASTIC,
     ),
     _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
     _of_modes("mode_shape", "a", "1",
               "mode shape: amplitude of each disc, in its own turns, over that of the disc that "
-              "moves most",
-              ("disc",)),
+              "moves most", ("disc",)),
     _of_modes("mode_node", "x_0", "1",
               "node of a mode: where in a shaft it does not move, as the part of the way from its "
               "first disc", ("shaft",)),
@@ -434,8 +430,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "modal_damping_ratio", r"\zeta_m", "1",
         "damping ratio of each undamped mode, from the losses of its shape: for small damping",
-        WILSON,
-        needs=("torsional_damping",), adds=("mode",),
+        WILSON, needs=("torsional_damping",), adds=("mode",),
     ),
     *(
         Node(name, "", "rad s-1", f"{text} of each damped mode", WILSON, public=False,
@@ -494,8 +489,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "mode_vector_sum", r"|\sum a_j e^{i\nu\psi_j}|", "1",
         "sum of the phase vectors of all throws, each times the amplitude of its disc in a mode",
-        WILSON, removes=("throw", "disc"),
-        make=_vector_sum,
+        WILSON, removes=("throw", "disc"), make=_vector_sum,
     ),
     Node(
         "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
@@ -504,8 +498,8 @@ NODES: tuple[Node, ...] = (
         needs=(*_OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
                *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
                f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing",
-               "pressure_scale",
-               "crankcase_pressure", "bore", "reciprocating_mass", "double_radius"),
+               "pressure_scale", "crankcase_pressure", "bore", "reciprocating_mass",
+               "double_radius"),
     ),
     _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
             public=False, width=COMPLEX),
@@ -519,12 +513,10 @@ NODES: tuple[Node, ...] = (
             "twist between the two discs of each shaft, half of its range over the cycle",
             ("shaft",), si=DEGREE),
     _result("crankshaft_twist_half_range", r"\hat{\Delta\theta}_F", "degree",
-            "twist between disc 1 and flywheel, half of its range over the cycle",
-            si=DEGREE),
+            "twist between disc 1 and flywheel, half of its range over the cycle", si=DEGREE),
     _result("shaft_torque_half_range", r"\hat T", "N m",
             f"{_SHAFT_TORQUE}, half of its range over the cycle", ("shaft",)),
-    _result("shaft_torque_lowest", "", "N m", f"least {_SHAFT_TORQUE}", ("shaft",),
-            public=False),
+    _result("shaft_torque_lowest", "", "N m", f"least {_SHAFT_TORQUE}", ("shaft",), public=False),
     _result("shaft_torque_highest", "", "N m", f"largest {_SHAFT_TORQUE}", ("shaft",),
             public=False),
     _result("shaft_loss", "P", "W", "mean power lost in each shaft, coupling or damper",

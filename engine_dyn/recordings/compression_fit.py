@@ -36,7 +36,6 @@ MISFIT = 0.003
 LAST_END = -10.0 * DEGREE
 """Latest end of the compression in the fit [rad]: combustion begins after it."""
 
-
 GAS_START, WALL = 380.0, 430.0
 """Temperatures of charge and walls [K], which enter only the shape of the heat loss."""
 

@@ -34,7 +34,6 @@ from engine_dyn.units import BAR, DEGREE
 LOSS_ANGLE = (0.3 * DEGREE, 1.0 * DEGREE)
 """Range of angles before dead centre at which the pressure of a motored cycle is largest."""
 
-
 PEAK_WINDOW = 8.0 * DEGREE
 
 SYMMETRY = (10.0 * DEGREE, 70.0 * DEGREE)

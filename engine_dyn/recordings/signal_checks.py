@@ -30,7 +30,6 @@ LARGEST = 1e10  # Pressure [Pa] beyond which a value is invalid
 
 LEAST_SAMPLES = 16
 
-
 MOST_DRIFT = 0.05 * BAR
 """Change of the inlet pressure from the first to the last cycle that counts as drift."""
 

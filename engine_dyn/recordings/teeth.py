@@ -15,7 +15,6 @@ an extra pulse cuts it to half or less; speed and tooth errors change it far les
 
 NAMED = 5  # Largest number of faults that are reported one by one
 
-
 SHORTEST, LONGEST = 1e-9, 1e6  # Shortest and longest interval between teeth [s] that is accepted
 
 

@@ -55,7 +55,6 @@ plus a constant, because both solutions see a tabulated diagram's knots alike an
 columns. Both were measured with benchmarks.stress: no error of 800 rough diagrams exceeded the
 estimate, and columns missed up to 7.7e-10 of delta, most with 10 and 12 cylinders."""
 
-
 CHUNK_OF_ARRAYS = 1 << 16
 
 
@@ -90,7 +89,6 @@ def compare(
 
 
 NOWHERE = np.zeros(0)
-
 
 FINEST = 16  # Designs that miss the tolerance are solved again with more nodes, up to this factor
 

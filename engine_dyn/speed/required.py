@@ -21,12 +21,10 @@ from engine_dyn.types import Floats
 Codes = npt.NDArray[np.int8]
 Places = npt.NDArray[np.intp]
 
-
 MOST_STEPS = 60
 LONGEST_STEP = np.log(16.0)
 SLOPES = -4.0, -0.25
 """Range of slopes of log delta over log Theta; a secant outside it is replaced by -1."""
-
 
 _WHOLE = (
     "family", "closure", "cylinders_by_count", "threads", "driven", "general", "finer", "iterated",

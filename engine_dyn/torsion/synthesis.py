@@ -32,7 +32,6 @@ root mean square of the curve."""
 MISSED = 1.5 * 1.5 * 2.5 * 0.5 * 0.5 / 120.0
 """Error of the polynomial half a step from a sample, over d^5 times the fifth derivative."""
 
-
 LOW = 32
 """Samples of a block: cosines come from a table within it, and are rotated from block to block."""
 

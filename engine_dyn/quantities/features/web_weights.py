@@ -292,26 +292,10 @@ def _of_webs(
     ]  # fmt: skip
 
 
-def _unbalance(**needs: Any) -> Any:
-    return unbalance(crankshaft(needs))
-
-
-def _couple(**needs: Any) -> Any:
-    return couple(crankshaft(needs))
-
-
-def _on_journals(*, main_bearing: Any, **needs: Any) -> Any:
-    return on_journals(crankshaft(needs), main_bearing)
-
-
 BENDING = (
     *OF_WEBS, "cylinder_spacing", "bank_offset", "double_radius", "journal_rod_mass",
     "journal_throw_mass",
 )  # fmt: skip
-
-
-def _bending(*, speed: Any, bay: Any, **needs: Any) -> Any:
-    return largest_bending(crankshaft(needs), bay) * speed**2
 
 
 def _largest_bending(*, speed: Any, **needs: Any) -> Any:
@@ -323,22 +307,25 @@ def _largest_bending(*, speed: Any, **needs: Any) -> Any:
 
 
 NODES: tuple[Node, ...] = (
-    *_of_webs("web_unbalance", "kg m", "unbalance of the counterweights of webs", (), _unbalance),
+    *_of_webs("web_unbalance", "kg m", "unbalance of the counterweights of webs", (),
+              lambda **needs: unbalance(crankshaft(needs))),
     *_of_webs(
         "web_unbalance_couple", "kg m2",
         "unbalance of the counterweights of webs times distance from the middle of the crank",
-        ("cylinder_spacing",), _couple,
+        ("cylinder_spacing",), lambda **needs: couple(crankshaft(needs)),
     ),
     *_of_webs(
         "journal_web_unbalance", "kg m",
         "unbalance of the counterweights of webs that a main journal bears",
-        ("cylinder_spacing", "main_bearing"), _on_journals,
+        ("cylinder_spacing", "main_bearing"),
+        lambda main_bearing, **needs: on_journals(crankshaft(needs), main_bearing),
     ),
     Node(
         "bay_bending_moment", "M_b", "N m",
         "largest bending moment of the shaft between the main bearings beside each throw, due to "
         "centrifugal forces, each bay a simply supported beam",
-        "this project", needs=(*BENDING, "speed", "bay"), make=_bending, throws=True,
+        "this project", needs=(*BENDING, "speed", "bay"), throws=True,
+        make=lambda speed, bay, **needs: largest_bending(crankshaft(needs), bay) * speed**2,
     ),
     Node(
         "bay_bending_moment_max", "M_{b,max}", "N m",

@@ -139,7 +139,6 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
 
 MOST_PASSES = 40  # Largest number of passes; designs that need more are left to the general solver
 
-
 ROUNDING = 2e-15  # Change of the remainder r from pass to pass that is only rounding
 
 

@@ -37,7 +37,6 @@ MOST_CYCLES = 80  # Largest number of cycles that are followed from one start
 MOST_STEPS = 600
 """Largest number of Radau's steps for each node of a design; most need less than 100."""
 
-
 GROWTH = 4.0  # Margin on the growth of the energy, for curves that are flat near their minimum
 
 
