@@ -10,8 +10,10 @@ from scipy.special import ellipk
 from oracle import designs, golden, solution
 from oracle.collocation import collocate
 from oracle.solution import CYCLE, Design, Problem, periodic_speed, solve
+from tests.support.held_out import items
+from tests.support.tiers import each_once, every
 
-ITEMS = {item.name: item for item in designs.held_out()}
+ITEMS = items()
 GOLDEN = golden.read()
 ACCURACY = 1e-10  # what the oracle claims
 
@@ -79,6 +81,7 @@ def test_constant_load_on_a_harmonic_torque(closure: str, q: float) -> None:
         assert speed == pytest.approx(expected, rel=ACCURACY)
 
 
+@pytest.mark.slow
 def test_constant_load_stalls_beyond_twice_the_square_of_the_speed() -> None:
     # The level above times q tends to 2 at q = 1, the largest amplitude that leaves y positive;
     # it was 1.74 in the last case above.
@@ -165,9 +168,10 @@ def manufactured(exponent: float, varying: bool, closure: str) -> Problem:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("exponent", designs.EXPONENTS)
-@pytest.mark.parametrize("varying", [False, True])
-@pytest.mark.parametrize("closure", designs.CLOSURES)
+@pytest.mark.parametrize(
+    ("exponent", "varying", "closure"),
+    each_once(designs.EXPONENTS, (False, True), designs.CLOSURES),
+)
 def test_both_methods_find_a_manufactured_speed(
     exponent: float, varying: bool, closure: str
 ) -> None:
@@ -196,7 +200,7 @@ ENGINES = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("name", every(3, ENGINES))
 def test_solution_is_consistent(name: str) -> None:
     """Second method, closure, mean speed, load and golden record."""
     item = ITEMS[name]

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from oracle import golden, spline
-from oracle.designs import HeldOut, _mean, held_out
-from tests.support.held_out import diagram_of
+from oracle.designs import HeldOut, _mean
+from tests.support.held_out import diagram_of, items
 
 GOLDEN = golden.read()
-ITEMS = {item.name: item for item in held_out()}
+ITEMS = items()
 KNOTS = np.radians(np.arange(-360.0, 360.0, 0.5))
 NAMES = {
     spline.CONVERGED: "converged", spline.STALLED: "stalled",

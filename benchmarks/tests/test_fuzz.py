@@ -24,6 +24,7 @@ from benchmarks.fuzz.targets import TARGETS
 from benchmarks.tables import toml_text
 from benchmarks.workers import Lost, answers, in_processes
 from sweeps.scene.design_files.design_files import read_designs
+from tests.support.tiers import all_but
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -31,7 +32,11 @@ EXAMPLES = {"figures": 2, "archive": 12, "engine": 12, "recording": 8}
 """Inputs of a target where they take long; else as many as the profile says."""
 
 
-@pytest.mark.parametrize("name", list(TARGETS))
+LONG = ("figures", "archive", "recording", "binary table")
+"""Targets whose inputs are drawn as figures or read in processes of their own."""
+
+
+@pytest.mark.parametrize("name", all_but(LONG, TARGETS))
 def test_hostile_input_is_taken_or_refused_in_one_line(name: str) -> None:
     make, check = TARGETS[name]
     count = EXAMPLES.get(name, settings.default.max_examples if settings.default else 25)
@@ -77,6 +82,7 @@ def test_damaged_bytes_are_taken_or_refused() -> None:
 
 
 @in_forks
+@pytest.mark.slow
 def test_a_campaign_of_damage_keeps_what_went_wrong(tmp_path: Path) -> None:
     counts = damage.campaign(tmp_path, 0, 3, 4, 1)
     assert counts["files"] == 3 and counts["wrong"] == 0
@@ -112,6 +118,7 @@ def test_structures_of_a_file_are_found() -> None:
         assert found.count(b"OHDR") == data.count(b"OHDR"), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [b"_Netcdf4Dimid", b"DIMENSION_LIST", b"CLASS", b"half_width"])
 def test_attributes_that_netcdf_would_not_write(name: bytes, tmp_path: Path) -> None:
     """A list of dimensions that said it was a list of texts crashed the library, a type that it

@@ -219,6 +219,7 @@ print(real[0, 1].hex(), source_hash())
 """
 
 
+@pytest.mark.slow
 def test_no_code_is_stale_after_an_edit(tmp_path: Path) -> None:
     """A kernel is compiled again when a module that it calls has changed, and only then."""
     package = tmp_path / "engine_dyn"

@@ -12,6 +12,7 @@ from engine_dyn.status import CONVERGED
 from oracle import solution
 from tests.support.differences import slope
 from tests.support.held_out import design_of, family_of, inputs_of
+from tests.support.tiers import each_once
 
 pytestmark = [pytest.mark.compiled, pytest.mark.quick]
 
@@ -29,9 +30,10 @@ def inputs(cylinders: int = 1, **changes: Any) -> dict[str, Any]:
     return {**inputs_of(design, family_of(design, 1.0)), "inertia": INERTIA, **changes}
 
 
-@pytest.mark.parametrize("cylinders", [1, 4, 7, 11])
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 1.6, 2.0])
-@pytest.mark.parametrize("model", INERTIA_MODELS)
+@pytest.mark.parametrize(
+    ("cylinders", "exponent", "model"),
+    each_once((1, 4, 7, 11), (0.0, 1.0, 1.6, 2.0), INERTIA_MODELS),
+)
 def test_curves_are_those_of_the_oracle(cylinders: int, exponent: float, model: str) -> None:
     design = replace(
         design_of(NAME), cylinders=cylinders, load_exponent=exponent, inertia_model=model

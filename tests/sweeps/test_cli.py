@@ -125,6 +125,7 @@ def test_an_option_with_one_value_is_given_once(name: str) -> None:
     assert "given" not in invoke(name, "--help", "--help").output.splitlines()[0]
 
 
+@pytest.mark.slow
 def test_a_scene_comes_from_the_standard_input_or_a_pipe(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(SCENE)
     output = tmp_path / "out.nc"

@@ -20,6 +20,7 @@ from sweeps.base.errors import SceneError
 from sweeps.base.netcdf import netcdf_child, netcdf_whole
 from tests.support.archives import PLAIN, run, sound_archive
 from tests.support.commands import invoke, ok, refused
+from tests.support.tiers import all_but
 from tests.sweeps.processes import COMMAND, ROOT, python
 
 READING = ("info", "show", "compare", "export", "plot", "rerun", "merge", "extend")
@@ -39,7 +40,7 @@ def words(command: str, path: Path, folder: Path) -> list[str | Path]:
     return [command, path, *more.get(command, [])]
 
 
-@pytest.mark.parametrize("size", [0, 100, 3000, 0.5, 0.9])
+@pytest.mark.parametrize("size", all_but((0, 3000, 0.9), (0, 100, 3000, 0.5, 0.9)))
 def test_cut_archives(size: float, tmp_path: Path) -> None:
     path, whole = tmp_path / "cut.nc", sound_archive()
     path.write_bytes(whole[: int(size * len(whole)) if size < 1 else int(size)])
@@ -70,6 +71,7 @@ def with_damaged_stretch() -> bytes:
     return bytes(data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [with_zero_size, with_damaged_stretch])
 def test_a_heap_without_sizes_does_not_hang(
     make: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

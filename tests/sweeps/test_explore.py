@@ -1,7 +1,9 @@
 """The explorer of whole archives: widgets move, and what is drawn changes."""
 
+from importlib.util import find_spec
 from typing import Any
 
+import lazy_loader
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,9 +13,12 @@ import sweeps
 from sweeps.view.report.explore import explore
 from tests.support.reports import SCENE
 
-panel = pytest.importorskip("panel")
+panel = lazy_loader.load("panel")  # takes a second or two, which other tests need not wait for
 
-pytestmark = pytest.mark.compiled
+pytestmark = [
+    pytest.mark.compiled,
+    pytest.mark.skipif(find_spec("panel") is None, reason="panel is not installed"),
+]
 
 
 @pytest.fixture(scope="module")

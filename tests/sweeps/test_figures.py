@@ -22,6 +22,7 @@ from sweeps.view.figures.sheet import new_sheet
 from sweeps.view.figures.study import study_of
 from sweeps.view.figures.wording import axis_label, number_text, unit_text, value_text, wrap
 from tests.support.figures import assert_inside, plain, plates, style, texts, variable, words
+from tests.support.tiers import all_but
 
 ATTRIBUTES = {
     "reciprocating_mass": ("reciprocating mass per cylinder", "m", "kg"),
@@ -234,6 +235,7 @@ def test_the_thesis_gets_its_figures(thesis_plates: dict) -> None:
     assert "Torque, load torque and speed" in texts(thesis_plates["torque_and_speed"])
 
 
+@pytest.mark.slow
 def test_nothing_is_written_outside_a_figure_or_over_its_data(thesis_plates: dict) -> None:
     axes = {"inertia": np.geomspace(0.5, 12, 9), "speed": np.linspace(600, 3000, 8)}
     study = plates(product({"method": ["thesis", "newton"]}, **axes), laid_out=True)
@@ -272,6 +274,7 @@ def test_what_the_figures_of_the_thesis_draw(thesis_plates: dict) -> None:
     assert any(text.startswith("\N{MINUS SIGN}Mean friction torque") for text in lines)
 
 
+@pytest.mark.slow
 def test_what_is_left_of_figures_and_of_published_values_in_other_units() -> None:
     assert len(plates(thesis_like()[["position", "velocity"]])["kinematics"].axes) == 2
     data = thesis_like().drop_vars("load_torque")
@@ -340,6 +343,7 @@ def test_one_axis_gives_curves_and_one_value_is_a_slice() -> None:
     assert "$n$ = 1200 rpm" in texts(found["delta_inertia"])
 
 
+@pytest.mark.slow
 def test_maps_over_two_axes_and_more() -> None:
     data = product(inertia=np.geomspace(0.5, 12, 8), speed=np.linspace(600, 3000, 6))
     found = plates(data)
@@ -546,7 +550,7 @@ def test_designs_beside_axes() -> None:
     assert titles == ["$L$ = 10 %", "$L$ = 90 %"]
 
 
-@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("kind", all_but(("png", "pdf"), ("png", "svg", "pdf")))
 def test_files_are_written_and_come_out_the_same_again(tmp_path, kind: str) -> None:
     data = product(inertia=np.geomspace(0.5, 12, 5), speed=np.linspace(600, 3000, 5))[["delta"]]
     before = data.copy(deep=True)

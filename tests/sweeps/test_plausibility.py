@@ -135,6 +135,7 @@ def test_silenced_warnings_are_names_of_checks(given: Any, message: str) -> None
         read_scene({**SCENE, "silenced_warnings": given})
 
 
+@pytest.mark.slow
 def test_archives_keep_the_lines_whatever_way_they_are_made(tmp_path: Path) -> None:
     asked, axes = (
         SCENE["output"]["quantities"],

@@ -7,6 +7,7 @@ import sys
 from typing import Any
 
 import numpy as np
+import pytest
 from threadpoolctl import threadpool_info
 
 from sweeps.base.one_thread import linear_algebra_on_one_thread
@@ -76,6 +77,7 @@ def printed(threads: int) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_one_and_several_threads_give_the_same_bits() -> None:
     one = printed(1)
     assert len(one) > 8

@@ -1,7 +1,10 @@
 """Each stage only on its axes, nothing that nobody asked for, and what is really called."""
 
 import json
-from collections.abc import Mapping
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -14,7 +17,7 @@ from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.scenes import asking
 from tests.support.shafts import complete_shaft
-from tests.sweeps.processes import ROOT, python
+from tests.sweeps.processes import ROOT
 
 EVERYTHING = {
     "crank_ratio": [0.2, 0.25, 0.3], "load": [0, 50], "speed": [1000, 1200, 1500, 2000],
@@ -151,10 +154,9 @@ from sweeps.scene.plan.plan import make_plan
 from sweeps.running.compute.in_memory import compute
 from sweeps.scene.reading import read_scene
 
-scene, table, designs = json.loads(sys.argv[1])
-plan = make_plan(read_scene(scene))
+table, designs = json.loads(sys.argv[1])
 folder = str(Path(engine_dyn.__file__).parent)
-calls, tables, lock = {}, [], threading.Lock()
+lock = threading.Lock()
 
 def named(code):
     if not code.co_filename.startswith(folder):
@@ -171,12 +173,16 @@ def count(frame, event, _):
             if name in table and named(frame.f_back.f_code) in designs:
                 tables.append(list(frame.f_locals["table"].gas.shape))
 
-threading.setprofile(count)
-sys.setprofile(count)
-results = compute(plan, threads=2)
-sys.setprofile(None)
-threading.setprofile(None)
-print(json.dumps([calls, tables, {name: array.shape for name, array in results.items()}]))
+for line in sys.stdin:
+    plan = make_plan(read_scene(json.loads(line)))
+    calls, tables = {}, []
+    threading.setprofile(count)
+    sys.setprofile(count)
+    results = compute(plan, threads=2)
+    sys.setprofile(None)
+    threading.setprofile(None)
+    shapes = {name: array.shape for name, array in results.items()}
+    print(json.dumps([calls, tables, shapes]), flush=True)
 """
 
 
@@ -196,18 +202,32 @@ class Called:
         return {name: n for name, n in self.calls.items() if name.startswith(file)}
 
 
-@cache
-def _run(scene: str) -> Called:
-    asked = json.dumps([json.loads(scene), NAMES["table"], NAMES["of designs"]])
-    done = python(PROGRAM, asked, environment={"NUMBA_DISABLE_JIT": "1"})
-    assert done.returncode == 0, done.stderr
-    return Called(*json.loads(done.stdout))
+@pytest.fixture(scope="module")
+def called() -> Iterator[Callable[..., Called]]:
+    """Computes a scene and says what it called. One process does all of them: it starts slowly."""
+    asked = json.dumps([NAMES["table"], NAMES["of designs"]])
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, asked], cwd=ROOT, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"},
+    ) as process:  # fmt: skip
+        stdin, stdout = process.stdin, process.stdout
+        assert stdin is not None and stdout is not None
 
+        @cache
+        def run(scene: str) -> Called:
+            stdin.write(scene + "\n")
+            stdin.flush()
+            line = stdout.readline()
+            assert line, "the process has ended: its words are on the standard error"
+            return Called(*json.loads(line))
 
-def called(*quantities: str, engine: str = "ntua", **tables: Any) -> Called:
-    """Compute a scene and say what it called."""
-    output = {"quantities": list(quantities), "angle_step": 10.0}
-    return _run(json.dumps({"engine": engine, "output": output, **tables}))
+        def computed(*quantities: str, engine: str = "ntua", **tables: Any) -> Called:
+            output = {"quantities": list(quantities), "angle_step": 10.0}
+            return run(json.dumps({"engine": engine, "output": output, **tables}))
+
+        yield computed
+        stdin.close()
 
 
 @pytest.mark.parametrize("place", [place for places in NAMES.values() for place in places])
@@ -216,7 +236,7 @@ def test_what_is_counted_is_there(place: str) -> None:
     assert f"def {name}(" in (ROOT / "engine_dyn" / file).read_text(encoding="utf-8")
 
 
-def test_the_gas_work_is_made_once_for_designs_that_share_it() -> None:
+def test_the_gas_work_is_made_once_for_designs_that_share_it(called: Callable[..., Called]) -> None:
     inertias = [2.0 + 0.1 * i for i in range(10)]
     axes = {"inertia": inertias, "reciprocating_mass": [4.0, 5.0], "speed": [1100, 1200]}
     run = called("delta", axes=axes)
@@ -229,7 +249,7 @@ def test_the_gas_work_is_made_once_for_designs_that_share_it() -> None:
     assert len(ratios.tables) == 3
 
 
-def test_even_firing_solves_one_firing_period() -> None:
+def test_even_firing_solves_one_firing_period(called: Callable[..., Called]) -> None:
     one = called("delta", axes={"inertia": [2.0, 3.0]})
     two = called("delta", axes={"inertia": [2.0, 3.0]}, set={"cylinders": 2})
     (nodes, _), (part, _) = one.tables[0], two.tables[0]
@@ -238,13 +258,15 @@ def test_even_firing_solves_one_firing_period() -> None:
 
 
 @pytest.mark.parametrize("exponent", [*sorted(DIRECT), 1.3])
-def test_load_exponents_in_closed_form_never_iterate_and_others_do(exponent: float) -> None:
+def test_load_exponents_in_closed_form_never_iterate_and_others_do(
+    exponent: float, called: Callable[..., Called]
+) -> None:
     run = called("delta", axes={"inertia": [2.0, 3.0]}, set={"load_exponent": exponent})
     assert run.of("speed") == 1
     assert (run.of("iterations") == 0) == (exponent in DIRECT)
 
 
-def test_no_trace_is_stored_unless_asked() -> None:
+def test_no_trace_is_stored_unless_asked(called: Callable[..., Called]) -> None:
     without = called("delta", axes={"inertia": [2.0, 3.0]})
     assert without.of("traces") == 0
     assert set(without.shapes) == {"delta", "status"}
@@ -253,7 +275,7 @@ def test_no_trace_is_stored_unless_asked() -> None:
     assert stored.shapes["omega"] == [2, 72]
 
 
-def test_torque_never_solves_for_the_speed() -> None:
+def test_torque_never_solves_for_the_speed(called: Callable[..., Called]) -> None:
     run = called("torque_max", "torque_mean", "energy_swing", axes={"speed": [1000, 1200]})
     assert run.of("torque") == 1
     assert run.of("mean gas") == 1

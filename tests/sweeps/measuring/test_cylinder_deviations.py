@@ -130,6 +130,7 @@ def test_a_sound_engine_has_no_alarms_and_a_dead_cylinder_no_missed_cycle(
     assert not (found["missed"] > 0.0).any()
 
 
+@pytest.mark.slow
 def test_false_alarms_are_as_many_as_asked_for(tmp_path: Path, pressures: Any) -> None:
     """One alarm in ten cycles, so that there are enough to count; within four deviations."""
     record(tmp_path / "long.csv", pressures, factors(12, cycles=600))
