@@ -63,7 +63,8 @@ class CrankTrain(NamedTuple):
     double_radius: Any  # Twice the crank radius, 2 r [m], the stroke of an engine without offset
     cylinders: Any  # Cylinder set of each design, or its number of evenly firing equal cylinders
     period: float  # Crank angle of the cycle [rad]
-    # Distance of the line on which the piston pin moves from the crank's axis, over its radius [1].
+    # Distance from the crank's axis to the line on which the piston pin moves, over the crank
+    # radius [1].
     offset: Any = 0.0
     by_count: CylindersByCount | None = None  # Cylinders of each cylinder set
 

@@ -166,7 +166,7 @@ class Cylinders:
 
     # Crank angle after which everything repeats [rad]: a cycle, or several with a firing pattern.
     period: float
-    # Cylinders in the order of their numbers; of firing, where no order is known.
+    # Cylinders by their numbers, which count the firings where no firing order is known.
     members: tuple[Member, ...]
     arrangement: Arrangement | None = None  # Throws and banks of the engine, where they are known
     cycles: int = 1  # Number of cycles in the period

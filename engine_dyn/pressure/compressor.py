@@ -454,7 +454,7 @@ class PumpCycle:
                 f"suction_loss = {self.suction_loss / BAR:.6g} bar: must be at most half of "
                 "suction_pressure"
             )
-        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # raises if it cannot turn
+        slider_crank.position(0.0, self.crank_ratio, self.offset_ratio)  # a stuck crank raises
 
     def pressure_and_slope(self, phi: ArrayLike) -> tuple[Floats, Floats]:
         """Absolute pressure [Pa] and its derivative [Pa/rad] at crank angles [rad]."""

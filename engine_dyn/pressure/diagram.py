@@ -99,7 +99,7 @@ class Diagram:
         """Angle [rad] where the spline is largest beside the largest tabulated pressure."""
         top = int(np.argmax(self.pressure))
         count = len(self.angle)
-        # The maximum lies in the interval to which the spline rises from the largest knot.
+        # The maximum lies on the side to which the spline rises from the knot of largest pressure.
         left = top if self.slope[top] >= 0.0 else (top - 1) % count
         right = (left + 1) % count
         step = (self.angle[right] - self.angle[left]) % self.period
@@ -242,7 +242,7 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
         Whether slopes are wanted.
     """
     formula = _slope_of if slopes else _pressure_of
-    # As many diagrams are computed together as have values that fit in a processor's cache.
+    # Number of diagrams that are computed together: their values fit in a processor's cache.
     most = max(1, 65536 // phi.size)
     angle, at = None, None
     first = 0
@@ -306,8 +306,8 @@ def largest_of_rows(pressure: Floats, slope: Floats, step: Floats) -> Floats:
     `step` are the steps behind the knots [rad], common to all.
     """
     after, rise = np.roll(pressure, -1, axis=1), np.roll(slope, -1, axis=1)
-    # Above its higher end, a Hermite cubic rises by at most 4/27 of the step times the slopes at
-    # which it rises into the step from either end.
+    # A Hermite cubic is nowhere above its higher end plus 4/27 of the step times the slopes that
+    # lead upwards from both ends into the step.
     most = 4.0 / 27.0 * step * (np.maximum(slope, 0.0) + np.maximum(-rise, 0.0))
     most += np.maximum(pressure, after)
     row, knot = np.nonzero(most >= pressure.max(axis=1, keepdims=True))

@@ -236,7 +236,7 @@ class DieselCycle:
 
         within = np.einsum("iq,pq->ip", h * decay, _GAUSS_INNER)
         factor = np.exp(np.einsum("iq,q->i", -h * decay, _GAUSS_WEIGHTS))
-        # What the source at each of Gauss's nodes has become at the end of its interval.
+        # Contribution of the source at each Gauss node to the pressure at the interval's end.
         growth = np.exp(within) * factor[:, None] * source
         gain = np.einsum("iq,q->i", growth, h * _GAUSS_WEIGHTS)
         coarse_factor, coarse_gain = np.ones(count), np.zeros(count)

@@ -29,7 +29,8 @@ from engine_dyn.units import DEGREE
 
 POLYTROPIC, WOSCHNI = 1, 2  # Codes of wall models with heat transfer; 0 is adiabatic
 
-HOTTEST = 4000.0  # Temperature [K] above which nothing supports a gamma that falls linearly
+HOTTEST = 4000.0
+"""Highest temperature [K] for which a ratio of specific heats that falls linearly is accepted."""
 
 # Woschni (1967) as in Heywood, section 12.4: h = 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8 with p in kPa, w =
 # 2.28 c_m + 3.24e-3 (V_h T_r)/(p_r V_r) (p - p_m); the second part counts from combustion on.
@@ -106,8 +107,8 @@ def geometry(sine: float, cosine: float, case: Case) -> tuple[float, float]:
     if offset == 0.0:
         volume = case.clearance + 0.5 * position_at(sine, cosine, ratio)
         return volume, 0.5 * velocity_at(sine, cosine, ratio)
-    # Factor from travel over crank radius to volume over swept volume: half of it without offset,
-    # less with one, because the stroke then exceeds two crank radii.
+    # Factor from travel over crank radius to volume over swept volume: 0.5 without offset, less
+    # with one, because the stroke then exceeds two crank radii.
     share = 0.5 / case.half_stroke
     top = sine_of_top(ratio, offset)
     upright = math.sqrt(1.0 - top * top)

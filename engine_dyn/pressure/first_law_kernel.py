@@ -136,7 +136,7 @@ def take_closed_rates(
             # Derivative of the loss over y, with G = gamma - 1 and dG/dy = -share (A - G).
             rising = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - share)
         elif case.wall == WOSCHNI:
-            # Logarithm of p^0.8 T^-0.55, from Woschni's formula, over its value when trapped.
+            # Logarithm of p^0.8 T^-0.55, of Woschni's formula, over that of the trapped charge.
             power = 0.25 * math.log(temperature / case.charge_temperature)
             power -= 0.8 * points.logarithm[i]
             more = 0.25

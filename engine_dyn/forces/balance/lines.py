@@ -23,15 +23,15 @@ from engine_dyn.types import Booleans, Complexes, Floats
 class Lines(NamedTuple):
     """The cylinders as lines of force, from 1 to Z."""
 
-    phase: Floats  # Angle to add to the engine's crank angle for the cylinder's own [rad]
-    direction: Floats  # Angle of the cylinder's axis from that of cylinder 1 [rad]
+    phase: Floats  # Angle to add to the engine's crank angle to get the cylinder's own [rad]
+    direction: Floats  # Angle of the cylinder's axis from the axis of cylinder 1 [rad]
     place: Floats  # Distance from the middle of the crank, in distances of neighbouring throws [1]
-    # Number of the bank less the mean of the first and last number: neighbouring banks are one
-    # offset apart along the shaft [1].
+    # Place of the bank along the shaft from the middle of all banks, in distances of neighbouring
+    # banks [1].
     bank: Floats
     mass_factor: Floats  # Reciprocating mass of the cylinder over the engine's [1]
     radius: Floats  # Crank radius of the cylinder over the engine's; rods are equally long [1]
-    throw_share: Floats  # Share of the cylinder in its throw, 1 over the rods on the pin [1]
+    throw_share: Floats  # Share of the cylinder in its throw, 1 over the number of rods there [1]
     side: Floats  # Factor on the engine's offset: -1 to the other side of the crank's axis [1]
 
     def kinds(self, crank_ratio: Any, offset: Any) -> Iterator[tuple[Any, Any, Booleans]]:

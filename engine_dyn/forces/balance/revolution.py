@@ -24,7 +24,7 @@ and 0 for forces); size up to which a sum is rounding; amplitudes, the real part
 imaginary one, of what turns with the crank, against it, and at twice its speed forwards and
 backwards."""
 
-LEAST = 5  # Row with the size below which a sum counts as rounding
+LEAST = 5  # Row of a design's numbers that holds the size up to which a sum is rounding
 
 TURN_SAMPLES = 360  # Samples of a revolution among which the largest vector is searched
 
