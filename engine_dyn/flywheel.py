@@ -51,7 +51,6 @@ ADMISSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 """Admissible coefficient of speed fluctuation of each application, from and to. Kakaitsas, section
 3.2.1; road vehicle: Power units, lecture 18."""
 
-
 VERDICTS = ("within", "below", "above")
 """Meanings of the numbers 0, 1 and 2 of a verdict on a value and its usual range."""
 

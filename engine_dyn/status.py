@@ -23,7 +23,6 @@ MEANINGS = (
     "passes_done",
 )
 
-
 WITH_NUMBERS = (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
 """Outcomes whose designs keep their numbers; those of all others are NaN."""
 

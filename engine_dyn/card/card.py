@@ -31,13 +31,9 @@ from engine_dyn.speed.work.interpolation import weights_between
 from engine_dyn.types import Booleans, Integers
 
 PIECE = 1 << 16  # Largest number of designs in one launch of the kernel
-
 BLOCK = 64  # Number of threads in a block of the card
-
 SLOTS = 2  # Number of launches that are under way at a time, each with buffers of its own
-
 LEAST_MEMORY = 256_000_000  # Bytes of the card's memory that must be free for it to be used
-
 PART_OF_MEMORY = 0.8  # Fraction of the card's free memory that is used for buffers
 
 OF_DESIGN = ("gas", "eta", "kappa", "unsure", "speed", "first", "second", "gear")

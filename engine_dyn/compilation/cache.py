@@ -186,7 +186,6 @@ def kernel(function: Callable[..., Any]) -> Any:
 inlined = formula = kernel
 """Decorators of functions that kernels call, and Python in tests; formulas take numbers only."""
 
-
 COMPILING = "compiling kernels for this kind of scene (once; later runs of the kind start at once)"
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"}

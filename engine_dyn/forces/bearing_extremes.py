@@ -27,7 +27,6 @@ INPUTS = 10
 """Rows of a design's numbers: crank ratio, offset over the crank radius, weight of the second row
 of the diagrams, and the `bearings.Factors`; the last two are those of the webs beside a journal."""
 
-
 CRESTS = 8  # Largest number of crests (samples near a maximum) kept for a design, the highest ones
 
 MEAN, RMS, COUNT, FIRST = range(4)

@@ -56,7 +56,6 @@ __all__ = [
     "velocity_harmonics",
 ]
 
-
 WHOLE = 1e-6
 """Rounding by which an order may miss a multiple of a curve's lowest order, in parts of it."""
 

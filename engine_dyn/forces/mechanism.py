@@ -79,7 +79,6 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.types import Floats, Integers
 
 GRAVITY = 9.80665  # Standard acceleration of free fall [m/s2] (CGPM 1901)
-
 SAMPLES = 720  # Number of angles of a turn at which a largest value is searched
 
 

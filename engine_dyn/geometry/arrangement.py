@@ -45,7 +45,6 @@ __all__ = [
     "symmetry",
 ]
 
-
 MOST_CYLINDERS = 24
 
 TURN = 2.0 * math.pi

@@ -32,7 +32,6 @@ from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats
 
 SEALED = -1.0  # Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`
-
 MOST_CYCLES = 64  # Largest number of cycles after which a firing pattern repeats
 
 Firings = TypeVar("Firings", tuple[float, ...], str)
@@ -148,13 +147,10 @@ class OwnCrank(NamedTuple):
 
 
 EQUAL = Member(0.0, 1.0, 1.0)  # Cylinder 1 of an engine whose cylinders are equal
-
-
 SMALLEST_RADIUS = 0.1  # Smallest crank radius of a throw, over the engine's
 
 LARGEST_FACTOR = 2.0
 """Largest factor on pressure rise or mass: beyond twice the others' it is another engine."""
-
 
 LARGEST_FIRING = 4.0
 """Largest factor of a firing pattern: few firings that keep the torque need more pressure each."""

@@ -103,8 +103,7 @@ TWO_STROKE_IN_LINE_ORDERS: dict[int, tuple[KnownOrder, ...]] = {
     6: (KnownOrder((1, 5, 3, 4, 2, 6), _MAN),),
     7: (
         KnownOrder(
-            (1, 7, 2, 5, 4, 3, 6),
-            "MAN B&W 7S80ME-C9.2: Shen, Zhang, Yang and Jia (2020), table 1",
+            (1, 7, 2, 5, 4, 3, 6), "MAN B&W 7S80ME-C9.2: Shen, Zhang, Yang and Jia (2020), table 1"
         ),
     ),
 }

@@ -33,7 +33,6 @@ from engine_dyn.types import Floats
 
 MOST_TERMS = 1_000_000
 AT_ONCE = 1024  # Number of designs whose curves are held at the same time
-
 REMAINDER = 1e-17  # Bound on the neglected rest of a sum, over the sum
 
 

@@ -388,10 +388,7 @@ def sum_of_angles(
     sine: float, cosine: float, top_sine: float, top_cosine: float
 ) -> tuple[float, float]:
     """Sine and cosine of theta from those of phi and of theta_T, docs/method.md (5)."""
-    return (
-        sine * top_cosine + cosine * top_sine,
-        cosine * top_cosine - sine * top_sine,
-    )
+    return (sine * top_cosine + cosine * top_sine, cosine * top_cosine - sine * top_sine)
 
 
 @inlined

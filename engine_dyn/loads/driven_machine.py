@@ -35,7 +35,6 @@ from engine_dyn.types import Floats
 
 REVOLUTION = 2.0 * math.pi
 MOST_REVOLUTIONS = 64  # Largest number of revolutions in the period of a torque over an angle
-
 FEWEST_POINTS = 8
 # Highest order, and largest number of orders, of a torque in closed form
 HIGHEST_ORDER, MOST_ORDERS = 64.0, 200

@@ -227,7 +227,6 @@ class FrictionShape:
 KILOPASCAL = 1e3
 
 MM = 1e3  # Millimetres in a metre
-
 ATMOSPHERE = 1.01325 * BAR  # Atmospheric pressure to which the intake pressure is related [Pa]
 
 BOUNDARY_SPEED = 1000.0

@@ -400,7 +400,6 @@ def _number(value: float) -> str:
 
 SAMPLES = 720  # Number of angles of a cycle over which a diagram's work is summed
 
-
 _FACTS = ("largest", "lowest", "peak_angle", "imep", "rise")
 
 

@@ -195,10 +195,7 @@ def tabulate(
         cases = np.stack([*columns.values(), suction, delivery], axis=-1)
         _integrate(cases, good, angle, pressure, slope, outcome)
     return CompressorDiagrams(
-        angle,
-        pressure.reshape(*shape, count),
-        slope.reshape(*shape, count),
-        outcome.reshape(shape),
+        angle, pressure.reshape(*shape, count), slope.reshape(*shape, count), outcome.reshape(shape)
     )
 
 
@@ -379,12 +376,7 @@ def follow(case: Case, angle: Floats, pressure: Floats, slope: Floats, breaks: F
 
 @kernel
 def _integrate(
-    cases: Floats,
-    rows: Integers,
-    angle: Floats,
-    pressure: Floats,
-    slope: Floats,
-    outcome: Integers,
+    cases: Floats, rows: Integers, angle: Floats, pressure: Floats, slope: Floats, outcome: Integers
 ) -> None:
     """Integrate the cycles of some rows and write them into the tables."""
     breaks = np.zeros(8)

@@ -23,20 +23,8 @@ from numpy.typing import ArrayLike
 from engine_dyn.geometry.arrangement import TURN
 from engine_dyn.geometry.cylinders import SEALED
 from engine_dyn.periodic_spline import wrapped
-from engine_dyn.pressure.curves import (
-    FLAT,
-    Curves,
-    morphed,
-    on_threads,
-    pressures_at,
-    sampled,
-)
-from engine_dyn.pressure.diagram import (
-    Diagram,
-    in_compression,
-    largest_of_rows,
-    table_angles,
-)
+from engine_dyn.pressure.curves import FLAT, Curves, morphed, on_threads, pressures_at, sampled
+from engine_dyn.pressure.diagram import Diagram, in_compression, largest_of_rows, table_angles
 from engine_dyn.pressure.family import ROW_STEP, Family, TableAxis
 from engine_dyn.pressure.family_grid import FamilyAtSpeeds
 from engine_dyn.pressure.first_law import tabulate

@@ -490,7 +490,6 @@ def morph(start: Diagram, end: Diagram, fraction: float) -> Diagram:
 
 Arrays = TypeVar("Arrays", bound=tuple[npt.NDArray[Any], ...])
 
-
 _kept: WeakKeyDictionary[Family, dict[Hashable, tuple[npt.NDArray[Any], ...]]] = WeakKeyDictionary()
 _making: dict[tuple[int, Hashable], threading.Lock] = {}
 _lock = threading.Lock()

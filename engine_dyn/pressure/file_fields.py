@@ -12,17 +12,8 @@ from typing import NamedTuple, TypeVar
 
 from engine_dyn.units import BAR, DEGREE, RPM
 
-SIZES = {
-    "1": 1.0,
-    "bar": BAR,
-    "degree": DEGREE,
-    "K": 1.0,
-    "K-1": 1.0,
-    "m": 1.0,
-    "rpm": RPM,
-}
+SIZES = {"1": 1.0, "bar": BAR, "degree": DEGREE, "K": 1.0, "K-1": 1.0, "m": 1.0, "rpm": RPM}
 """SI value of each unit in files."""
-
 
 _LOSS = "pressure difference across the open {} valve when the piston is as fast as the crank pin"
 _WIEBE = "combustion duration of the {}, 0 to 99.9 percent burnt with the usual wiebe_factor"

@@ -122,12 +122,7 @@ class _ClosedCycle:
                 self.combustion_duration,
                 self.combustion_form,
             ),
-            (
-                self.premixed_share,
-                self.premixed_start,
-                self.premixed_duration,
-                self.premixed_form,
-            ),
+            (self.premixed_share, self.premixed_start, self.premixed_duration, self.premixed_form),
         ):
             time = np.clip((np.asarray(phi) - start) / duration, 0.0, BURNT_OUT)
             total = total - share * np.expm1(-self.wiebe_factor * time ** (form + 1.0))
@@ -304,10 +299,7 @@ class Diagrams(NamedTuple):
 
 
 def tabulate(
-    kind: type[_ClosedCycle],
-    values: Mapping[str, Any],
-    step_degrees: float = 0.5,
-    threads: int = 1,
+    kind: type[_ClosedCycle], values: Mapping[str, Any], step_degrees: float = 0.5, threads: int = 1
 ) -> Diagrams:
     """Tabulate a batch of cycles.
 

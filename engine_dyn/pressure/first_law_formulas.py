@@ -236,7 +236,6 @@ def manifold(phi: float, growth: float, case: Case) -> float:
 
 WALLS = ("adiabatic", "polytropic", "woschni")  # Models of the heat transfer to the walls
 
-
 _GAS = {
     "compression_ratio": FileField("1", 1.5, 40.0),
     "crank_ratio": FileField("1", 0.0, 1.0),
@@ -291,7 +290,6 @@ FIELDS_OF_WALL: Mapping[str, tuple[str, ...]] = {
 """Fields that one model of the walls needs, and that the others refuse."""
 
 _WALL_FIELDS = {name: item for part in _OF_WALL.values() for name, item in part.items()}
-
 
 FOUR_STROKE_FIELDS: Mapping[str, FileField] = {**_GAS, **_FURTHER, **_WALL_FIELDS, **_VALVES}
 """Fields of a FourStrokeCycle in engine files."""

@@ -15,9 +15,7 @@ import numpy as np
 
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
-from engine_dyn.geometry.slider_crank import (
-    sum_of_angles,
-)
+from engine_dyn.geometry.slider_crank import sum_of_angles
 from engine_dyn.pressure.collocation import (
     PLACES,
     POINTS,
@@ -68,7 +66,6 @@ NEAR = 1e-10
 """Change of values below which Newton's method ends; its next step would be lost in rounding."""
 
 MOST_PASSES = 60  # Largest number of cycles that are followed until the pressure repeats
-
 
 Blown = tuple[float, float, float]
 """Exponent, gamma - 1 and heat loss at the end of the closed part of the cycle."""

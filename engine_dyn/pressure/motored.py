@@ -36,12 +36,7 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import SEALED, Cylinders, CylindersByCount, PressureFactor
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import (
-    Diagram,
-    diagram_from_points,
-    in_compression,
-    values_at,
-)
+from engine_dyn.pressure.diagram import Diagram, diagram_from_points, in_compression, values_at
 from engine_dyn.pressure.family import Family, largest_between, peaks_between
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE

@@ -25,7 +25,6 @@ imaginary one, of what turns with the crank, against it, and at twice its speed 
 backwards."""
 
 LEAST = 5  # Row of a design's numbers that holds the size up to which a sum is rounding
-
 TURN_SAMPLES = 360  # Samples of a revolution among which the largest vector is searched
 
 FINER = 8
