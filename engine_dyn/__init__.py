@@ -31,10 +31,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in {
-        "PeriodicSpeed",
-        "periodic_speed",
-    }:  # importing `speed.api` loads the compiler, which listing quantities does not need
+    if name in {"PeriodicSpeed", "periodic_speed"}:
+        # This import loads the compiler, which listing quantities does not need.
         from engine_dyn.speed import api
 
         return getattr(api, name)

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine_dyn.given_numbers import given_array, given_number
+from engine_dyn.given_numbers import check_above_zero, given_array, given_number
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.types import Floats
 
@@ -132,13 +132,13 @@ def rim_speed(outer_diameter: Any, speed: Any) -> Any:
     ValueError
         Here and below: for a value that is not above 0.
     """
-    _check_positive(outer_diameter=outer_diameter, speed=speed)
+    check_above_zero(outer_diameter=outer_diameter, speed=speed)
     return 0.5 * np.asarray(outer_diameter) * speed
 
 
 def largest_diameter(limit: Any, speed: Any) -> Any:
     """Outer diameter [m] at which the rim has its largest speed [m/s]. Asgari, eqs. 14, 15."""
-    _check_positive(limit=limit, speed=speed)
+    check_above_zero(limit=limit, speed=speed)
     return 2.0 * np.asarray(limit) / speed
 
 
@@ -184,7 +184,7 @@ def method_one(
     if material not in RIM_SPEEDS:
         raise ValueError(f"material = {material!r}: must be one of {', '.join(RIM_SPEEDS)}")
     _check_ring(outer_diameter, inner_diameter)
-    _check_positive(stroke=stroke, speed=speed, flywheel_inertia=flywheel_inertia, inertia=inertia)
+    check_above_zero(stroke=stroke, speed=speed, flywheel_inertia=flywheel_inertia, inertia=inertia)
     rim = float(rim_speed(outer_diameter, speed))
     mean = float(mean_diameter(outer_diameter, inner_diameter))
     over, fraction = mean / stroke, flywheel_inertia / inertia
@@ -254,7 +254,7 @@ def triangular_torque(
     ValueError
         For a value that is not above 0.
     """
-    _check_positive(power=power, speed=speed, delta=delta, period=period)
+    check_above_zero(power=power, speed=speed, delta=delta, period=period)
     work = np.asarray(power) * period / speed
     expansion = 1.5 * work
     top, mean = 2.0 * expansion / math.pi, work / period
@@ -272,7 +272,7 @@ def energy_swing_inertia(energy_swing: Any, delta: Any, speed: Any) -> Any:
     Asgari, eq. 30. It is exact in the limit of small delta, where the load torque does not follow
     the fluctuation of the speed, and where mean and nominal speed are equal.
     """
-    _check_positive(delta=delta, speed=speed)
+    check_above_zero(delta=delta, speed=speed)
     return given_array("energy_swing", energy_swing) / (
         np.asarray(delta) * np.square(np.asarray(speed, float))
     )
@@ -310,7 +310,7 @@ def ring_thickness(mass: Any, outer_diameter: Any, inner_diameter: Any, density:
         For diameters that make no ring, a density that is not above 0.
     """
     _check_ring(outer_diameter, inner_diameter)
-    _check_positive(density=density)
+    check_above_zero(density=density)
     square = np.square(np.asarray(outer_diameter, float)) - np.square(np.asarray(inner_diameter))
     return given_array("mass", mass) / (np.asarray(density) * 0.25 * math.pi * square)
 
@@ -326,19 +326,19 @@ def rim_speed_at_stress(stress: Any, density: Any) -> Any:
     ValueError
         Here and below: for a stress, density, diameter or ratio that is not above 0.
     """
-    _check_positive(stress=stress, density=density)
+    check_above_zero(stress=stress, density=density)
     return np.sqrt(np.asarray(stress) / density)
 
 
 def rim_stress(mean_diameter: Any, speed: Any, density: Any) -> Any:
     """Hoop stress [Pa] of a thin rim that turns freely [rad/s]: rho v^2, arms left out."""
-    _check_positive(mean_diameter=mean_diameter, speed=speed, density=density)
+    check_above_zero(mean_diameter=mean_diameter, speed=speed, density=density)
     return density * np.square(0.5 * np.asarray(mean_diameter) * speed)
 
 
 def rim_mass(inertia: Any, mean_diameter: Any) -> Any:
     """Mass [kg] of a thin rim of that inertia [kg m2]: I/(D/2)^2."""
-    _check_positive(mean_diameter=mean_diameter)
+    check_above_zero(mean_diameter=mean_diameter)
     return 4.0 * given_array("inertia", inertia) / np.square(np.asarray(mean_diameter, float))
 
 
@@ -347,7 +347,7 @@ def rim_thickness(mass: Any, mean_diameter: Any, density: Any, width_over_thickn
 
     NaN where it is not below the mean diameter, which no rim has.
     """
-    _check_positive(
+    check_above_zero(
         mean_diameter=mean_diameter, density=density, width_over_thickness=width_over_thickness
     )
     section = given_array("mass", mass) / (math.pi * np.asarray(mean_diameter) * density)
@@ -366,14 +366,6 @@ def _check_ring(outer: Any, inner: Any) -> None:
             f"flywheel_outer_diameter = {wide[wrong].flat[0]:g} m with flywheel_inner_diameter = "
             f"{narrow[wrong].flat[0]:g} m: the outer must be larger than the inner"
         )
-
-
-def _check_positive(**values: Any) -> None:
-    for name, value in values.items():
-        array = given_array(name, value)
-        wrong = ~((array > 0.0) & np.isfinite(array))
-        if wrong.any():
-            raise ValueError(f"{name} = {array[wrong].flat[0]:g}: must be above 0")
 
 
 # --- the exact inertia ----------------------------------------------------------------------------
@@ -435,7 +427,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     from engine_dyn.status import MEANINGS, has_numbers
 
     wanted_delta = given_number("wanted_delta", wanted_delta)
-    _check_positive(wanted_delta=wanted_delta)
+    check_above_zero(wanted_delta=wanted_delta)
     if "inertia" in engine:
         raise ValueError("inertia: not allowed together with wanted_delta, which determines it")
 
@@ -468,8 +460,7 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     power = solved.torque_mean * speed
     triangle = math.nan
     if power > 0.0:
-        of_power = triangular_torque(power, speed, wanted_delta, diagram.period)
-        triangle = float(of_power.inertia)
+        triangle = float(triangular_torque(power, speed, wanted_delta, diagram.period).inertia)
     return RequiredInertia(inertia, solved.delta, swing, estimate, triangle, code)
 
 

@@ -55,6 +55,15 @@ def given_number(name: str, value: Any, *, finite: bool = False) -> float:
     return float(value)
 
 
+def check_above_zero(**values: Any) -> None:
+    """Refuse numbers that are not above 0, or not finite, with a ValueError that names them."""
+    for name, value in values.items():
+        array = given_array(name, value)
+        wrong = ~((array > 0.0) & np.isfinite(array))
+        if wrong.any():
+            raise ValueError(f"{name} = {array[wrong].flat[0]:g}: must be above 0")
+
+
 def _as_floats(name: str, value: Any) -> Floats:
     if np.ma.isMaskedArray(value):
         masked = np.flatnonzero(np.ma.getmaskarray(value).reshape(-1))

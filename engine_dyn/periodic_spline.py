@@ -37,18 +37,14 @@ def periodic_spline_slopes(angle: Floats, values: Floats, period: float) -> Floa
     count = len(angle)
     step = np.diff(angle, append=angle[0] + period)
     divided = np.diff(values, append=values[0]) / step
-    before = np.roll(step, 1)
-    lower = step
-    upper = before
+    before = np.roll(step, 1)  # the system has `step` below its diagonal and `before` above it
     diagonal = 2.0 * (before + step)
     right = 3.0 * (step * np.roll(divided, 1) + before * divided)
-
     # A = T + u w^T with u = (gamma, 0, .., 0, upper_last), w = (1, 0, .., 0, lower_first / gamma).
     gamma = -diagonal[0]
-    diagonal = diagonal.copy()
     diagonal[0] -= gamma
-    diagonal[-1] -= upper[-1] * lower[0] / gamma
-    low, dia, upp = lower.tolist(), diagonal.tolist(), upper.tolist()
+    diagonal[-1] -= before[-1] * step[0] / gamma
+    low, dia, upp = step.tolist(), diagonal.tolist(), before.tolist()
     first = right.tolist()
     second = [0.0] * count
     second[0] = float(gamma)
@@ -63,7 +59,7 @@ def periodic_spline_slopes(angle: Floats, values: Floats, period: float) -> Floa
     for i in range(count - 2, -1, -1):
         first[i] = (first[i] - upp[i] * first[i + 1]) / dia[i]
         second[i] = (second[i] - upp[i] * second[i + 1]) / dia[i]
-    corner = float(lower[0] / gamma)
+    corner = float(step[0] / gamma)
     correction = (first[0] + corner * first[-1]) / (1.0 + second[0] + corner * second[-1])
     return np.asarray(first) - correction * np.asarray(second)
 
@@ -71,5 +67,4 @@ def periodic_spline_slopes(angle: Floats, values: Floats, period: float) -> Floa
 def wrapped(phi: ArrayLike, period: float) -> Floats:
     """Bring angles into -period/2 <= phi < period/2; those already there stay as they are."""
     value = np.asarray(phi, dtype=np.float64)
-    inside: Floats = value - period * np.floor(value / period + 0.5)
-    return inside
+    return value - period * np.floor(value / period + 0.5)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import logging
 import math
+from functools import cache
 from itertools import accumulate, chain
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -259,11 +260,7 @@ def fill(pinned: dict[str, Any], here: slice, designs: Designs, results: Results
     pinned["wanted"][:] = results.wanted
 
 
-_LAUNCHER: list[device.Launcher] = []
-
-
+@cache
 def _launcher() -> device.Launcher:
     """Return the launcher of the batch solver's kernel, which is compiled once."""
-    if not _LAUNCHER:
-        _LAUNCHER.append(device.Launcher(solve_on_card, INSTEAD))
-    return _LAUNCHER[0]
+    return device.Launcher(solve_on_card, INSTEAD)

@@ -152,9 +152,8 @@ def solve_on_card(
     for which in range(thread, count, threads):
         designs = design_of(which, terms, numbers, places)
         slope, direction = slope_of_design(
-            designs.speed[0, 0], designs.first[0, 0], designs.second[0, 0], designs.gear[0, 0],
-            form,
-        )  # fmt: skip
+            designs.speed[0, 0], designs.first[0, 0], designs.second[0, 0], designs.gear[0, 0], form
+        )
         found = recurrence(
             designs.kappa[0, 0], slope, direction, width * (size // intervals), intervals
         )

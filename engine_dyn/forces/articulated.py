@@ -53,8 +53,7 @@ def inertia_force(
             total = total + one * np.exp(1j * direction)
         return total
 
-    whole: Complexes = value_of_sets(cylinder_set, by_count, of_engine)
-    return mass * crank_radius * speed**2 * whole
+    return mass * crank_radius * speed**2 * value_of_sets(cylinder_set, by_count, of_engine)
 
 
 def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
@@ -66,8 +65,7 @@ def inertia_force_of_order(order: int, phi: Any, *motion: Any) -> Complexes:
         np.mean(force * one, axis=-1, keepdims=True) for one in (np.conj(wave), wave)
     )
     angle = order * np.asarray(phi, dtype=float)
-    sum_of_rods: Complexes = forward * np.exp(1j * angle) + backward * np.exp(-1j * angle)
-    return sum_of_rods
+    return np.asarray(forward * np.exp(1j * angle) + backward * np.exp(-1j * angle))
 
 
 class MasterLoads(NamedTuple):

@@ -53,7 +53,7 @@ class Sampled(NamedTuple):
     @classmethod
     def of(
         cls, engine: Cylinders, family: Family, rows: Integers, phi: Floats, along: bool
-    ) -> Sampled:  # fmt: skip
+    ) -> Sampled:
         """Sample an engine, or cylinder 1 alone, at the angles `phi` for some rows of a family."""
         members = engine.members if along else engine.members[:1]
         banks = mechanism.banks_of(engine) if along else (0.0,)

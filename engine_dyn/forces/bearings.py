@@ -245,10 +245,9 @@ def piston_pin_load(
     `phi` [rad], ratios r/l and e/r, a `row` of diagrams and cylinder sets broadcast;
     `factors.rotating` contains the part of the rod that reciprocates.
     """
-    side, down = _curves(
+    return _curves(
         "piston_pin", phi, crank_ratio, offset, family, row, factors, cylinders, by_count
     )
-    return side, down
 
 
 def main_journal_load(
@@ -323,9 +322,7 @@ def _components(
     return components
 
 
-def _squares(
-    load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats
-) -> Floats:  # fmt: skip
+def _squares(load: str, engine: Cylinders, family: Family, columns: Floats, phi: Floats) -> Floats:
     """Square of a load of some designs, each at its own angle; `columns` as in `_of_engine`."""
     squares = np.empty(phi.size)
     for number in np.unique(columns[4]).astype(int).tolist():
@@ -454,10 +451,8 @@ def _of_engine(
         rows = np.unique(places)
         inputs = np.concatenate([here[:2], weight[None], here[5:]])
         places, numbers = np.searchsorted(rows, places), here[4].astype(np.int64)
-        sampled, results = (
-            Sampled.of(engine, family, rows, phi, along),
-            np.empty(some.size, EXTREMES),
-        )
+        sampled = Sampled.of(engine, family, rows, phi, along)
+        results = np.empty(some.size, EXTREMES)
         told = np.empty((FIRST + 4 * CRESTS, some.size))
 
         def work(

@@ -34,28 +34,6 @@ from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.pressure.family import Family
 from engine_dyn.types import Booleans, Complexes, Floats
 
-__all__ = [
-    "INERTIA",
-    "VELOCITY",
-    "Part",
-    "first_mode_phase_vectors",
-    "first_mode_weights",
-    "friction_part",
-    "gas_harmonics",
-    "gas_part",
-    "gravity_harmonics",
-    "inertia_harmonics",
-    "of_curve",
-    "of_engine",
-    "of_first",
-    "of_first_mode",
-    "of_throws",
-    "phase_of",
-    "phase_vectors",
-    "throw_phase_vectors",
-    "velocity_harmonics",
-]
-
 WHOLE = 1e-6
 """Rounding by which an order may miss a multiple of a curve's lowest order, in parts of it."""
 
@@ -79,9 +57,7 @@ def phase_vectors(orders: Any, cylinders: Any, by_count: CylindersByCount) -> Co
     cylinders, by_count
         Number of cylinders (broadcasts), and the cylinders of each number.
     """
-    return _by_count(
-        lambda nu, engine: _vectors(nu, engine.members), orders, cylinders, by_count
-    )  # fmt: skip
+    return _by_count(lambda nu, engine: _vectors(nu, engine.members), orders, cylinders, by_count)
 
 
 def throw_phase_vectors(
@@ -105,8 +81,7 @@ def first_mode_weights(engine: Cylinders) -> Floats:
     """
     throws = len(along_shaft(engine))
     step = np.pi / (2 * throws + 1)
-    weights: Floats = np.sin(step * np.arange(1, throws + 1)) / np.sin(step * throws)
-    return weights
+    return np.asarray(np.sin(step * np.arange(1, throws + 1)) / np.sin(step * throws))
 
 
 def first_mode_phase_vectors(orders: Any, cylinders: Any, by_count: CylindersByCount) -> Complexes:
@@ -387,11 +362,6 @@ def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset
     return harmonics[row, place]
 
 
-def _on_throw(engine: Cylinders, number: int) -> tuple[Member, ...]:
-    places = along_shaft(engine)
-    return tuple(engine.members[i] for i in places[number - 1]) if number <= len(places) else ()
-
-
 def _by_count(
     summed: Callable[[Floats, Cylinders], Any], orders: Any, cylinders: Any,
     by_count: CylindersByCount,
@@ -409,8 +379,10 @@ def _by_throw(
     for number in np.unique(numbers).astype(int):
 
         def of_throw(nu: Floats, engine: Cylinders, number: int = number) -> Any:
-            members = _on_throw(engine, number)
-            return summed(nu, members) if members else np.full(nu.shape, np.nan)
+            places = along_shaft(engine)
+            if number > len(places):
+                return np.full(nu.shape, np.nan)
+            return summed(nu, tuple(engine.members[i] for i in places[number - 1]))
 
         here = _by_count(of_throw, orders, cylinders, by_count)
         total = np.where(numbers == number, here, total)

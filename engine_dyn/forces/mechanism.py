@@ -180,11 +180,8 @@ def piston_friction_torque(
     """
 
     def of_engine(engine: Cylinders) -> Any:
-        whole: Any = 0.0
-        for member in engine.members:
-            angle = phi + member.phase_of(crank_ratio, offset)
-            whole = whole + np.abs(member.velocity(angle, crank_ratio, offset))
-        return whole
+        angles = ((m, phi + m.phase_of(crank_ratio, offset)) for m in engine.members)
+        return sum(np.abs(m.velocity(angle, crank_ratio, offset)) for m, angle in angles)
 
     return friction * crank_radius * value_of_sets(cylinders, by_count, of_engine)
 

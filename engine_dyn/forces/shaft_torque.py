@@ -81,7 +81,6 @@ def shaft_torque_extremes(
             one = {name: column[some][:, None] for name, column in flat.items()}
             friction: dict[tuple[Any, ...], Floats] = {}
             curves = _curves(one, phi, number, family, {number: engine}, period, friction)
-            curves = curves[:, : weights.size]  # weights past the last throw are missing
 
             def of_throws(
                 which: Integers, angle: Floats, one: Mapping[str, Any] = one, number: int = number,
@@ -109,11 +108,10 @@ def _curves(
     train = CrankTrain(
         one["crank_ratio"], one["double_radius"], number, period, one["offset_ratio"], by_count
     )
-    curves: Floats = torque.torque_after_throw(
+    return torque.torque_after_throw(
         phi, train, one["bore"], gas, one["reciprocating_mass"], one["speed"],
         one["friction_torque"], None if uniform else friction, weights,
     )  # fmt: skip
-    return curves
 
 
 def _largest_ranges(curves: Floats, phi: Floats, curve: CurveOfDesigns) -> Floats:

@@ -191,9 +191,8 @@ def _mark_crests(values: Floats, sign: float, marked: Booleans) -> None:
 
 
 def tops(
-    designs: int, which: Integers, angle: Floats, around: Floats, step: float,
-    curve: CurveOfDesigns,
-) -> tuple[Floats, Floats]:  # fmt: skip
+    designs: int, which: Integers, angle: Floats, around: Floats, step: float, curve: CurveOfDesigns
+) -> tuple[Floats, Floats]:
     """Largest value of each design, and its angle, from its crests; NaN for one without.
 
     Parameters

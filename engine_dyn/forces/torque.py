@@ -114,11 +114,8 @@ def reciprocating_inertia(phi: Any, train: CrankTrain, mass: Any) -> Any:
     docs/method.md (20); Kakaitsas (2015), eq. 3.2, with the reduced velocity v of each piston and
     the mass of one cylinder [kg].
     """
-
-    def one(angle: Any, member: Member) -> Any:
-        return train.square(angle, member)[0]
-
-    return mass * (0.5 * train.double_radius) ** 2 * train.superpose(one, phi)
+    squares = train.superpose(lambda angle, member: train.square(angle, member)[0], phi)
+    return mass * (0.5 * train.double_radius) ** 2 * squares
 
 
 def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:
@@ -127,11 +124,8 @@ def inertia_torque(phi: Any, train: CrankTrain, mass: Any, speed: Any) -> Any:
     docs/method.md (24); Kakaitsas (2015), eqs. 2.12, 2.13, 3.3, with reduced acceleration b and
     velocity v; `mass` of one cylinder [kg], `speed` of the crank [rad/s].
     """
-
-    def one(angle: Any, member: Member) -> Any:
-        return -0.5 * train.square(angle, member)[1]
-
-    return mass * (0.5 * train.double_radius * speed) ** 2 * train.superpose(one, phi)
+    slopes = train.superpose(lambda angle, member: -0.5 * train.square(angle, member)[1], phi)
+    return mass * (0.5 * train.double_radius * speed) ** 2 * slopes
 
 
 def inertia_torque_actual(

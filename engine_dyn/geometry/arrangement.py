@@ -25,25 +25,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.geometry.firing_orders import CUSTOMARY_ORDERS, customary_order
+from engine_dyn.geometry.firing_orders import CUSTOMARY_ORDERS as CUSTOMARY_ORDERS
+from engine_dyn.geometry.firing_orders import customary_order as customary_order
 from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
-
-__all__ = [
-    "CUSTOMARY_ORDERS",
-    "FOUR_STROKE",
-    "MOST_CYLINDERS",
-    "TURN",
-    "TWO_STROKE",
-    "Arrangement",
-    "Cylinder",
-    "Throw",
-    "customary_order",
-    "firing_phases",
-    "phase_sums",
-    "symmetry",
-]
 
 MOST_CYLINDERS = 24
 
@@ -248,13 +234,13 @@ class Arrangement:
             raise ValueError("cylinders: none given; at least one is needed")
         for number, throw in enumerate(self.throws, start=1):
             for field in ("angle", "position", "radius_factor"):
-                _finite(f"throw {number}: {field}", getattr(throw, field))
+                given_array(f"throw {number}: {field}", getattr(throw, field), finite=True)
             if throw.radius_factor <= 0.0:
                 raise ValueError(
                     f"throw {number}: radius_factor = {throw.radius_factor:g}: must be above 0"
                 )
         for number, angle in enumerate(self.banks, start=1):
-            _finite(f"bank {number}: angle", angle)
+            given_array(f"bank {number}: angle", angle, finite=True)
         for number, cylinder in enumerate(self.cylinders, start=1):
             self._check_cylinder(number, cylinder)
         self._check_sides()
@@ -275,7 +261,7 @@ class Arrangement:
                     f"{len(known)}"
                 )
         firing = cylinder.firing_angle
-        _finite(f"cylinder {number}: firing_angle", firing)
+        given_array(f"cylinder {number}: firing_angle", firing, finite=True)
         if number == 1 and firing != 0.0:
             raise ValueError(
                 f"cylinder 1: firing_angle = {_degrees(firing)} degree: must be 0, where the crank "
@@ -318,8 +304,7 @@ class Arrangement:
     @cached_property
     def phases(self) -> Floats:
         """Angle to add to the engine's to get that of cylinders 1, 2, ... Z [rad]."""
-        angles: Floats = 0.0 - self.firing_angles
-        return angles
+        return 0.0 - self.firing_angles
 
     @cached_property
     def firing_order(self) -> tuple[int, ...]:
@@ -358,10 +343,6 @@ class Arrangement:
     def phase_sums(self, orders: npt.ArrayLike, weights: npt.ArrayLike | None = None) -> Floats:
         """Phase-vector sums of all cylinders, shape of `orders`: see `phase_sums`."""
         return phase_sums(orders, self.phases, self.period, weights)
-
-
-def _finite(where: str, value: float) -> None:
-    given_array(where, value, finite=True)
 
 
 def _degrees(angle: float | Floats | Sequence[float]) -> str:

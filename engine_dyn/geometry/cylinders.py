@@ -187,19 +187,17 @@ class Cylinders:
         free, representatives = list(self.members), []
         while free:
             first = free.pop(0)
+            own = self._own_period(first)
             representatives.append(first)
             for k in range(1, times):
                 place = first.phase + k * self.period / times
                 alike = [member for member in free if member[1:] == first[1:]]
-                free.remove(min(alike, key=lambda m: self._apart(m, place)))
+                free.remove(min(alike, key=lambda m: abs(math.remainder(m.phase - place, own))))
         return tuple(representatives)
 
     def _own_period(self, member: Member) -> float:
         """Crank angle after which the pressure of one cylinder repeats [rad]."""
         return self.period / self.cycles * member.cycles
-
-    def _apart(self, member: Member, place: float) -> float:
-        return abs(math.remainder(member.phase - place, self._own_period(member)))
 
     @cached_property
     def turned(self) -> tuple[Cylinders, float]:

@@ -118,9 +118,6 @@ def possible_orders(engine: Arrangement, crank: str = "own") -> tuple[PossibleOr
         own = _same_angles(base, places.base)
         for firing in _firing_angles(engine, offsets):
             orders.append(PossibleOrder(_with(engine, places, base, firing), own))
-    orders.sort(
-        key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles))
-    )
     return _named(orders)
 
 
@@ -161,9 +158,7 @@ def sampled_orders(
             base = _shuffled(places, base, random)
         ways = list(_firing_angles(engine, _offsets(places, base)))
         firing = ways[random.integers(len(ways))]
-    drawn = list(orders.values())
-    drawn.sort(key=lambda one: (one.arrangement.firing_order, tuple(one.arrangement.firing_angles)))
-    return _named(drawn)
+    return _named(list(orders.values()))
 
 
 def numbered_from_other_end(engine: Arrangement) -> Arrangement | None:
@@ -289,12 +284,6 @@ def _same_angles(one: Sequence[float], other: Sequence[float]) -> bool:
     )
 
 
-def _mirrored(places: _Places) -> tuple[float, ...]:
-    """Throw angles of the mirror-image crankshaft, with the place of cylinder 1 unchanged."""
-    first = places.base[places.first]
-    return tuple((2.0 * first - angle) % TURN for angle in places.base)
-
-
 def _by_kind(places: _Places, base: Sequence[float], turn: float = 0.0) -> list[Counter[float]]:
     """Number of places of each kind at each angle, after the crankshaft is turned by an angle."""
     return [
@@ -319,7 +308,8 @@ def _turns_of(places: _Places, base: Sequence[float], target: Sequence[float]) -
 
 def _kinds_of_cranks(places: _Places, alike: bool = True) -> list[tuple[float, ...]]:
     """The crankshaft, and its mirror image if other (`alike`: other than by the sequence)."""
-    mirrored = _mirrored(places)
+    first = places.base[places.first]  # where the throw of cylinder 1 stays
+    mirrored = tuple((2.0 * first - angle) % TURN for angle in places.base)
     same = bool(_turns_of(places, mirrored, places.base)) if alike else False
     if same or _same_angles(mirrored, places.base):
         return [places.base]
@@ -419,8 +409,7 @@ def _firing_angles(engine: Arrangement, moved: Sequence[float]) -> Iterator[tupl
         intervals = np.diff(ordered, axis=1, append=engine.period)
         apart = np.abs(np.sort(intervals, axis=1) - wanted).max(axis=1)
         for row in angles[apart < 2.0 * SAME_ANGLE]:
-            clean = tuple(round(angle / DEGREE, DIGITS) * DEGREE for angle in row.tolist())
-            yield clean
+            yield tuple(round(angle / DEGREE, DIGITS) * DEGREE for angle in row.tolist())
 
 
 def _in_pieces(turns: int, count: int, at_once: int = 4096) -> Iterator[Floats]:
@@ -448,8 +437,7 @@ def _with(
         replace(one, firing_angle=angle)
         for one, angle in zip(engine.cylinders, firing, strict=True)
     )
-    made = replace(engine, throws=throws, cylinders=cylinders)
-    return replace(made, name=_shown(made.firing_order))
+    return _named_by_order(replace(engine, throws=throws, cylinders=cylinders))
 
 
 def _fired_as(engine: Arrangement, firing: Sequence[float]) -> Arrangement:
@@ -465,12 +453,12 @@ def _fired_as(engine: Arrangement, firing: Sequence[float]) -> Arrangement:
             throws[one.throw], angle=(zero + engine.banks[one.bank] - angle) % TURN
         )
         cylinders.append(replace(one, firing_angle=float(angle)))
-    made = replace(engine, throws=tuple(throws), cylinders=tuple(cylinders))
-    return replace(made, name=_shown(made.firing_order))
+    return _named_by_order(replace(engine, throws=tuple(throws), cylinders=tuple(cylinders)))
 
 
 def _named(orders: list[PossibleOrder]) -> tuple[PossibleOrder, ...]:
-    """Firing orders with names that differ: where orders are equal, firing angles are added."""
+    """Sorted firing orders with names that differ: where orders are equal, angles are added."""
+    orders.sort(key=lambda o: (o.arrangement.firing_order, tuple(o.arrangement.firing_angles)))
     often = Counter(one.arrangement.name for one in orders)
     named = []
     for one in orders:
@@ -529,5 +517,5 @@ def _check_crank(crank: str) -> None:
         raise ValueError(f"crank = '{crank}': must be one of {', '.join(CRANKS)}")
 
 
-def _shown(order: Sequence[int]) -> str:
-    return "-".join(map(str, order))
+def _named_by_order(made: Arrangement) -> Arrangement:
+    return replace(made, name="-".join(map(str, made.firing_order)))

@@ -249,9 +249,8 @@ def angle_of_travel(
     gamma = 2.0 * np.arctan2(
         np.sqrt(near * (rod + distance - 1.0)), np.sqrt(far * (distance + 1.0 + rod))
     )
-    lean = np.arctan2(
-        apart * x, (top - x) * top + apart**2
-    )  # angle by which the line from the crank's axis to the pin has turned since top dead centre
+    # Angle by which the line from the crank's axis to the pin has turned since top dead centre.
+    lean = np.arctan2(apart * x, (top - x) * top + apart**2)
     return lean + np.where(down, gamma, -gamma)
 
 
@@ -363,15 +362,6 @@ def velocity_at(sine: float, cosine: float, crank_ratio: float) -> float:
     return sine * (1.0 + crank_ratio * cosine / root)
 
 
-@inlined
-def acceleration_at(sine: float, cosine: float, crank_ratio: float) -> float:
-    """Return b/(r omega^2), docs/method.md (10)."""
-    s2 = sine * sine
-    square = 1.0 - crank_ratio * crank_ratio * s2
-    bracket = cosine * cosine - s2 + crank_ratio * crank_ratio * s2 * s2
-    return cosine + crank_ratio * bracket / (square * math.sqrt(square))
-
-
 # Formulas with an offset. Tables hold sine and cosine of the engine's angle; the crank's angle to
 # the cylinder is larger by theta_T, so a kernel rotates them once for each point and uses the
 # result in all formulas.
@@ -388,7 +378,7 @@ def sum_of_angles(
     sine: float, cosine: float, top_sine: float, top_cosine: float
 ) -> tuple[float, float]:
     """Sine and cosine of theta from those of phi and of theta_T, docs/method.md (5)."""
-    return (sine * top_cosine + cosine * top_sine, cosine * top_cosine - sine * top_sine)
+    return sine * top_cosine + cosine * top_sine, cosine * top_cosine - sine * top_sine
 
 
 @inlined
@@ -418,29 +408,6 @@ def offset_acceleration_at(sine: float, cosine: float, crank_ratio: float, offse
     square = 1.0 - lean * lean
     bracket = crank_ratio * cosine * cosine - lean * sine * square
     return cosine + bracket / (square * math.sqrt(square))
-
-
-@inlined
-def velocity_and_slopes_at(
-    sine: float, cosine: float, crank_ratio: float, offset: float
-) -> tuple[float, float, float]:
-    """Return c/(r omega) and its first two slopes over the angle, with or without an offset.
-
-    From sine and cosine of theta, docs/method.md (9) to (11), written with the tangent of the rod's
-    angle: its slopes share one square root and one division.
-    """
-    lean = crank_ratio * (sine - offset)
-    secant = 1.0 / math.sqrt(1.0 - lean * lean)
-    cube = secant * secant * secant
-    turn = crank_ratio * cosine
-    tangent = lean * secant
-    slope = turn * cube
-    bend = 3.0 * turn * turn * lean * cube * secant * secant - crank_ratio * sine * cube
-    return (
-        sine + cosine * tangent,
-        cosine - sine * tangent + cosine * slope,
-        cosine * (bend - tangent) - sine * (1.0 + 2.0 * slope),
-    )
 
 
 def clearance_volume(swept_volume: Any, compression_ratio: Any) -> Any:

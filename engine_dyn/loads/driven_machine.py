@@ -511,9 +511,8 @@ def constant_load(
 
 
 def load_over_angle(
-    crank_angle: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_phase: Any,
-    load_scale: Any,
-) -> Any:  # fmt: skip
+    crank_angle: Any, over_angle: TorqueOverAngle, gear_ratio: Any, load_phase: Any, load_scale: Any
+) -> Any:
     """Load torque at the crank at crank angles [N m], docs/method.md (42); see `constant_load`."""
     return load_scale * gear_ratio * over_angle(gear_ratio * crank_angle + load_phase)
 

@@ -130,8 +130,7 @@ def mean_parts(parts: Callable[[Floats], Floats], period: float) -> Floats:
     for stroke in range(round(period / math.pi)):
         at_points = parts((stroke + place) * math.pi)
         total = total + np.einsum("...q,q->...", at_points, weights * stretch)
-    means: Floats = total / round(period / math.pi)
-    return means
+    return np.asarray(total / round(period / math.pi))
 
 
 @dataclass(frozen=True)

@@ -236,7 +236,7 @@ def judged(
         span = measured({**base, **dict(zip(arrays, corners, strict=True))})
         if not outside(check, span).any():
             return None
-    count, of, point = 0, 1, dict(base)
+    count, of, point = 1, 1, dict(base)
     place: tuple[int, ...] = ()
     if arrays:
         count, of, place = _worst(check, base, measured)
@@ -246,10 +246,8 @@ def judged(
             name: np.broadcast_to(values, _shape(base))[place] if name in arrays else values
             for name, values in base.items()
         }
-    else:
-        if not outside(check, measured(base)):
-            return None
-        count = 1
+    elif not outside(check, measured(base)):
+        return None
     point = {n: float(np.asarray(v).reshape(-1)[0]) if _is_number(v) else v
              for n, v in point.items()}  # fmt: skip
     value = float(np.asarray(measured(point)).reshape(-1)[0]) / check.si
@@ -315,10 +313,8 @@ def _distance(check: Check, measure: Floats) -> Floats:
     low, high = check.low * check.si, check.high * check.si
     with np.errstate(all="ignore"):
         if low > 0.0:
-            away: Floats = np.abs(np.log(np.maximum(measure, 1e-300) / math.sqrt(low * high)))
-        else:
-            away = np.abs(measure - 0.5 * (low + high))
-    return away
+            return np.abs(np.log(np.maximum(measure, 1e-300) / math.sqrt(low * high)))
+        return np.abs(measure - 0.5 * (low + high))
 
 
 def _pieces(shape: Sequence[int]) -> Iterator[tuple[slice, ...]]:
@@ -365,8 +361,9 @@ def _question(
             # The value nearest to the middle of the range; of equally near ones, the most usual.
             return [key], min(fitting, key=lambda fit: fit[0])[1]
         if place == 0 and check.low > 0.0 and not 0.5 * check.low <= value <= 2.0 * check.high:
-            wrong = [k for k in keys if _fits_ten_times(check, point, k, measured)]
-            if wrong:
+            tens = [(k, {**point, k: point[k] * ten}) for k in keys for ten in (10.0, 0.1)]
+            fits = [k for k, changed in tens if _fit(check, changed, measured) is not None]
+            if wrong := list(dict.fromkeys(fits)):
                 return wrong, "wrong by a decimal place"
     return (keys or list(check.blames))[:1], ""
 
@@ -380,16 +377,6 @@ def _fit(
     if not np.isfinite(measure).all() or outside(check, measure).any():
         return None
     return float(_distance(check, measure)[0])
-
-
-def _fits_ten_times(
-    check: Check, point: Mapping[str, Any], key: str, measured: Callable[[Mapping[str, Any]], Any]
-) -> bool:
-    """Whether ten times as large or small a parameter would make a measure usual."""
-    return any(
-        _fit(check, {**point, key: point[key] * factor}, measured) is not None
-        for factor in (10.0, 0.1)
-    )
 
 
 def _number(value: float) -> str:

@@ -251,14 +251,8 @@ def refusals(
         suction, delivery = _openings(_of_end(columns, crank_end))
         both = 2.0 * columns["valve_ramp"]
         bad = ~(suction + both <= math.pi)
-        yield (
-            bad,
-            said(
-                "delivery_pressure",
-                bad,
-                "lower: gas re-expanding from the clearance volume leaves no suction",
-            ),
-        )
+        allowed = "lower: gas re-expanding from the clearance volume leaves no suction"
+        yield bad, said("delivery_pressure", bad, allowed)
         bad = ~(delivery + both <= 2.0 * math.pi)
         yield bad, said("delivery_pressure", bad, "lower: it is reached too late for any delivery")
 
@@ -386,8 +380,7 @@ def _integrate(
         case = Case(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11])
         outcome[row] = follow(case, angle, pressure[row], slope[row], breaks)
         if outcome[row] != status.CONVERGED:
-            pressure[row, :] = math.nan
-            slope[row, :] = math.nan
+            pressure[row, :] = slope[row, :] = math.nan
 
 
 PUMP_FIELDS: dict[str, FileField] = {

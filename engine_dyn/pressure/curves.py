@@ -191,9 +191,8 @@ def peak_angle_of(pressure: Floats, slope: Floats, period: float) -> float:
 
 
 def morphed(
-    curves: Curves, first: Integers, second: Integers, fraction: Floats, period: float,
-    threads: int,
-) -> Curves:  # fmt: skip
+    curves: Curves, first: Integers, second: Integers, fraction: Floats, period: float, threads: int
+) -> Curves:
     """Diagrams at fractions of the way between two: see `family.morph`.
 
     Parameters

@@ -47,8 +47,7 @@ class ModelledDiagram(NamedTuple):
     def __call__(self, **changes: float) -> Diagram:
         """Diagram of the cycle with other values (SI) of some fields; ValueError if it is none."""
         changed = replace(self.cycle, **changes) if changes else self.cycle
-        diagram: Diagram = changed.diagram(self.step)
-        return diagram
+        return changed.diagram(self.step)
 
 
 class _Kept:
@@ -178,9 +177,7 @@ class CycleTable(Family):
 
     def emptied(self) -> CycleTable:
         """The same table, of which no row is kept."""
-        return CycleTable.of(
-            self.own, self.cycles, self.changes, several_axes=self.several_axes
-        )  # fmt: skip
+        return CycleTable.of(self.own, self.cycles, self.changes, several_axes=self.several_axes)
 
     def examples(self) -> Integers:
         """Rows of given diagrams of some combinations: all, or those that vary most steeply.
@@ -273,9 +270,7 @@ class CycleTable(Family):
         distinct = np.unique(np.concatenate([below, above]))
         curves = self.curves(distinct)
         first, second = (curves.rows[np.searchsorted(distinct, rows)] for rows in (below, above))
-        angle, which = np.broadcast_arrays(
-            np.asarray(phi, dtype=np.float64), number.reshape(wanted.shape)
-        )
+        angle, which = np.broadcast_arrays(phi, number.reshape(wanted.shape))
         pressure = np.empty(angle.shape)
         angles, designs = np.array(angle).reshape(-1), np.array(which).reshape(-1)
         flat = pressure.reshape(-1)

@@ -103,13 +103,8 @@ class Diagram:
         left = top if self.slope[top] >= 0.0 else (top - 1) % count
         right = (left + 1) % count
         step = (self.angle[right] - self.angle[left]) % self.period
-        t = _stationary(
-            np.array([self.pressure[left]]),
-            np.array([self.pressure[right]]),
-            np.array([self.slope[left]]),
-            np.array([self.slope[right]]),
-            np.array([step]),
-        )
+        p, s = self.pressure, self.slope
+        t = _stationary(*np.array([p[left], p[right], s[left], s[right], step])[:, None])
         best, value = float(self.angle[top]), self.peak
         for place in t[np.isfinite(t)]:
             where = float(wrapped(self.angle[left] + place * step, self.period))
@@ -196,12 +191,11 @@ def _pressure_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
     step, t = at.step, at.part
     rest = 1.0 - t
     # Hermite's basis is 1, 0, 0, 0 at a knot, so tabulated pressures come back exactly.
-    result: Floats = (
+    return (
         p0 * (rest * rest * (1.0 + 2.0 * t))
         + p1 * (t * t * (3.0 - 2.0 * t))
         + step * (s0 * (t * rest * rest) - s1 * (t * t * rest))
     )
-    return result
 
 
 def _slope_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
@@ -209,12 +203,11 @@ def _slope_of(pressure: Floats, slope: Floats, at: _Pieces) -> Floats:
     p0, p1, s0, s1 = _ends_of(pressure, slope, at)
     step, t = at.step, at.part
     rest = 1.0 - t
-    result: Floats = (
+    return (
         6.0 * t * rest * (p1 - p0) / step
         + s0 * (rest * (1.0 - 3.0 * t))
         + s1 * (t * (3.0 * t - 2.0))
     )
-    return result
 
 
 def _ends_of(pressure: Floats, slope: Floats, at: _Pieces) -> tuple[Floats, ...]:
@@ -409,8 +402,7 @@ def table_angles(period: float, step_degrees: float) -> Floats:
         raise ValueError(
             f"step = {step_degrees:g} degree: {whole} must be a multiple of it, at most 10"
         )
-    angle: Floats = np.arange(count, dtype=np.float64) * (period / count) - 0.5 * period
-    return angle
+    return np.arange(count, dtype=np.float64) * (period / count) - 0.5 * period
 
 
 def _stationary(p0: Floats, p1: Floats, s0: Floats, s1: Floats, step: Floats) -> Floats:

@@ -21,8 +21,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.slider_crank import dead_centres, position, velocity
 from engine_dyn.given_numbers import given_number
+from engine_dyn.pressure.diagram import table_angles
 from engine_dyn.pressure.file_fields import FileField, documented, file_units
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
@@ -141,14 +143,14 @@ class DieselCycle:
             ("exhaust_loss", 0.5 * self.exhaust_pressure),
         ):
             if not 0.0 <= getattr(self, name) <= largest:
-                raise ValueError(self._refusal(name, f"between {_show(name, 0.0, largest)}"))
+                field = FILE_FIELDS[name]._replace(high=largest / FILE_FIELDS[name].size)
+                raise ValueError(self._refusal(name, field.allowed))
         if self.intake_closing >= min(self.premixed_start, self.diffusion_start):
             raise ValueError(self._refusal("intake_closing", "before the combustion starts"))
 
     def _refusal(self, name: str, allowed: str) -> str:
-        unit, size = FILE_UNITS[name]
-        words = "" if unit == "1" else f" {unit}"
-        return f"{name} = {getattr(self, name) / size:.6g}{words}: must be {allowed}"
+        value, field = getattr(self, name), FILE_FIELDS[name]
+        return f"{name} = {value / field.size:.6g}{field.words}: must be {allowed}"
 
     def motored(self) -> DieselCycle:
         """Return the cycle without combustion: no heat, no burnt gas to change the exponent."""
@@ -220,11 +222,7 @@ class DieselCycle:
         ValueError
             If the step does not divide the cycle or is over 10 degrees.
         """
-        count = round(720.0 / step_degrees) if step_degrees > 0.0 else 0
-        if count < 72 or not math.isclose(count * step_degrees, 720.0, rel_tol=1e-12):
-            raise ValueError(
-                f"step = {step_degrees:g} degree: 720 must be a multiple of it, at most 10"
-            )
+        count = table_angles(FOUR_STROKE, step_degrees).size
         step = 4.0 * math.pi / count
         fine = math.ceil(step / LARGEST_STEP)
         h = step / fine
@@ -233,7 +231,6 @@ class DieselCycle:
         start = (first + np.arange(count * fine) / fine) * step
         nodes = start[:, None] + h * np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
         decay, source = self._coefficients(nodes)
-
         within = np.einsum("iq,pq->ip", h * decay, _GAUSS_INNER)
         factor = np.exp(np.einsum("iq,q->i", -h * decay, _GAUSS_WEIGHTS))
         # Contribution of the source at each Gauss node to the pressure at the interval's end.
@@ -253,9 +250,8 @@ class DieselCycle:
             pressure[i] = p
             p = p * f + g
         # The table begins in the intake stroke: it is rotated to begin at -2 pi.
-        index = first + np.arange(count)
-        angle: Floats = np.arange(-(count // 2), count - count // 2) * np.float64(step)
-        return angle, np.roll(pressure, index[0] + count // 2)
+        angle = np.arange(-(count // 2), count - count // 2) * np.float64(step)
+        return angle, np.roll(pressure, first + count // 2)
 
     def _wiebe_arguments(self, angle: Floats) -> tuple[Floats, Floats, float]:
         """Reduced times of both combustions, 0 before they start, and the share of the first."""
@@ -273,8 +269,7 @@ class DieselCycle:
         speed = np.asarray(reduced, dtype=np.float64)
         growth = 0.5 * speed
         change = _smooth_step(0.5 * ((phi - 2.0 * math.pi) / self.valve_ramp + 1.0))
-        before = phi < 0.0
-        share = np.where(before, 1.0, change)
+        share = np.where(phi < 0.0, 1.0, change)
         intake = self.intake_pressure - self.intake_loss * speed**2
         exhaust = self.exhaust_pressure + self.exhaust_loss * speed**2
         manifold = exhaust + (intake - exhaust) * share
@@ -288,12 +283,6 @@ def _smooth_step(u: Floats) -> Floats:
     """Smooth step from 0 at u = 0 to 1 at u = 1, with two derivatives zero at both ends."""
     t = np.clip(u, 0.0, 1.0)
     return np.asarray(t**3 * (10.0 + t * (6.0 * t - 15.0)), dtype=np.float64)
-
-
-def _show(name: str, low: float, high: float) -> str:
-    unit, size = FILE_UNITS[name]
-    words = "" if unit == "1" else f" {unit}"
-    return f"{low / size:.6g} and {high / size:.6g}{words}"
 
 
 # Gauss-Legendre on 0..1 with three nodes: nodes, weights, and the integrals of the quadratic

@@ -28,7 +28,6 @@ from engine_dyn.pressure.diagram import Diagram, largest_of_blends, never_burns
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.pressure.file_fields import FileField, documented
-from engine_dyn.types import Floats
 
 FILE_FIELDS: dict[str, FileField] = {
     **compressor.FILE_FIELDS,
@@ -135,14 +134,8 @@ class DoubleActingCycle(CompressorCycle):
         if odd:
             raise ValueError(f"step = {step_degrees:g} degree: 180 must be a multiple of it")
         table = tabulate(self._of_crank_end(), step_degrees, crank_end=True)
-
-        def half_a_turn_later(values: Floats) -> Floats:
-            return np.asarray(np.roll(values, half))
-
-        crank = Diagram(
-            head.angle, half_a_turn_later(table.pressure), half_a_turn_later(table.slope),
-            TWO_STROKE,
-        )  # fmt: skip
+        pressure, slope = np.roll(table.pressure, half), np.roll(table.slope, half)
+        crank = Diagram(head.angle, pressure, slope, TWO_STROKE)
         share = (self.piston_rod_diameter / self.bore) ** 2
         return DoubleActingDiagram(
             head.angle,

@@ -49,8 +49,7 @@ class TableAxis:
     @cached_property
     def first(self) -> Integers:
         """Row of each given value."""
-        rows: Integers = np.concatenate(([0], np.cumsum(self.steps))).astype(np.int64)
-        return rows
+        return np.concatenate(([0], np.cumsum(self.steps))).astype(np.int64)
 
     @property
     def count(self) -> int:
@@ -80,7 +79,7 @@ class TableAxis:
         nearest = np.rint(place)
         place = np.where(np.abs(place - nearest) <= 1e-9, nearest, place)
         whole = np.floor(place)
-        row: Integers = (self.first[segment] + whole).astype(np.int64)
+        row = (self.first[segment] + whole).astype(np.int64)
         return row, np.asarray(place - whole, dtype=np.float64)
 
     def between(self, row: int) -> tuple[int, float]:

@@ -111,9 +111,8 @@ def documented(kind: str, fields: Mapping[str, FileField]) -> Callable[[Class], 
     """
     rows = []
     for name, item in fields.items():
-        unit = "1" if item.unit == "1" else item.unit
         ends = "ends included" if item.ends else "ends excluded"
-        rows.append(f"{name} [{unit}]: {item.low:.6g} to {item.high:.6g}, {ends}")
+        rows.append(f"{name} [{item.unit}]: {item.low:.6g} to {item.high:.6g}, {ends}")
     lines = [
         "Notes",
         "-----",

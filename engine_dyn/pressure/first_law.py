@@ -404,22 +404,15 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
     closing = closing_angle(kind.period, columns)
     scavenge = zero if four else columns["scavenge_opening"]
     with np.errstate(invalid="ignore", divide="ignore"):
-        case: dict[str, Floats] = dict(
+        case: dict[str, Floats] = {n: columns[n] for n in Case._fields if n in columns}
+        if not four:
+            case |= dict(intake_loss=zero, exhaust_loss=zero)
+        case |= dict(
             two_stroke=zero if four else one,
             wall=wall * one,
             clearance=1.0 / (columns["compression_ratio"] - 1.0),
-            crank_ratio=columns["crank_ratio"],
-            offset_ratio=columns["offset_ratio"],
             half_stroke=_half_strokes(columns),
-            intake_pressure=columns["intake_pressure"],
-            exhaust_pressure=columns["exhaust_pressure"],
-            intake_loss=columns["intake_loss"] if four else zero,
-            exhaust_loss=columns["exhaust_loss"] if four else zero,
-            charge_temperature=columns["charge_temperature"],
             charge_gamma=columns["gamma_300"] - columns["gamma_slope"] * warmer,
-            gamma_slope=columns["gamma_slope"],
-            heat=columns["heat"],
-            wiebe_factor=columns["wiebe_factor"],
             share=1.0 - columns["premixed_share"],
             start=columns["combustion_start"],
             duration=columns["combustion_duration"],
@@ -427,9 +420,6 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
             second_start=columns["premixed_start"],
             second_duration=columns["premixed_duration"],
             second_form=columns["premixed_form"],
-            compression_exponent=columns["compression_exponent"],
-            expansion_exponent=columns["expansion_exponent"],
-            wall_temperature=columns["wall_temperature"],
             wall_scale=columns["wall_factor"] * WOSCHNI_FACTOR * bore**-0.2 / speed,
             wall_ends=2.0 / stroke,
             wall_liner=4.0 / bore,

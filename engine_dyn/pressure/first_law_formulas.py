@@ -315,18 +315,15 @@ def refusals(period: float, columns: Mapping[str, Floats], wall: int) -> Iterato
     `period` tells a four-stroke cycle from a two-stroke one; `wall` is the place in WALLS.
     """
     four = period == FOUR_STROKE
-    units = FOUR_STROKE_UNITS if four else TWO_STROKE_UNITS
+    known = FOUR_STROKE_FIELDS if four else TWO_STROKE_FIELDS
     ranges = {**_GAS, **_FURTHER, **(_VALVES if four else _PORTS), **_OF_WALL.get(wall, {})}
 
     def said(name: str, allowed: str) -> Any:
-        unit, size = units[name]
-        words = "" if unit == "1" else f" {unit}"
-
         def message(place: int) -> str:
-            value = float(columns[name].reshape(-1)[place])
+            value, field = float(columns[name].reshape(-1)[place]), known[name]
             if not math.isfinite(value):
                 return f"{name} = {value}: must be a finite number"
-            return f"{name} = {value / size:.6g}{words}: must be {allowed}"
+            return f"{name} = {value / field.size:.6g}{field.words}: must be {allowed}"
 
         return message
 
@@ -339,37 +336,25 @@ def refusals(period: float, columns: Mapping[str, Floats], wall: int) -> Iterato
         if name == "exhaust_closing":
             within |= np.isnan(value)
         yield ~within, said(name, item.allowed)
-
-    offset, ratio = columns["offset_ratio"], columns["crank_ratio"]
-    yield (
-        ~(ratio * (1.0 + np.abs(offset)) < 1.0),
-        said("offset_ratio", "such that the crank turns: with the crank radius below the rod"),
-    )
+    stuck = ~(columns["crank_ratio"] * (1.0 + np.abs(columns["offset_ratio"])) < 1.0)
+    text = "such that the crank turns: with the crank radius below the rod"
+    yield stuck, said("offset_ratio", text)
     closing, opening = closing_angle(period, columns), columns["exhaust_opening"]
     starts = [columns["combustion_start"]]
     starts.append(np.where(columns["premixed_share"] > 0.0, columns["premixed_start"], starts[0]))
-    last = "intake_closing" if four else "scavenge_opening"
+    last = "intake_closing" if four else "exhaust_opening"
     if not four:
-        yield (
-            columns["scavenge_opening"] <= opening,
-            said("scavenge_opening", "after exhaust_opening"),
-        )
-        last = "exhaust_opening"
+        early = columns["scavenge_opening"] <= opening
+        yield early, said("scavenge_opening", "after exhaust_opening")
     else:
-        for name, source in (
-            ("intake_loss", "intake_pressure"),
-            ("exhaust_loss", "exhaust_pressure"),
-        ):
-            yield columns[name] > 0.5 * columns[source], said(name, f"at most half of {source}")
+        for name in ("intake", "exhaust"):
+            large = columns[f"{name}_loss"] > 0.5 * columns[f"{name}_pressure"]
+            yield large, said(f"{name}_loss", f"at most half of {name}_pressure")
     for name, start in zip(("combustion_start", "premixed_start"), starts, strict=True):
         yield start <= closing, said(name, f"after the cylinder has closed ({last})")
         yield start >= opening, said(name, "before exhaust_opening")
-    ramp = columns["valve_ramp"]
-    room = period + closing - opening
-    yield (
-        2.0 * ramp > room,
-        said("valve_ramp", "at most half the time for which the cylinder is open"),
-    )
+    long = 2.0 * columns["valve_ramp"] > period + closing - opening
+    yield long, said("valve_ramp", "at most half the time for which the cylinder is open")
 
 
 def closing_angle(period: float, columns: Mapping[str, Floats]) -> Floats:

@@ -415,9 +415,7 @@ def open_part(
     following = int(math.ceil((phi - angle[0]) / step - 1e-9))
     across = math.acosh(1.0 / (case.crank_ratio * (1.0 + abs(case.offset_ratio))))
     widest = min(WIDEST, PART_OF_DISTANCE * across, LAGS_OF_INTERVAL * case.lag)
-    before = case.charge_gamma
-    if case.wall == POLYTROPIC:
-        before = case.compression_exponent
+    before = case.compression_exponent if case.wall == POLYTROPIC else case.charge_gamma
     nonlinear = case.wall == WOSCHNI
     while phi < end - 1e-12:
         after = phi < middle - 1e-12
@@ -468,13 +466,11 @@ def follow(
     """Follow a cycle until it repeats; its outcome."""
     step = period / len(angle)
     start = math.inf
-    if case.heat > 0.0 and case.share > 0.0:
-        start = case.start
-    if case.heat > 0.0 and case.share < 1.0:
-        start = min(start, case.second_start)
-    if case.wall != WOSCHNI:
-        start = math.inf
-
+    if case.wall == WOSCHNI and case.heat > 0.0:
+        if case.share > 0.0:
+            start = case.start
+        if case.share < 1.0:
+            start = min(start, case.second_start)
     # The first cycle starts in the middle of the angles at which the cylinder is open, with the
     # manifold's pressure.
     middle = 0.5 * (case.opening + case.closing + period)

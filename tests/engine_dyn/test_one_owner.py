@@ -9,7 +9,7 @@ import pytest
 
 import engine_dyn
 from engine_dyn import periodic_speed
-from engine_dyn.compilation.cache import imported
+from engine_dyn.compilation import imported
 from engine_dyn.loads import laws
 from engine_dyn.parameters import PARAMETERS as SAID
 from engine_dyn.quantities.graph import ALTERNATIVES, NODES, PARAMETERS, QUANTITIES

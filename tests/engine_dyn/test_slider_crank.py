@@ -20,7 +20,6 @@ from engine_dyn.geometry.slider_crank import (
     offset_velocity_at,
     sine_of_top,
     sum_of_angles,
-    velocity_and_slopes_at,
 )
 from tests.support.differences import PHI, slope
 
@@ -94,12 +93,6 @@ def test_formulas_of_kernels(ratio: float, offset: float) -> None:
         assert v == pytest.approx(velocity(phi, ratio, offset), rel=1e-11, abs=1e-13)
         b = offset_acceleration_at(sine, cosine, ratio, offset)
         assert b == pytest.approx(acceleration(phi, ratio, offset), rel=1e-11, abs=1e-11)
-        jerk = slope(lambda angle: acceleration(angle, ratio, offset), phi, 1e-4)
-        size = max(abs(acceleration(PHI, ratio, offset)).max(), 1.0)
-        together = velocity_and_slopes_at(sine, cosine, ratio, offset)
-        assert together[0] == pytest.approx(v, rel=1e-13, abs=1e-15)
-        assert together[1] == pytest.approx(b, rel=1e-12, abs=1e-13 * size)
-        assert together[2] == pytest.approx(jerk, rel=1e-6, abs=1e-8 * size)
 
 
 @EACH

@@ -86,8 +86,7 @@ def _cylinder_at(own: Floats, k: int, cosine: float, sine: float) -> float:
     """Reduced acceleration of the piston of cylinder k at an angle of the engine."""
     s = sine * own[6 * k] + cosine * own[6 * k + 1]
     c = cosine * own[6 * k] - sine * own[6 * k + 1]
-    acceleration: float = offset_acceleration_at(s, c, own[6 * k + 2], own[6 * k + 3])
-    return acceleration
+    return offset_acceleration_at(s, c, own[6 * k + 2], own[6 * k + 3])
 
 
 @formula

@@ -37,7 +37,9 @@ from engine_dyn.forces.balance.revolution import (
 )
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.arrangement import SAME_ANGLE, TURN
+from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount
+from engine_dyn.given_numbers import check_above_zero
 from engine_dyn.types import Complexes, Floats, Integers
 
 CHUNK = 2048  # Largest number of designs whose samples are held at a time
@@ -173,19 +175,19 @@ class RunningGear:
 
     def force_max(self) -> Floats:
         """Largest shaking force of a revolution, exact to 1e-9 of it, N."""
-        return self._each(lambda gear: gear._largest(moment=False))
+        return self._each(lambda gear: gear._of_turn(largest_of, moment=False))
 
     def moment_max(self) -> Floats:
         """Largest shaking moment of a revolution, exact to 1e-9 of it, N m."""
-        return self._each(lambda gear: gear._largest(moment=True))
+        return self._each(lambda gear: gear._of_turn(largest_of, moment=True))
 
     def force_rms(self) -> Floats:
         """Root of the mean square of the shaking force over a revolution, N."""
-        return self._each(lambda gear: gear._root_mean_square(moment=False))
+        return self._each(lambda gear: gear._of_turn(mean_squares_of, moment=False, root=True))
 
     def moment_rms(self) -> Floats:
         """Root of the mean square of the shaking moment over a revolution, N m."""
-        return self._each(lambda gear: gear._root_mean_square(moment=True))
+        return self._each(lambda gear: gear._of_turn(mean_squares_of, moment=True, root=True))
 
     def turning_force(self) -> Any:
         """Centrifugal force of all that turns with the crank, N."""
@@ -254,12 +256,11 @@ class RunningGear:
         """Take a sum over the cylinders, weighted with their levers, for each set of cylinders."""
 
         def with_weights(weights: Callable[[Lines], Floats]) -> Any:
-            counts = np.asarray(self.cylinders)
-            total: Any = 0.0
-            for count in np.unique(counts):
-                lines = lines_of(self.by_count[int(count)])
-                total = np.where(counts == count, value(lines, weights(lines)), total)
-            return total
+            def of_engine(engine: Cylinders) -> Any:
+                lines = lines_of(engine)
+                return value(lines, weights(lines))
+
+            return value_of_sets(self.cylinders, self.by_count, of_engine)
 
         if not moment:
             return with_weights(lambda lines: np.ones_like(lines.place))
@@ -288,9 +289,7 @@ class RunningGear:
                 total = total + (w * factor * radius * np.exp(1j * gamma)) * b
             return total
 
-        total = self.crank_radius * self.reciprocating_mass * self._per_count(
-            reciprocating, moment
-        )  # fmt: skip
+        total = self.crank_radius * self.reciprocating_mass * self._per_count(reciprocating, moment)
         forward, backward = np.exp(1j * angle), np.exp(-1j * angle)
         total = total + self._turning(moment) * forward
         first, second = self._shafts(moment)
@@ -380,9 +379,7 @@ class RunningGear:
         forward = forward + np.where(nu == 2.0, second[0], 0.0)
         backward = backward + np.where(nu == 1.0, first, 0.0)
         backward = backward + np.where(nu == 2.0, second[1], 0.0)
-        return (
-            self._without_rounding(forward, moment), self._without_rounding(backward, moment)
-        )  # fmt: skip
+        return (self._without_rounding(forward, moment), self._without_rounding(backward, moment))
 
     def _of_order(self, order: int, phi: Any, moment: bool) -> Any:
         forward, backward = self._orders(float(order), moment)
@@ -404,23 +401,14 @@ class RunningGear:
             result[places] = value(replace(self, **named))
         return result.reshape(asked)[()]
 
-    def _largest(self, *, moment: bool) -> Floats:
-        """Largest resultant vector of each design of a column."""
-        largest = np.empty(np.shape(self.speed)[0])
+    def _of_turn(self, fill: Any, *, moment: bool, root: bool = False) -> Floats:
+        """Number (or its root) that a kernel finds of the vectors of each design of a column."""
+        numbers = np.empty(np.shape(self.speed)[0])
         for designs, motion, lines in self._engines(moment):
             result = np.empty(designs.size)
-            largest_of(motion, lines, turns(TURN_SAMPLES), result)
-            largest[designs] = result
-        return np.asarray(self._scaled(largest[:, None])[:, 0])
-
-    def _root_mean_square(self, *, moment: bool) -> Floats:
-        """Root mean square of the resultant vector of each design of a column."""
-        mean_squares = np.empty(np.shape(self.speed)[0])
-        for designs, motion, lines in self._engines(moment):
-            result = np.empty(designs.size)
-            mean_squares_of(motion, lines, turns(TURN_SAMPLES), result)
-            mean_squares[designs] = np.sqrt(result)
-        return np.asarray(self._scaled(mean_squares[:, None])[:, 0])
+            fill(motion, lines, turns(TURN_SAMPLES), result)
+            numbers[designs] = np.sqrt(result) if root else result
+        return np.asarray(self._scaled(numbers[:, None])[:, 0])
 
     def _least_peak(self, across_weight: float) -> Floats:
         """Balanced fraction of the smallest peak force, for each design of a column."""
@@ -447,10 +435,8 @@ class RunningGear:
             row[:] = np.broadcast_to(values, (counts.size, 1))[:, 0]
         for count in np.unique(counts):
             designs = np.flatnonzero(counts == count)
-            lines = lines_of(self.by_count[int(count)])
-            yield designs, np.ascontiguousarray(motion[:, designs]), lines_array(
-                lines, moment=moment
-            )  # fmt: skip
+            lines = lines_array(lines_of(self.by_count[int(count)]), moment=moment)
+            yield designs, np.ascontiguousarray(motion[:, designs]), lines
 
     def _counterweights(self) -> Any:
         """Force that a balanced fraction of 1 adds; 0 where the forces of all throws cancel."""
@@ -473,10 +459,9 @@ def running_gear(
     ValueError
         For a radius, speed or spacing that is not above 0, negative masses.
     """
-    check_above_zero("crank_radius", crank_radius)
-    check_above_zero("speed", speed)
+    check_above_zero(crank_radius=crank_radius, speed=speed)
     if "spacing" in more:
-        check_above_zero("spacing", more["spacing"])
+        check_above_zero(spacing=more["spacing"])
     mass = np.asarray(reciprocating_mass, dtype=float)
     if not (mass >= 0.0).all():
         raise ValueError(f"reciprocating_mass = {mass.min():g}: must be 0 or more")
@@ -501,7 +486,7 @@ def counterweight_mass(unbalanced: Any, crank_radius: Any, radius: Any) -> Any:
     ValueError
         For a radius that is not above 0.
     """
-    check_above_zero("radius", radius)
+    check_above_zero(radius=radius)
     return np.asarray(unbalanced) * crank_radius / radius
 
 
@@ -519,7 +504,7 @@ def balance_shaft_mass(
         For a radius that is not above 0, or a fraction outside 0 to 1.
     """
     check_fraction(fraction)
-    check_above_zero("radius", radius)
+    check_above_zero(radius=radius)
     return (1.0 - np.asarray(fraction)) * crank_radius * reciprocating_mass / radius
 
 
@@ -529,14 +514,6 @@ def check_fraction(fraction: Any) -> None:
     wrong = ~((values >= 0.0) & (values <= 1.0))
     if wrong.any():
         raise ValueError(f"fraction = {values[wrong].flat[0]:g}: must be from 0 to 1")
-
-
-def check_above_zero(name: str, value: Any) -> None:
-    """Refuse values that are not above 0, with a ValueError that names them."""
-    values = np.asarray(value, dtype=float)
-    wrong = ~((values > 0.0) & np.isfinite(values))
-    if wrong.any():
-        raise ValueError(f"{name} = {values[wrong].flat[0]:g}: must be above 0")
 
 
 @lru_cache(maxsize=256)
@@ -558,9 +535,7 @@ def hangs_on_bank_offset(engine: Cylinders, order: int | None = None) -> bool:
         return False
 
     def moment(spacing: float, bank_offset: float) -> float:
-        gear = running_gear(
-            engine, 0.25, 1.0, 1.0, 1.0, spacing=spacing, bank_offset=bank_offset,
-        )  # fmt: skip
+        gear = running_gear(engine, 0.25, 1.0, 1.0, 1.0, spacing=spacing, bank_offset=bank_offset)
         return float(gear.moment_max() if order is None else gear.moment_ellipse(order).major)
 
     # A moment below 1e-3 of one cylinder's inertia force times the distance of throws counts as

@@ -1,5 +1,7 @@
 """The decorators of compiled functions, where these are kept on disk, and when Numba compiles.
 
+Besides this module, only arrays and vectors of kernels and the card import Numba.
+
 With ``NUMBA_DISABLE_JIT=1`` the decorators leave plain Python. Each function is kept in an archive,
 which is replaced as a whole. Numba looks only at the file that holds a function: it serves stale
 code after an edit in one that it calls (numba#1833, #9483). Its index may mix up what processes
@@ -30,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 _VERSIONS = ", ".join(f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy"))
-_ROOT = Path(__file__).parents[2]
+_ROOT = Path(__file__).parents[1]
 
 # Sources are read on import: this process runs the code of that moment, whatever is edited later.
 _SOURCES = {
