@@ -96,8 +96,7 @@ def bins_of(values: Floats, bits: int) -> Integers:
     bins = np.empty(values.shape, np.int64)
     seen = np.ascontiguousarray(values).view(np.int64)
     first, most = _ends(bits)
-    magnitude = ((seen & _MAGNITUDE) >> (52 - bits)) - first
-    np.clip(magnitude + 1, 0, most, out=bins)
+    np.clip(((seen & _MAGNITUDE) >> (52 - bits)) - first + 1, 0, most, out=bins)
     np.negative(bins, out=bins, where=seen < 0)
     return bins
 

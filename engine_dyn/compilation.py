@@ -68,8 +68,7 @@ def source_hash() -> str:
 def archive_of(function: Callable[..., Any]) -> Path:
     """Archive of a function, in a folder of this user alone: what lies there is executed."""
     named = map(os.environ.get, ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"))
-    base = next(filter(None, named), Path.home() / ".cache")
-    folder = Path(base, "engine-dyn")
+    folder = Path(next(filter(None, named), Path.home() / ".cache"), "engine-dyn")
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     about = folder.stat()
     if hasattr(os, "getuid") and (about.st_uid != os.getuid() or about.st_mode & 0o022):

@@ -92,8 +92,7 @@ def angle_deviation(speed: Any, period: float) -> Floats:
     mean, terms, _ = time_harmonics(speed, period)
     samples = np.shape(speed)[-1]
     padded = np.concatenate([np.zeros((*terms.shape[:-1], 1)), terms], axis=-1)
-    time = np.fft.irfft(padded * samples, n=samples)
-    deviation = -time / mean[..., None]
+    deviation = -np.fft.irfft(padded * samples, n=samples) / mean[..., None]
     return np.asarray(deviation - _mean(deviation / speed)[..., None] / mean[..., None])
 
 

@@ -165,5 +165,4 @@ def solve_on_card(
         solve_curves(0, False, POWER_MEAN, iterated, form, weights, designs, scratch)
         find_candidates(scratch.lanes, scratch.curves)
         fill_extremes(0, False, columns, weights, designs, scratch)
-        here = left[which : which + 1]
-        finish_block(0, 1, task, designs, results, here, scratch)
+        finish_block(0, 1, task, designs, results, left[which : which + 1], scratch)

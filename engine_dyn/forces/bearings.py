@@ -129,8 +129,7 @@ def _crank_pin(
     number: int,
 ) -> Any:  # fmt: skip
     """Parts of cylinder 1's rod load on its pin, shape (..., parts, 2), radial, tangential."""
-    member = engine.members[0]
-    pushed = _piston_force(phi, member, crank_ratio, offset, family, row)
+    pushed = _piston_force(phi, engine.members[0], crank_ratio, offset, family, row)
     radial = -mechanism.radial_ratio(phi, crank_ratio, offset)[..., None] * pushed
     tangential = slider_crank.velocity(phi, crank_ratio, offset)[..., None] * pushed
     radial[..., 3] = 1.0
@@ -146,8 +145,7 @@ def _piston_pin(
     The fourth part is that of the rod's reciprocating share, which the pin does not carry along the
     cylinder; the thrust on the wall is that of all reciprocating masses.
     """
-    member = engine.members[0]
-    pushed = _piston_force(phi, member, crank_ratio, offset, family, row)
+    pushed = _piston_force(phi, engine.members[0], crank_ratio, offset, family, row)
     side = mechanism.thrust_ratio(phi, crank_ratio, offset)[..., None] * pushed
     pushed[..., 3] = slider_crank.acceleration(phi, crank_ratio, offset)
     return np.stack([side, pushed], axis=-1)

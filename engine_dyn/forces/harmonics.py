@@ -347,8 +347,7 @@ def _of_samples(part: Part, nu: Floats, member: Member, crank_ratio: Any, offset
     """Harmonics of a part over a cylinder's own angle, from equally spaced samples of its curve."""
     columns = np.broadcast_arrays(*map(np.asarray, (crank_ratio, offset, *part.more)))
     flat = [column.reshape(-1, 1).astype(float) for column in columns]
-    samples = SAMPLES * member.cycles
-    angle: Floats = np.arange(samples, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
+    angle: Floats = np.arange(SAMPLES * member.cycles, dtype=np.float64) * (FOUR_STROKE / SAMPLES)
     orders, which = np.unique(np.asarray(nu, dtype=np.float64), return_inverse=True)
     harmonics = np.empty((flat[0].size, orders.size), dtype=np.complex128)
     for begin in range(0, flat[0].size, SAMPLED_AT_ONCE):
@@ -384,6 +383,5 @@ def _by_throw(
                 return np.full(nu.shape, np.nan)
             return summed(nu, tuple(engine.members[i] for i in places[number - 1]))
 
-        here = _by_count(of_throw, orders, cylinders, by_count)
-        total = np.where(numbers == number, here, total)
+        total = np.where(numbers == number, _by_count(of_throw, orders, cylinders, by_count), total)
     return np.asarray(total)

@@ -154,12 +154,10 @@ def gravity_torque(
             sine, cosine = _sine_and_cosine(angle, *own)
             lean = sine * np.cos(bank) + cosine * np.sin(bank)
             along = member.mass_factor * np.cos(bank)
-            velocity = slider_crank.velocity(angle, *own)
-            one = reciprocating_mass * along * velocity + turning * lean
+            one = reciprocating_mass * along * slider_crank.velocity(angle, *own) + turning * lean
             whole = whole + member.radius_factor * one
         first = banks_of(engine)[0] + inclination
-        webs = np.imag(web_unbalance * np.exp(1j * (phi + first)))
-        return whole * crank_radius + webs
+        return whole * crank_radius + np.imag(web_unbalance * np.exp(1j * (phi + first)))
 
     return GRAVITY * value_of_sets(cylinders, by_count, of_engine)
 
@@ -444,5 +442,4 @@ def _fill_reversals(load: Floats, result: Floats) -> None:
                     else:
                         longest_down = max(longest_down, place - last)
                 last = place
-        known = math.isfinite(force[0])
-        result[design] = min(longest_up, longest_down) if known else math.nan
+        result[design] = min(longest_up, longest_down) if math.isfinite(force[0]) else math.nan

@@ -51,8 +51,7 @@ def pressure(
     rows = np.unique(np.concatenate([first.reshape(-1), np.ceil(place).astype(np.int64).ravel()]))
     common = angle.size == (angle.shape[-1] if angle.ndim else 1)
     if common and place.shape[-1:] in ((), (1,)):  # all designs have the same angles
-        flat = angle.reshape(-1)
-        table = pressures_of_rows(family, rows, flat, factor)
+        table = pressures_of_rows(family, rows, angle.reshape(-1), factor)
         at = np.searchsorted(rows, first.reshape(-1))
         after = np.minimum(at + (weight.reshape(-1) > 0.0), rows.size - 1)
         share = weight.reshape(-1, 1)

@@ -315,8 +315,7 @@ class Arrangement:
     @cached_property
     def firing_intervals(self) -> Floats:
         """Angle from each firing to the next [rad], in firing order; their sum is the cycle."""
-        sorted_angles = np.sort(self.firing_angles)
-        return np.diff(sorted_angles, append=self.period)
+        return np.diff(np.sort(self.firing_angles), append=self.period)
 
     @cached_property
     def is_even(self) -> bool:

@@ -95,8 +95,7 @@ class ArticulatedRod(NamedTuple):
 
     def bottom(self, crank_ratio: Any, offset: Any) -> Any:
         """Own angle at bottom dead centre [rad]: pi, about."""
-        bottom = self._theta(crank_ratio, offset, np.pi)
-        return bottom - self._theta(crank_ratio, offset)
+        return self._theta(crank_ratio, offset, np.pi) - self._theta(crank_ratio, offset)
 
     def stroke(self, crank_ratio: Any, offset: Any) -> Any:
         """Stroke over two crank radii [1]."""
@@ -110,13 +109,11 @@ class ArticulatedRod(NamedTuple):
 
     def velocity(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
         """Piston velocity over the crank pin's, positive away from its top dead centre."""
-        theta = angle + self._theta(crank_ratio, offset)
-        return -self._height(theta, crank_ratio, offset).slope
+        return -self._height(angle + self._theta(crank_ratio, offset), crank_ratio, offset).slope
 
     def acceleration(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
         """Piston acceleration at constant speed over r omega^2."""
-        theta = angle + self._theta(crank_ratio, offset)
-        return -self._height(theta, crank_ratio, offset).bend
+        return -self._height(angle + self._theta(crank_ratio, offset), crank_ratio, offset).bend
 
     def diagram_angle(self, angle: Any, crank_ratio: Any, offset: Any) -> Any:
         """Angle of the master at the same part of its stroke, downwards or upwards as this one.

@@ -64,8 +64,7 @@ def position_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike) -> 
     for order in np.unique(nu[even]):
         here = nu == order
         n = round(float(order) / 2.0)
-        series = _root_series(n, q[here])
-        result[here] = -(1.0 + root[here]) / ratio[here] * q[here] ** n * series
+        result[here] = -(1.0 + root[here]) / ratio[here] * q[here] ** n * _root_series(n, q[here])
     return result
 
 
@@ -82,8 +81,7 @@ def acceleration_coefficients(orders: npt.ArrayLike, crank_ratio: npt.ArrayLike)
 
     docs/method.md (16); Mosakowski, eq. 6; Rakopoulos notes, beta_1 to beta_6, there also Q_nu.
     """
-    nu = np.asarray(orders, dtype=float)
-    return 0.0 - nu**2 * position_coefficients(orders, crank_ratio)
+    return 0.0 - np.asarray(orders, dtype=float) ** 2 * position_coefficients(orders, crank_ratio)
 
 
 def mean_position(crank_ratio: npt.ArrayLike) -> Floats:

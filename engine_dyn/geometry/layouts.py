@@ -329,8 +329,7 @@ def radial(cylinders: int, rows: int = 1, period: float = FOUR_STROKE) -> Arrang
         row = k % rows
         # A row begins with the cylinder whose dead centre is at the row's first firing.
         first = row * period / cylinders
-        behind = (k * spacing - row * math.pi - first) % TURN
-        step = round(behind / (TURN / in_row))
+        step = round(((k * spacing - row * math.pi - first) % TURN) / (TURN / in_row))
         second = period > TURN and step % 2
         firing.append((first + TURN * ((step % in_row) / in_row + bool(second))) % period)
     return _built(
@@ -556,8 +555,7 @@ def _of_order(
 
 def _fires(made: Arrangement, order: Sequence[int]) -> bool:
     """Whether the cylinders fire one after the other in a given order."""
-    apart = bool((made.firing_intervals > SAME_ANGLE).all())
-    return apart and made.firing_order == tuple(order)
+    return bool((made.firing_intervals > SAME_ANGLE).all()) and made.firing_order == tuple(order)
 
 
 def _oddness(made: Arrangement, pins: str) -> float:

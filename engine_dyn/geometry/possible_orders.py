@@ -405,8 +405,7 @@ def _firing_angles(engine: Arrangement, moved: Sequence[float]) -> Iterator[tupl
     for some in _in_pieces(turns, count - 1):
         angles = np.zeros((len(some), count))
         angles[:, 1:] = top[1:] + TURN * some
-        ordered = np.sort(angles, axis=1)
-        intervals = np.diff(ordered, axis=1, append=engine.period)
+        intervals = np.diff(np.sort(angles, axis=1), axis=1, append=engine.period)
         apart = np.abs(np.sort(intervals, axis=1) - wanted).max(axis=1)
         for row in angles[apart < 2.0 * SAME_ANGLE]:
             yield tuple(round(angle / DEGREE, DIGITS) * DEGREE for angle in row.tolist())

@@ -283,8 +283,7 @@ def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Dea
     folded = np.arcsin(reduced / (1.0 - ratio))
     # docs/method.md (6): the difference of two roots is multiplied and divided by their sum.
     far, near = (1.0 + ratio) ** 2 - reduced**2, (1.0 - ratio) ** 2 - reduced**2
-    stroke = 2.0 / (np.sqrt(far) + np.sqrt(near))
-    return DeadCentres(top, np.pi + (folded - top), stroke)
+    return DeadCentres(top, np.pi + (folded - top), 2.0 / (np.sqrt(far) + np.sqrt(near)))
 
 
 def crank_radius(stroke: npt.ArrayLike, rod_length: npt.ArrayLike, offset: npt.ArrayLike) -> Any:

@@ -140,8 +140,7 @@ def wheel_from_angles(degrees: Sequence[float]) -> Wheel:
 
 def _alike(one: Floats, other: Floats) -> int:
     """Number of shifts after which intervals equal others; only the longest ones are compared."""
-    last = int(np.argmax(other))
-    shifts = last - np.flatnonzero(np.isclose(one, one.max()))
+    shifts = int(np.argmax(other)) - np.flatnonzero(np.isclose(one, one.max()))
     return sum(np.allclose(np.roll(one, shift), other) for shift in shifts)
 
 

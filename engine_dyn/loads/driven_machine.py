@@ -118,8 +118,7 @@ class TorqueOverAngle:
         place = self.angle[0] + np.mod(np.asarray(theta, float) - self.angle[0], self.period)
         before = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, len(self.angle) - 1)
         step = knots[before + 1] - knots[before]
-        after = (before + 1) % len(self.angle)
-        return (place - knots[before]) / step, step, before, after
+        return (place - knots[before]) / step, step, before, (before + 1) % len(self.angle)
 
     @cached_property
     def mean(self) -> float:
@@ -132,8 +131,7 @@ class TorqueOverAngle:
     @cached_property
     def repeats(self) -> int:
         """How often the torque repeats within its period: found, not declared."""
-        torque = self.torque - self.torque.mean()
-        within = ALIKE * max(float(np.ptp(torque)), 1e-300)
+        within = ALIKE * max(float(np.ptp(self.torque - self.torque.mean())), 1e-300)
         # Most candidates for the number of repetitions fail at the steepest knot, and need not be
         # tried at all the others.
         steepest = int(np.argmax(np.abs(self.slope)))
@@ -398,9 +396,8 @@ def torque_of_harmonics(
             f"orders repeat together after {revolutions} revolutions: must be at most "
             f"{MOST_REVOLUTIONS}"
         )
-    highest = max(harmonics, default=0.0)
     # At least 720 knots in a revolution, and 480 in a period of the highest harmonic.
-    count = revolutions * max(720, math.ceil(480 * highest))
+    count = revolutions * max(720, math.ceil(480 * max(harmonics, default=0.0)))
     theta: Floats = np.arange(count, dtype=np.float64) * (revolutions * REVOLUTION / count)
     torque: Floats = np.full(count, float(mean))
     slope: Floats = np.zeros(count)
@@ -538,8 +535,7 @@ def harmonics_of_load(
     samples = 8192 * turns
     curve = over_angle(np.arange(samples) * (over_angle.period / samples))
     of_torque = np.fft.rfft(curve) * (2.0 / samples)
-    exact = whole_ratio(over_angle, gear_ratio, cycle)
-    harmonic = np.asarray(orders) * turns / exact
+    harmonic = np.asarray(orders) * turns / whole_ratio(over_angle, gear_ratio, cycle)
     whole = np.rint(harmonic)
     there = (np.abs(harmonic - whole) < ALIKE * np.maximum(whole, 1.0)) & (whole < of_torque.size)
     harmonics = np.where(there, of_torque[np.where(there, whole, 0.0).astype(np.int64)], 0.0)

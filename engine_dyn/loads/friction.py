@@ -278,8 +278,7 @@ def crankshaft_seals(bore: Any, stroke: Any, cylinders: Any, journal_diameter: A
     docs/method.md (33). `bore`, `stroke` and `journal_diameter` (of a main journal) in [m];
     `cylinders` is their number.
     """
-    swept = _swept(bore, stroke, cylinders)
-    return KILOPASCAL * 1.22e5 * (MM * journal_diameter) / swept
+    return KILOPASCAL * 1.22e5 * (MM * journal_diameter) / _swept(bore, stroke, cylinders)
 
 
 def _journal_bearings(

@@ -64,8 +64,7 @@ class _Kept:
         if missing.size:
             self._add(make(missing), missing, wanted)
         assert self.curves is not None
-        index = np.searchsorted(self.numbers, numbers)
-        return self.curves._replace(rows=self.curves.rows[index])
+        return self.curves._replace(rows=self.curves.rows[np.searchsorted(self.numbers, numbers)])
 
     def _add(self, made: Curves, missing: Integers, wanted: Integers) -> None:
         """Keep new rows; drop older ones that belong to another block or exceed the memory."""
@@ -215,8 +214,7 @@ class CycleTable(Family):
         """Whether there is a cycle at each place in the table."""
         wanted = np.asarray(place, dtype=np.float64)
         below, weight = _split(wanted.reshape(-1))
-        above = below + (weight > 0.0)
-        curves = self.curves(np.concatenate([below, above]))
+        curves = self.curves(np.concatenate([below, below + (weight > 0.0)]))
         both = curves.known[curves.rows].reshape(2, -1)
         return np.asarray((both[0] & both[1]).reshape(wanted.shape))
 
@@ -405,8 +403,7 @@ class CycleTable(Family):
         make: Callable[[Integers], Curves],
     ) -> Curves:  # fmt: skip
         """Rows interpolated between two of those that `make` makes from numbers."""
-        between = fraction > 0.0
-        second = np.where(between, second, first)
+        second = np.where(fraction > 0.0, second, first)
         wanted = np.unique(np.concatenate([first, second]))
         places = np.searchsorted(wanted, first), np.searchsorted(wanted, second)
         return morphed(make(wanted), *places, fraction, self.period, self.threads)
@@ -444,5 +441,4 @@ def _split(place: Floats) -> tuple[Integers, Floats]:
 def _between(axis: TableAxis, row: Integers) -> tuple[Integers, Floats]:
     """Index of the given value at or below each row, and the fraction of the way to the next."""
     segment = np.searchsorted(axis.first, row, side="right") - 1
-    steps = np.append(axis.steps, 1)[segment]
-    return segment, np.asarray((row - axis.first[segment]) / steps)
+    return segment, np.asarray((row - axis.first[segment]) / np.append(axis.steps, 1)[segment])

@@ -141,8 +141,7 @@ class Diagram:
         s0, s1 = self.slope, np.roll(self.slope, -1)
         step = np.diff(self.angle, append=self.angle[0] + self.period)
         t = _stationary(p0, p1, s0, s1, step)
-        inside = np.isfinite(t)
-        phi = (self.angle[:, None] + t * step[:, None])[inside]
+        phi = (self.angle[:, None] + t * step[:, None])[np.isfinite(t)]
         low = float(self.pressure.min())
         return min(low, float(self(phi).min())) if phi.size else low
 

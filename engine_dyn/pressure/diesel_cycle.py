@@ -170,16 +170,14 @@ class DieselCycle:
 
     def burnt_fraction(self, phi: ArrayLike) -> Floats:
         """Part of the heat released by each crank angle [rad, -pi..pi], 0..1 (double Wiebe)."""
-        angle = np.asarray(phi, dtype=np.float64)
-        early, late, share = self._wiebe_arguments(angle)
+        early, late, share = self._wiebe_arguments(np.asarray(phi, dtype=np.float64))
         fast = -np.expm1(-WIEBE * early ** (self.premixed_form + 1.0))
         slow = -np.expm1(-WIEBE * late ** (self.diffusion_form + 1.0))
         return np.asarray(share * fast + (1.0 - share) * slow, dtype=np.float64)
 
     def burning_rate(self, phi: ArrayLike) -> Floats:
         """Return the derivative of `burnt_fraction` [1/rad]."""
-        angle = np.asarray(phi, dtype=np.float64)
-        early, late, share = self._wiebe_arguments(angle)
+        early, late, share = self._wiebe_arguments(np.asarray(phi, dtype=np.float64))
 
         def rate(t: Floats, form: float, duration: float) -> Floats:
             peak = WIEBE * (form + 1.0) / duration

@@ -390,8 +390,7 @@ def peaks_between(place: ArrayLike, pressure_of: Callable[[int], Floats]) -> Flo
     if flat.size == 1:  # for one place, this takes a tenth of the time of the table below
         curve = pressure_of(int(lower[0]))
         if fraction[0] > 0.0:
-            after = pressure_of(int(lower[0]) + 1)
-            curve = (1.0 - fraction[0]) * curve + fraction[0] * after
+            curve = (1.0 - fraction[0]) * curve + fraction[0] * pressure_of(int(lower[0]) + 1)
         return np.full(wanted.shape, curve.max())
     # There are few rows and many designs: rows are marked instead of sorted.
     starts, blended = (np.zeros(int(lower.max()) + 1, dtype=np.bool_) for _ in range(2))
@@ -476,10 +475,9 @@ def morph(start: Diagram, end: Diagram, fraction: float) -> Diagram:
     before = min(max(WARP_BEFORE, WARP_PER_SHIFT * shift), room)
     after = min(max(WARP_AFTER, WARP_PER_SHIFT * shift), room)
     distance = start.angle - peak
-    reach = np.where(distance < 0.0, before, after)
     # The bump (1 - u^2)^3 is smooth, 1 at the peak and 0 with two derivatives at its ends; its
     # slope stays under 1.72 / reach, so the warp is monotone for shifts up to 0.58 of the reach.
-    bump = np.maximum(1.0 - (distance / reach) ** 2, 0.0) ** 3
+    bump = np.maximum(1.0 - (distance / np.where(distance < 0.0, before, after)) ** 2, 0.0) ** 3
     low = start(start.angle + (from_angle - peak) * bump)
     high = end(start.angle + (to_angle - peak) * bump)
     pressure = np.exp((1.0 - fraction) * np.log(low) + fraction * np.log(high))

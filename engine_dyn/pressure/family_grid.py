@@ -189,8 +189,7 @@ class FamilyGrid(RowsOfDiagrams):
         """
         values, places = distinct_combinations(load, speed)
         self.locate(values[:, 0], values[:, 1])
-        peaks = np.array([self.at(float(a), float(b)).peak for a, b in values])
-        return np.asarray(peaks[places])
+        return np.asarray(np.array([self.at(float(a), float(b)).peak for a, b in values])[places])
 
     @cached_property
     def _speed_axis(self) -> TableAxis:

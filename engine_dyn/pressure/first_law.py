@@ -379,14 +379,6 @@ def tabulate(
 _SUMMARY = ("trapped_pressure", "hottest", "heat", "work", "wall_loss")
 
 
-def _half_strokes(columns: Mapping[str, Floats]) -> Floats:
-    """Half the stroke over the crank radius; 1 where there is no offset, or no valid cycle."""
-    ratio, offset = columns["crank_ratio"], columns["offset_ratio"]
-    turns = ratio * (1.0 + np.abs(offset)) < 1.0
-    some = np.where(turns, ratio, 0.5), np.where(turns, offset, 0.0)
-    return np.asarray(slider_crank.dead_centres(*some).stroke)
-
-
 def _end_of_combustion(which: str, columns: Mapping[str, Floats]) -> Floats:
     """Angle at which all of a combustion has burnt."""
     power = 1.0 / (columns[f"{which}_form"] + 1.0)
@@ -403,6 +395,10 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
     bore, stroke, speed = (columns[n] for n in ("bore", "stroke", "speed"))
     closing = closing_angle(kind.period, columns)
     scavenge = zero if four else columns["scavenge_opening"]
+    # Rows that are no valid cycle get a crank that turns, so that the other rows are computed.
+    ratio, offset = columns["crank_ratio"], columns["offset_ratio"]
+    turns = ratio * (1.0 + np.abs(offset)) < 1.0
+    crank = np.where(turns, ratio, 0.5), np.where(turns, offset, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         case: dict[str, Floats] = {n: columns[n] for n in Case._fields if n in columns}
         if not four:
@@ -411,7 +407,7 @@ def _cases(kind: type[_ClosedCycle], columns: Mapping[str, Floats], wall: int) -
             two_stroke=zero if four else one,
             wall=wall * one,
             clearance=1.0 / (columns["compression_ratio"] - 1.0),
-            half_stroke=_half_strokes(columns),
+            half_stroke=np.asarray(slider_crank.dead_centres(*crank).stroke),
             charge_gamma=columns["gamma_300"] - columns["gamma_slope"] * warmer,
             share=1.0 - columns["premixed_share"],
             start=columns["combustion_start"],

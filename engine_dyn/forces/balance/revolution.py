@@ -247,8 +247,7 @@ def least_mean_square(forward: Any, backward: Any, weights: Any, across_weight: 
     product = product + (1.0 - weight) * (backward * weights).real
     size = (1.0 + weight) * np.abs(weights) ** 2
     there = size > 0.0
-    fraction = -product / np.where(there, size, 1.0)
-    return np.where(there, np.clip(fraction, 0.0, 1.0), np.nan)
+    return np.where(there, np.clip(-product / np.where(there, size, 1.0), 0.0, 1.0), np.nan)
 
 
 def least_peak(
