@@ -97,7 +97,9 @@ def read_axes(
 def _parameter(key: str, table: str, name: str) -> Node:
     """Parameter that a key of [set] or [axes] names."""
     if key in CYLINDER_KEYS or key in KEYS_OF_SET:
-        also = f"; [{table}] may have {_instead(key)}" if table != "set" else ""
+        one = f"{key.removesuffix('s')}_2"  # Parameter of the second cylinder
+        instead = f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
+        also = f"; [{table}] may have {instead}" if table != "set" else ""
         raise SceneError(f"{name}: [{table}] {key}: must be in [set] or the engine file{also}")
     if key in SOLVER_COLUMNS:
         raise SceneError(f"{name}: [{table}] {key}: must be in [solver] or a column of [designs]")
@@ -106,12 +108,6 @@ def _parameter(key: str, table: str, name: str) -> Node:
     node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
     assert node is not None  # Without `also`, `known_key` returns a parameter
     return node
-
-
-def _instead(key: str) -> str:
-    """Text on the keys that [axes] may have instead of a key of [set]."""
-    one = f"{key.removesuffix('s')}_2"
-    return f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
 
 
 def _axis(key: str, raw: Any, name: str) -> Floats:

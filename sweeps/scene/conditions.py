@@ -74,7 +74,8 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
     if match is None or not match[3].strip():
         raise _no_condition(text)
     name, sign, limit = match[1], match[2], match[3].strip().strip("'\"")
-    named = _named(name)
+    node = PARAMETERS.get("wanted_delta" if name == "delta" else name)
+    named = {} if node is None else dict(node.named)  # For delta, its admissible values
     if limit in named:
         return Constraint(name, sign, named[limit])
     try:
@@ -105,12 +106,6 @@ def _no_condition(text: str) -> SceneError:
         f"condition {shown(text)}: must be a name, one of <= >= < >, and a number, such as "
         "'delta <= 1/150' or 'brake_power >= 60 kW'"
     )
-
-
-def _named(name: str) -> dict[str, float]:
-    """Values of a quantity that have names: for delta, its admissible values."""
-    node = PARAMETERS.get("wanted_delta" if name == "delta" else name)
-    return {} if node is None else dict(node.named)
 
 
 def conditions_of(within: str | Sequence[str], units: Units) -> list[Constraint]:

@@ -209,7 +209,10 @@ def read_distribution(raw: Any, where: str, node: Node | None) -> Distribution:
     if node.whole or node.even:
         raise SceneError(f"{where}: whole numbers have low and high, or a list of values")
     if keys == {"low", "mode", "high"}:
-        return _triangular(low, given["mode"], high, where)
+        mode = given["mode"]
+        if low <= mode <= high:
+            return Triangular(low, mode, high)
+        raise SceneError(f"{where} mode = {mode:g}: must be from {low:g} (low) to {high:g} (high)")
     if keys == {"mean", "deviation", "low", "high"}:
         return _truncated(given, where)
     raise SceneError(f"{where}: has {', '.join(given)}; must have {FORMS}")
@@ -235,12 +238,6 @@ def _choice(raw: Any, where: str, node: Node | None) -> Choice:
         twice = next(value for value in values if values.count(value) > 1)
         raise SceneError(f"{where}: duplicate value {twice}; values must be unique")
     return Choice(values)
-
-
-def _triangular(low: float, mode: float, high: float, where: str) -> Triangular:
-    if not low <= mode <= high:
-        raise SceneError(f"{where} mode = {mode:g}: must be from {low:g} (low) to {high:g} (high)")
-    return Triangular(low, mode, high)
 
 
 def _truncated(given: Mapping[str, float], where: str) -> TruncatedNormal:

@@ -87,14 +87,16 @@ def engine_choices(
     engines = _engine_axis(given, name, base)
     _check_once(given, labels, name)
     of_rows = {key: labels[key] for key in (ENGINE, ARRANGEMENT) if key in labels}
-    if ENGINE in of_rows:
-        for row, text in _first_rows(of_rows[ENGINE]):
-            load_engine(text, base, f"{name}: [designs] engine, row {row}")
+    rows = of_rows.get(ENGINE, ())
+    for text in dict.fromkeys(rows):
+        load_engine(text, base, f"{name}: [designs] engine, row {rows.index(text) + 1}")
     several = _arrangements(given, name)
     if engines is None and not of_rows and not _differ(several, given, name, base):
         return None
     if several or ARRANGEMENT in of_rows:
-        _check_cylinders(given, designs, name)
+        for table, keys in (("set", given.set), ("axes", given.axes), ("designs", designs)):
+            if "cylinders" in keys:
+                raise refused("cylinders", "several arrangements", f"{name}: [{table}] cylinders")
     told = {ENGINE: engines or [], ARRANGEMENT: list(several)}
     told = {key: texts for key, texts in told.items() if texts}
     along: list[list[_Chosen]] = [
@@ -226,21 +228,6 @@ def _count(arrangement: Any, engine: Engine, where: str) -> int:
         return len(arrangement_of(read, engine.period).cylinders)
     except ValueError as error:
         raise SceneError(f"{where}: {mentioned(error)}") from None
-
-
-def _check_cylinders(given: SceneFile, designs: Mapping[str, Floats], name: str) -> None:
-    """Check that nothing gives the number of cylinders next to arrangements of several numbers."""
-    for table, keys in (("set", given.set), ("axes", given.axes), ("designs", designs)):
-        if "cylinders" in keys:
-            raise refused("cylinders", "several arrangements", f"{name}: [{table}] cylinders")
-
-
-def _first_rows(texts: Sequence[str]) -> list[tuple[int, str]]:
-    """Each text with the number of the first row that has it, from 1."""
-    first: dict[str, int] = {}
-    for row, text in enumerate(texts, start=1):
-        first.setdefault(text, row)
-    return [(row, text) for text, row in first.items()]
 
 
 def _groups(of_rows: Mapping[str, Sequence[str]]) -> list[_Chosen]:

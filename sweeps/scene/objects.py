@@ -170,7 +170,10 @@ def _designs(given: Any, where: str) -> Any:
     known = [n for n in given.index.names if n in PARAMETERS or n in LABELS]
     if known:
         given = given.reset_index(known)
-    elif _of_texts(given.index) and LABELS[0] not in given and DESIGN not in given.index.names:
+    elif (
+        len(given.index) and all(isinstance(item, str) for item in given.index)
+        and LABELS[0] not in given and DESIGN not in given.index.names
+    ):  # fmt: skip
         given = given.set_axis(given.index.rename(LABELS[0])).reset_index()
     for column in given.columns:
         if not isinstance(column, str):
@@ -181,10 +184,6 @@ def _designs(given: Any, where: str) -> Any:
     if len(twice):
         raise SceneError(f"{where} {one_line(twice[0], 60)}: two columns of this name")
     return {column: given[column] for column in given.columns}
-
-
-def _of_texts(index: Any) -> bool:
-    return len(index) > 0 and all(isinstance(item, str) for item in index)
 
 
 def _text(given: Any, where: str, tables: Mapping[str, Any]) -> str | None:

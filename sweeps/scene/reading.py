@@ -48,12 +48,7 @@ from sweeps.scene.engine_choices import (
     engine_choices,
     those_possible,
 )
-from sweeps.scene.features import (
-    check_asked,
-    parts_of_scene,
-    with_features,
-    without_dropped,
-)
+from sweeps.scene.features import check_asked, parts_of_scene, with_features, without_dropped
 from sweeps.scene.firing_patterns import read_firing_patterns
 from sweeps.scene.keywords import Tables, changed, no_scene, tables_in_signature
 from sweeps.scene.model import Scene, SeveralEngines

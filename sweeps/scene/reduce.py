@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from sweeps.base.checks import Strict
-
-if TYPE_CHECKING:
-    pass
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Default quantiles of statistics
 
@@ -72,8 +68,7 @@ class ReduceTable(Strict):
         default=[], description="a list of conditions such as 'delta <= 1/150', which are counted"
     )
     at_every: str | list[str] = Field(
-        default=[],
-        description="a list of axes at all values of which designs are judged",
+        default=[], description="a list of axes at all values of which designs are judged"
     )
     best: list[BestTable] = Field(
         default=[],

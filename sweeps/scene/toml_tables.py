@@ -110,8 +110,7 @@ class SceneFile(Strict):
         default=None, description="a table of number, method, seed and distributions of parameters"
     )
     uncertainty: dict[str, Any] | None = Field(
-        default=None,
-        description="a table of number, seed and distributions of uncertain values",
+        default=None, description="a table of number, seed and distributions of uncertain values"
     )
     reduce: ReduceTable | None = Field(
         default=None, description="a table of what is asked of all designs, in place of each"

@@ -97,18 +97,16 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
         values.gives(*INERTIA_PARTS) or values.engine_gives(*INERTIA_PARTS)
     )
     of_shaft = values.engine.shaft is not None
+    # As for the inertia, values of the scene count before those of the engine.
+    throw = ("throw_mass", "throw_radius")
+    throw_given = not values.gives("crank_mass") and (
+        values.gives(*throw) or values.engine_gives(*throw)
+    )
     return (
         "wanted_delta" if values.gives("wanted_delta") else "given_inertia",
         "inertia_of_shaft" if of_shaft else "inertia_in_parts" if in_parts else "inertia_whole",
-        "throw_given" if _throw_given(values) else "crank_mass_given",
+        "throw_given" if throw_given else "crank_mass_given",
     )
-
-
-def _throw_given(values: GivenValues) -> bool:
-    """Whether the throws' mass is given itself, in the scene or, without one there, the engine."""
-    # As for the inertia, values of the scene count before those of the engine.
-    throw = ("throw_mass", "throw_radius")
-    return not values.gives("crank_mass") and (values.gives(*throw) or values.engine_gives(*throw))
 
 
 def _balance_words(values: GivenValues) -> tuple[str, ...]:

@@ -79,8 +79,7 @@ class PressureOptions(ReadingChoices):
         description="a number in degree: the step of the angle, of a file without angles",
     )  # fmt: skip
     volume_column: str | int | None = Field(
-        default=None,
-        description=f"{_COLUMN}: the volume of the cylinder, instead of crank angles",
+        default=None, description=f"{_COLUMN}: the volume of the cylinder, instead of crank angles"
     )
     volume_unit: str | None = Field(default=None, description="a string: 'cm3', 'l', 'm3' or 'in3'")
     travel_column: str | int | None = Field(

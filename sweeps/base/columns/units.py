@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
@@ -159,7 +159,8 @@ def pressure_unit(text: str, label: str) -> PressureUnit | None:
     for name in (plain, spellings.get(plain.lower(), "")):
         if allowed.fullmatch(name) is None:
             continue
-        registry = _registry(label)
+        library("pint", "pint", label)
+        registry = unit_registry()
         try:
             quantity = registry.Quantity(1.0, name)
             if quantity.is_compatible_with("pascal"):
@@ -180,8 +181,3 @@ def unit_of_name(name: str, label: str) -> str:
     if last.lower() in ANGLES or last.lower() in ("bar", "kpa", "mpa", "psi", "pa", "mbar", "hpa"):
         return last
     return ""
-
-
-def _registry(label: str) -> Any:
-    library("pint", "pint", label)
-    return unit_registry()

@@ -75,7 +75,8 @@ def sheets(
             f"{label}: {size_text(inflated)} when inflated; must be at most "
             f"{size_text(MOST_INFLATED)}"
         )
-    cells = sum(size for part, size in sizes.items() if _has_cells(part))
+    with_cells = ("xl/worksheets/", "xl/sharedStrings")
+    cells = sum(size for part, size in sizes.items() if part.startswith(with_cells))
     cells = min(cells, COMPRESSED * len(data))
     memory = min(MEMORY + MEMORY_RATE * cells, MOST_MEMORY)
     limits = Limits(memory, SECONDS + cells / RATE)
@@ -83,10 +84,6 @@ def sheets(
     answer = answer_apart(__name__, asked, data, limits, label, "an .xlsx file")
     tables: dict[str, list[list[Any]]] = json.loads(answer)
     return tables
-
-
-def _has_cells(part: str) -> bool:
-    return part.startswith(("xl/worksheets/", "xl/sharedStrings"))
 
 
 def _answer() -> list[bytes]:

@@ -65,7 +65,8 @@ def read_all(path: Path, seconds: float, whole: bool, opened: Callable[[], objec
     with netCDF4.Dataset(path) as file:
         variables = list(_variables(file))
         spared = not whole and "scene" in file.ncattrs() and follows_indexes()
-        size, total = path.stat().st_size, sum(_bytes_of(variable) for variable in variables)
+        size = path.stat().st_size
+        total = sum(math.prod(map(int, v.shape), start=_item_bytes(v)) for v in variables)
         if total > LARGEST_RATIO * size:
             raise _Refused(
                 f"damaged: variables of {size_text(total)} in a file of {size_text(size)}"
@@ -97,13 +98,6 @@ def _variables(group: Any) -> Iterator[Any]:
 
 def _item_bytes(variable: Any) -> int:
     return int(getattr(variable.dtype, "itemsize", 16)) or 1
-
-
-def _bytes_of(variable: Any) -> int:
-    total = _item_bytes(variable)
-    for length in variable.shape:
-        total *= int(length)
-    return total
 
 
 def _limit(seconds: float) -> None:

@@ -94,19 +94,15 @@ class Watch:
                 seen.place = tuple(s + int(i) for s, i in zip(starts, index, strict=True))
                 seen.far, seen.worst = far, value
 
-    def lines(self) -> list[str]:
-        """All lines of the archive."""
+    def text(self) -> str:
+        """The attribute: all lines of the archive."""
         lines = list(self._lines)
         for name, seen in self._seen.items():
             if seen.count:
                 size = math.prod(self._sizes[name].values())
                 one = Implausible(seen.check, seen.worst, (), "", name, seen.count, size)
                 lines.append(one.text(self._where(name, seen, size)))
-        return lines
-
-    def text(self) -> str:
-        """The attribute."""
-        return "\n".join(self.lines())
+        return "\n".join(lines)
 
     def _where(self, name: str, seen: _Outside, size: int) -> str:
         """Number of designs outside, and the worst of them by its values along the axes."""

@@ -99,7 +99,13 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
     with _quiet(), ExitStack() as stack:
         place: Any = address
         if processes:
-            place = stack.enter_context(_local(distributed, processes))
+            # The memory of a run is limited anyway; dask would kill workers that it takes for too
+            # large.
+            place = stack.enter_context(distributed.LocalCluster(
+                n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
+                dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+                preload=["sweeps.running.compute.worker"],
+            ))  # fmt: skip
         else:
             _check_reached(address)
         try:
@@ -149,15 +155,6 @@ def _quiet() -> Iterator[None]:
     finally:
         for log, level in zip(logs, levels, strict=True):
             log.setLevel(level)
-
-
-def _local(distributed: Any, processes: int) -> Any:
-    # The memory of a run is limited anyway; dask would kill workers that it takes for too large.
-    return distributed.LocalCluster(
-        n_workers=processes, threads_per_worker=1, processes=True, memory_limit=0,
-        dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
-        preload=["sweeps.running.compute.worker"],
-    )  # fmt: skip
 
 
 def _checked(client: Any, address: str, tell: Callable[[str], None]) -> DaskWorkers:

@@ -22,14 +22,7 @@ from sweeps.base.one_thread import linear_algebra_on_one_thread
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene
-from sweeps.scene.plan.blocks import (
-    Block,
-    Results,
-    aligned,
-    belongs,
-    index_of,
-    shape_in,
-)
+from sweeps.scene.plan.blocks import Block, Results, aligned, belongs, index_of, shape_in
 from sweeps.scene.plan.plan import Part, Plan, Stage, make_plan
 from sweeps.scene.plan.shards import by_cycles
 from sweeps.scene.reading import read_scene
@@ -104,7 +97,9 @@ class Computation:
             self.known = {name: _read_only(value) for name, value in self.known.items()}
             once = [stage for stage in self.stages if stage not in self.varying]
             again = {need for stage in self.varying for need in stage.node.needs}
-            self.common.update(*(_results_of(rest, stage) for stage in once))
+            for stage in once:
+                kernel = stage.node.kind == "stage"
+                self.common.update(rest.wanted(stage) if kernel else (stage.node.name,))
             self.common &= again.union(rest.outputs)
         family = plan.leaves["family"].data
         if isinstance(family, CycleTable):
@@ -130,7 +125,10 @@ class Computation:
     def _results(self, block: Block) -> Results:
         if self.plan.parts:
             return self._of_parts(block)
-        values = dict(self.known) if not block else _part_of(self.known, block)
+        values = {
+            name: v._replace(data=v.data[index_of(v.dims, block)]) if v.dims and block else v
+            for name, v in self.known.items()
+        }
         uses = self.uses.copy()
         for stage in self.stages:
             node = stage.node
@@ -274,19 +272,6 @@ def _made(plan: Plan, stage: Stage, arguments: Mapping[str, Any]) -> Value:
     except ValueError as error:  # The physics refuses the value in its own words
         raise SceneError(f"{plan.name}: {error}") from None
     return Value(np.asarray(data), stage.dims)
-
-
-def _results_of(plan: Plan, stage: Stage) -> tuple[str, ...]:
-    """Names of the values that a stage gives."""
-    return plan.wanted(stage) if stage.node.kind == "stage" else (stage.node.name,)
-
-
-def _part_of(values: Mapping[str, Value], block: Block) -> dict[str, Value]:
-    """The part of all values that lies in a block."""
-    return {
-        name: value._replace(data=value.data[index_of(value.dims, block)]) if value.dims else value
-        for name, value in values.items()
-    }
 
 
 def _read_only(value: Value) -> Value:

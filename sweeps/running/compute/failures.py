@@ -44,16 +44,11 @@ def stopped_by_failures(output: Path, remains: Callable[[], str]) -> Iterator[No
         raise Stopped(f"{error}; {remains()}") from None
     # Where a disk fails, netCDF4 raises one of these errors.
     except (OSError, RuntimeError, AttributeError) as error:
-        if not _about_disk(error):
+        # Errors of netCDF do not tell whether the disk is to blame.
+        of_disk = isinstance(error, OSError) and error.errno not in NAMED_BADLY
+        if not of_disk and "NetCDF" not in str(error):
             raise
         reason = one_line(getattr(error, "strerror", None) or error, 200)
         with suppress(OSError):
             reason += f"; {size_text(shutil.disk_usage(output.parent).free)} are free"
         raise Stopped(f"{output}: cannot be written ({reason}); {remains()}") from None
-
-
-def _about_disk(error: BaseException) -> bool:
-    """Whether the disk is to blame, which netCDF's errors do not tell."""
-    if isinstance(error, OSError) and error.errno not in NAMED_BADLY:
-        return True
-    return "NetCDF" in str(error)

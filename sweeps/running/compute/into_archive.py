@@ -26,14 +26,7 @@ import numpy as np
 
 from engine_dyn.compilation import seconds_compiling
 from engine_dyn.status import MEANINGS
-from sweeps.base.errors import (
-    SceneError,
-    counted,
-    one_line,
-    printable,
-    shown,
-    size_text,
-)
+from sweeps.base.errors import SceneError, counted, one_line, printable, shown, size_text
 from sweeps.base.netcdf.netcdf_files import DAMAGE, opened_archive
 from sweeps.running.archive import netcdf
 from sweeps.running.archive.labels import Labels, as_stored, describe

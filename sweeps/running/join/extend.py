@@ -218,17 +218,15 @@ def _joined(old: Contents, longer: _Longer, options: Options, partial: Partial) 
 
 def _check_axis(archive: Contents, axis: str) -> None:
     """Check that an archive has an axis of numbers of this name."""
-    axes = [a for a in archive.source.get("axes", {}) if _is_numbers(archive, a)]
+    values = archive.values
+    axes = [
+        a for a in archive.source.get("axes", {}) if a in values and values[a].dtype.kind == "f"
+    ]
     if axis not in axes:
         raise SceneError(
             f"{archive.path}: --axis {axis}: not an axis; must be one of "
             f"{', '.join(axes) or 'none'}"
         )
-
-
-def _is_numbers(archive: Contents, axis: str) -> bool:
-    values = archive.values.get(axis)
-    return isinstance(values, np.ndarray) and values.dtype.kind == "f"
 
 
 def _computed(partial: Partial, axis: str, values: Sequence[float]) -> bool:

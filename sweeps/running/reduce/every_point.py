@@ -50,15 +50,6 @@ def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
     return [failed[word] for word in words]
 
 
-def _codes(not_counted: str | Sequence[str], archive: xr.Dataset) -> list[int]:
-    codes = outcomes_given(not_counted)
-    if codes and "status" not in archive:
-        raise SceneError(
-            "not counted: the archive has no status, because none of its designs can fail"
-        )
-    return codes
-
-
 @dataclass
 class Judged:
     """Some designs: what holds at all points that were read so far."""
@@ -103,7 +94,11 @@ class EveryPoint:
         not_counted: str | Sequence[str] = (),
     ) -> None:  # fmt: skip
         axes = names_given(at_every, "at_every")
-        self.codes = _codes(not_counted, archive)
+        self.codes = outcomes_given(not_counted)
+        if self.codes and "status" not in archive:
+            raise SceneError(
+                "not counted: the archive has no status, because none of its designs can fail"
+            )
         self.names = [name for name, _ in wanted]
         self.signs = np.array([sign for _, sign in wanted])
         self.conditions = conditions

@@ -235,9 +235,11 @@ class Reduction:
         self._add_indices(variables, coordinates)
         self._add_counts(variables, coordinates)
         self._add_kept(variables, coordinates)
+        stream = io.BytesIO()
+        np.savez(stream, **cast(Any, self.state()))
         variables[STATE] = Variable(
             ("state_byte",), {"long_name": "what merging needs", "units": "1"},
-            np.frombuffer(_packed(self.state()), np.int8),
+            np.frombuffer(stream.getvalue(), np.int8),
         )  # fmt: skip
         dataset = dataset_of(replace(self.labels, variables=variables, coordinates=coordinates), {})
         for one in dataset.variables.values():
@@ -446,13 +448,6 @@ def _over(variable: xr.Variable, left: Sequence[str], over: Sequence[str]) -> np
     """Values with one axis for each of some dimensions, of size 1 where they do not vary."""
     dims = [d for d in (*left, *over) if d in variable.dims]
     return aligned(variable.transpose(*dims).values, tuple(dims), (*left, *over))
-
-
-def _packed(state: State) -> bytes:
-    """Arrays as the bytes of one file."""
-    stream = io.BytesIO()
-    np.savez(stream, **cast(Any, state))
-    return stream.getvalue()
 
 
 def state_in(archive: xr.Dataset, where: str) -> State:

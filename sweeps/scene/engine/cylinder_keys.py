@@ -317,17 +317,15 @@ def cylinders_of_keys(keys: CylinderKeys, base: Cylinders, count: int, where: st
                     "another one"
                 )
         made = made.with_factors(keys.pressure_factor, keys.mass_factor, keys.radius_factor)
-        return made if keys.articulated_rods is None else _with_rods(made, keys.articulated_rods)
+        if (rods := keys.articulated_rods) is None:
+            return made
+        angles = None if rods.angles is None else [degree * DEGREE for degree in rods.angles]
+        try:
+            return with_rods(made, rods.radius, rods.knuckle_mass, angles, rods.length)
+        except ValueError as error:
+            raise ValueError(f"articulated_rods: {error}") from None
     except ValueError as error:
         raise SceneError(f"{where}{mentioned(error)}") from None
-
-
-def _with_rods(made: Cylinders, rods: RodTable) -> Cylinders:
-    angles = None if rods.angles is None else [degree * DEGREE for degree in rods.angles]
-    try:
-        return with_rods(made, rods.radius, rods.knuckle_mass, angles, rods.length)
-    except ValueError as error:
-        raise ValueError(f"articulated_rods: {error}") from None
 
 
 def _with_angles(

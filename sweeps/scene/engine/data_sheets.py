@@ -88,9 +88,10 @@ def read_data_sheet(path: str | Path) -> Sheet:
     for key in ("bore", "stroke"):
         most = KINDS["first_law"].fields[key].high
         if not values[key] < most:
+            bore = implausible(bore=values[key])  # A stroke has about the length of a bore
+            hint = f"; is {key} {bore[0].question}?" if bore and bore[0].question else ""
             raise SceneError(
-                f"{name}: [values] {key} = {values[key]:g}: must be below {most:g} m"
-                f"{_meant(key, values[key])}"
+                f"{name}: [values] {key} = {values[key]:g}: must be below {most:g} m{hint}"
             )
     read_cylinders(given, values["cylinders"], PERIOD, name)
     for key, read in (("load_table", read_load), ("driver_table", read_driver)):
@@ -108,12 +109,6 @@ def read_data_sheet(path: str | Path) -> Sheet:
         rest=rest,
         diagrams=len(given.diagram),
     )
-
-
-def _meant(key: str, value: float) -> str:
-    """Hint about the unit of a length, such as "; is bore in mm?"."""
-    bore = implausible(bore=value)  # A stroke has about the length of a bore
-    return f"; is {key} {bore[0].question}?" if bore and bore[0].question else ""
 
 
 def described(sheet: Sheet) -> bool:

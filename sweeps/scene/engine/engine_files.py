@@ -34,14 +34,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
 from engine_dyn.units import RPM
-from sweeps.base.checks import (
-    check_range,
-    check_structure,
-    known_key,
-    mentioned,
-    number,
-    plain,
-)
+from sweeps.base.checks import check_range, check_structure, known_key, mentioned, number, plain
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.base.files.regular_files import add_files_read, kept, kept_files, referred
 from sweeps.base.files.toml_files import parse_toml
@@ -411,14 +404,9 @@ def compression_ratio_in(
         return values[GEOMETRIC]
     stated = list(stated)
     if any(ratio is not None for ratio in stated) or given.data_sheet is None:
-        return the_same(stated)
+        different = set(stated)
+        return different.pop() if len(different) == 1 else None
     return compression_ratio_of(given.data_sheet.cycle, f"{name}: [data_sheet.cycle]")
-
-
-def the_same(values: Iterable[float | None]) -> float | None:
-    """Return the value that all have; None where they differ, or one has none."""
-    different = set(values)
-    return different.pop() if len(different) == 1 else None
 
 
 def _scale(given: PressureScale | None, name: str) -> tuple[Any, Any] | None:

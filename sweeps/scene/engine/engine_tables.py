@@ -94,8 +94,7 @@ class EngineFile(Strict):
         default={}, description="a table with a reason, as a string, for each assumed value"
     )
     uncertainty: dict[str, Any] = Field(
-        default={},
-        description="a table with a range or distribution for each uncertain value",
+        default={}, description="a table with a range or distribution for each uncertain value"
     )
     source: list[Source] = Field(default=[], description="tables [[source]] with one string each")
 

@@ -56,8 +56,7 @@ class MeasuredTable(ReadingChoices):
         default=None, description="the name or number of the column with the time of the samples"
     )
     unit: str | None = Field(
-        default=None,
-        description="a string: the unit of the column, such as 'rpm', 'rad/s' or 'ms'",
+        default=None, description="a string: the unit of the column, such as 'rpm', 'rad/s' or 'ms'"
     )
     sample_rate: float | None = Field(
         default=None, description="a number of samples per second, more than 0", gt=0.0

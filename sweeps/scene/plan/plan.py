@@ -241,22 +241,16 @@ def make_plan(scene: Scene) -> Plan:
         for feature in FEATURES
         if scene.source.get(feature.name) and feature.constant and feature.constant not in used
     )  # fmt: skip
+    drawn = None if scene.reduce is None else scene.sample  # A reduced sample comes in portions
     plan = Plan(
         scene, leaves, stages, points, sizes, tuple(outputs), unused, settings, of_tables,
-        portions=_portions(scene),
+        portions=range(1 if drawn is None else drawn.number // drawn.portion),
     )  # fmt: skip
     if scene.reduce is not None:
         _check_reduced(plan)
     for one in variations_of(scene, ancestors.stages, leaves, used, make_plan, plan.name):
         plan = _with_variation(plan, one)
     return plan
-
-
-def _portions(scene: Scene) -> range:
-    """Portions of a sample that is reduced."""
-    if scene.reduce is None or scene.sample is None:
-        return range(1)
-    return range(scene.sample.number // scene.sample.portion)
 
 
 def _check_reduced(plan: Plan) -> None:

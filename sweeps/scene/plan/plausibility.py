@@ -8,6 +8,7 @@ be outside.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -105,12 +106,9 @@ def _lines(plan: Plan) -> list[str]:
         names = given.behind(check.needs)
         if names is None or not wrong.isdisjoint(names) or given.inside(check, names):
             continue
-        base = given.base(names)
+        base = {name: given.shaped(name) for name in names}
 
-        def measured(values: Mapping[str, Any], check: Check = check) -> Any:
-            return given.measure(check, values)
-
-        judgement = judged(check, base, measured, _UNITS)
+        judgement = judged(check, base, partial(given.measure, check), _UNITS)
         if judgement is not None:
             wrong.add(judgement.key)
             lines.append(judgement.text(_places(plan, judgement, base)))
@@ -185,10 +183,6 @@ class _Given:
         bad = outside(check, self._measured(check, self._ends))
         return not (bad.any() if isinstance(bad, np.ndarray) else bad)
 
-    def base(self, names: Iterable[str]) -> dict[str, Any]:
-        """Numbers and columns, in the units of files, shaped to broadcast over the scene's axes."""
-        return {name: self._shaped(name) for name in names}
-
     def measure(self, check: Check, values: Mapping[str, Any]) -> Any:
         """The measure [SI] for some of these numbers."""
         si = {name: values[name] * self.plan.leaves[name].unit for name in values}
@@ -209,7 +203,8 @@ class _Given:
         si[name] = node.make(**{need: self._value(need, si) for need in node.needs})
         return si[name]
 
-    def _shaped(self, name: str) -> Any:
+    def shaped(self, name: str) -> Any:
+        """A number or column, in the units of files, that broadcasts over the scene's axes."""
         leaf = self.plan.leaves[name]
         if not leaf.dims:
             return float(leaf.data)
