@@ -48,13 +48,7 @@ Companions = Mapping[tuple[str, ...], Mapping[str, tuple[str, ...]]]
 
 
 def a_path(value: object, key: str) -> Path:
-    """Return the path that a text or a Path names.
-
-    Raises
-    ------
-    SceneError
-        For anything else; the message begins with `key`, the parameter of the call.
-    """
+    """Return the path in a text or Path; messages on anything else begin with `key`."""
     if isinstance(value, str | Path) and str(value):
         return Path(value)
     said = "is missing" if value is None else f"= {shown(value)}"
@@ -62,13 +56,7 @@ def a_path(value: object, key: str) -> Path:
 
 
 def check_dataset(value: object, key: str = "archive") -> None:
-    """Check that an argument is a dataset.
-
-    Raises
-    ------
-    SceneError
-        For anything else, such as the path of an archive.
-    """
+    """Refuse an argument that is no dataset, such as the path of an archive."""
     if not hasattr(value, "data_vars"):
         opened = isinstance(value, str | Path) and f", such as sweeps.open({str(value)!r})"
         raise SceneError(
@@ -78,13 +66,7 @@ def check_dataset(value: object, key: str = "archive") -> None:
 
 
 def names_given(value: Any, key: str) -> list[str]:
-    """Return the texts of an argument that is one text or several.
-
-    Raises
-    ------
-    SceneError
-        For anything else; the message begins with `key`, the parameter of the call.
-    """
+    """Return the texts of an argument that is one text or several; messages begin with `key`."""
     texts = [value] if isinstance(value, str) else value
     if not isinstance(texts, Iterable) or not all(isinstance(text, str) for text in texts):
         raise SceneError(f"{key} = {shown(value)}: must be a string or a list of strings")
@@ -92,13 +74,7 @@ def names_given(value: Any, key: str) -> list[str]:
 
 
 def thread_count(threads: Any) -> int | None:
-    """Return a number of threads; None for as many as there are processors.
-
-    Raises
-    ------
-    SceneError
-        For anything else.
-    """
+    """Return a checked number of threads; None for as many as there are processors."""
     whole = isinstance(threads, int | np.integer) and not isinstance(threads, bool)
     if threads is not None and not (whole and threads >= 1):
         raise SceneError(f"threads = {shown_for_whole(threads)}: must be a whole number, 1 or more")
@@ -106,13 +82,7 @@ def thread_count(threads: Any) -> int | None:
 
 
 def usable_device(device: Any) -> str:
-    """Return what designs are to be solved on, "cpu" or "cuda".
-
-    Raises
-    ------
-    SceneError
-        For another name, and for a card that cannot be used: the line names what is missing.
-    """
+    """Return a checked device, "cpu" or "cuda"; messages say why a card cannot be used."""
     from engine_dyn.speed.fields import DEVICES
 
     if device not in DEVICES:
@@ -207,11 +177,8 @@ def shortened(value: Any, longest: int | None = None) -> Any:
 def check_structure(model: type[Model], data: Any, name: str) -> Model:
     """Check tables, keys and types; `name` is the file as messages call it.
 
-    Raises
-    ------
-    SceneError
-        For the first thing that is wrong. An unknown key goes first, because a misspelt key is both
-        an unknown one and a missing one.
+    An unknown key is refused first, because a misspelt key is both an unknown one and a missing
+    one.
     """
     try:
         return model.model_validate(data)
@@ -222,13 +189,7 @@ def check_structure(model: type[Model], data: Any, name: str) -> Model:
 
 
 def check_companions(given: Strict, companions: Companions, where: str) -> None:
-    """Refuse keys that have no effect without another one.
-
-    Raises
-    ------
-    SceneError
-        For the first one, with what it needs; messages begin with `where`.
-    """
+    """Refuse keys that have no effect without another one; messages begin with `where`."""
     values = {key: getattr(given, key) for key in given.model_fields_set}
     known = {key for key, value in values.items() if value is not None and value is not False}
     each = ((key, others) for keys, others in companions.items() for key in keys if key in known)
@@ -294,12 +255,7 @@ def known_key(
 ) -> Node | None:
     """Return the parameter of this name, or None for a name in `also`.
 
-    Names in `without` are not offered as allowed.
-
-    Raises
-    ------
-    SceneError
-        For any other name, with the nearest right one.
+    Any other name is refused with the nearest right one, and names in `without` are not offered.
     """
     if key in also:
         return None
@@ -380,13 +336,7 @@ def is_ratio(node: Node | None) -> bool:
 
 
 def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
-    """Return a list of finite numbers, at least one.
-
-    Raises
-    ------
-    SceneError
-        For anything else, naming the place in the list.
-    """
+    """Return a list of finite numbers, at least one; messages name the place in the list."""
     if isinstance(raw, np.ndarray) and (np.abs(raw) <= LARGEST).all():
         return raw
     if isinstance(raw, np.ndarray):
@@ -444,13 +394,7 @@ def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
 
 
 def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
-    """Check values (file units) against the physical range of their parameter.
-
-    Raises
-    ------
-    SceneError
-        For the first value outside.
-    """
+    """Refuse values (file units) outside the physical range of their parameter."""
     array = np.atleast_1d(np.asarray(values, dtype=float))
     bad = outside(array, node)
     if bad.any():

@@ -147,13 +147,7 @@ def outside_axis(value: float, values: Iterable[float]) -> str:
 
 
 def plain_number(text: str) -> float:
-    """Convert a text to a number; float() alone accepts 1_000 and digits of other scripts.
-
-    Raises
-    ------
-    ValueError
-        For a text that is not a number.
-    """
+    """Convert a text to a number, or raise ValueError; float() accepts more, such as 1_000."""
     if not text.isascii() or "_" in text:
         raise ValueError(text)
     return float(text)

@@ -41,13 +41,7 @@ WORD_KEYS: Mapping[str, WordKey] = {
 
 
 def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
-    """Read the parameters of [set], but for keys of cylinders and of features.
-
-    Raises
-    ------
-    SceneError
-        For unknown keys, and for values that are no numbers or outside their range.
-    """
+    """Read and check the parameters of [set], but for keys of cylinders and of features."""
     values: dict[str, float] = {}
     for key, item in raw.items():
         if key in CYLINDER_KEYS or key in KEYS_OF_SET or key in WORD_KEYS:
@@ -62,19 +56,10 @@ def read_settings(raw: Mapping[str, Any], name: str) -> dict[str, float]:
 def read_axes(
     raw: Mapping[str, Any], keys: CylinderKeys, name: str
 ) -> tuple[dict[str, Floats | tuple[str, ...]], dict[str, tuple[Any, ...]]]:
-    """Read [axes]; `keys` are those of [set] that an axis of arrangements excludes.
+    """Read and check [axes]; `keys` are those of [set] that an axis of arrangements excludes.
 
-    Returns
-    -------
-    axes : dict
-        Values of every axis in the order of the file: numbers, or names of words.
-    words : dict
-        What the words stand for along each axis of `WORD_KEYS` that there is.
-
-    Raises
-    ------
-    SceneError
-        For unknown keys, values that no axis can have, and too many values.
+    Returned are the values of every axis in the order of the file, numbers or names of words, and
+    what the words stand for along each axis of `WORD_KEYS` that there is.
     """
     axes: dict[str, Floats | tuple[str, ...]] = {}
     words: dict[str, tuple[Any, ...]] = {}
@@ -155,13 +140,7 @@ def _range(raw: dict[str, Any], where: str) -> Floats:
 def read_designs_table(
     raw: Mapping[str, Any] | None, name: str, base: Path
 ) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
-    """Read [designs]: columns of numbers, and labels.
-
-    Raises
-    ------
-    SceneError
-        For unknown keys, values that are no numbers or outside their range, unequal lengths.
-    """
+    """Read and check [designs]: columns of numbers, and labels."""
     columns: dict[str, Floats] = {}
     labels: dict[str, tuple[str, ...]] = {}
     if raw is None:

@@ -24,13 +24,7 @@ from sweeps.scene.word_keys import WordKey
 
 
 def own_cylinders(keys: CylinderKeys, values: GivenValues, where: str) -> Cylinders | None:
-    """Cylinders of the scene's keys over the engine's; they say for which number of cylinders.
-
-    Raises
-    ------
-    SceneError
-        For keys of a number of cylinders that the scene does not have, or of no engine.
-    """
+    """Cylinders of the scene's keys over the engine's; they say for which number of cylinders."""
     engine, counts = values.engine, values.counts
     own = engine.own_cylinders
     if not keys.given:
@@ -60,13 +54,7 @@ def own_cylinders(keys: CylinderKeys, values: GivenValues, where: str) -> Cylind
 def cylinders_along_axis(
     several: tuple[str | ArrangementTable, ...], keys: CylinderKeys, values: GivenValues, name: str
 ) -> tuple[Cylinders, ...]:
-    """Cylinders along the axis `arrangement`; none without it.
-
-    Raises
-    ------
-    SceneError
-        For several numbers of cylinders, and for arrangements that are no engine.
-    """
+    """Cylinders along the axis `arrangement`, all of one number; none without it."""
     where = f"{name}: [axes] "
     if several and len(values.counts) > 1:
         two = "arrangement in [axes]", "several numbers of cylinders"
@@ -78,13 +66,7 @@ def cylinders_along_axis(
 def read_arrangement_axis(
     raw: Any, keys: CylinderKeys, name: str
 ) -> tuple[str | ArrangementTable, ...]:
-    """Read [axes] arrangement: texts and tables; `keys` are those of [set].
-
-    Raises
-    ------
-    SceneError
-        For anything else, for duplicates, and beside keys of [set] that say the same.
-    """
+    """Read [axes] arrangement, texts and tables; `keys` of [set] must not give it too."""
     where = f"{name}: [axes] arrangement"
     if not isinstance(raw, list) or not raw or not all(isinstance(i, str | dict) for i in raw):
         raise SceneError(

@@ -28,12 +28,9 @@ def meanings_of(quantity: str) -> tuple[str, ...]:
 
 
 def ordinary(quantities: Sequence[str], where: str) -> tuple[str, ...]:
-    """Return the quantities in place of whose elasticities they stand, each once.
+    """Return the quantities, each once, and in place of an elasticity its quantity.
 
-    Raises
-    ------
-    SceneError
-        Where the elasticity of an outcome or of a verdict is asked for.
+    Elasticities of outcomes and of verdicts are refused.
     """
     names = []
     for quantity in quantities:

@@ -65,24 +65,10 @@ def engine_choices(
 ) -> EngineChoices | None:  # fmt: skip
     """Take a scene of several engines or arrangements apart; None for an ordinary scene.
 
-    Parameters
-    ----------
-    given : SceneFile
-        The scene, its structure checked.
-    raw : mapping
-        The same as it was read.
-    name : str
-        The scene as messages call it.
-    base : Path
-        Folder where paths in the scene start from.
-    designs, labels : mapping
-        Columns of [designs].
-
-    Raises
-    ------
-    SceneError
-        For engines that are unknown or given twice, arrangements that no engine has, and keys that
-        do not go with several of them.
+    `given` is the scene, its structure checked, `raw` the same as it was read, and `base` the
+    folder where its paths start from; `designs` and `labels` are columns of [designs]. Refused are
+    engines that are unknown or given twice, arrangements that no engine has, and keys that do not
+    go with several of them.
     """
     engines = _engine_axis(given, name, base)
     _check_once(given, labels, name)
@@ -177,13 +163,7 @@ def _check_once(given: SceneFile, labels: Mapping[str, Sequence[str]], name: str
 
 
 def check_engine_given(raw: Mapping[str, Any], name: str) -> None:
-    """Check that a scene without wrong keys names an engine, as far as its tables tell.
-
-    Raises
-    ------
-    SceneError
-        Where it does not.
-    """
+    """Check that a scene without wrong keys names an engine, as far as its tables tell."""
     fields = SceneFile.model_fields
     axes = raw.get("axes")
     in_axes = isinstance(axes, Mapping) and ENGINE in axes
@@ -296,22 +276,9 @@ def those_possible(
 ) -> tuple[Made, dict[str, SceneError]]:
     """Make something of all quantities, or of those of which it can be made.
 
-    Parameters
-    ----------
-    quantities : sequence of str
-        What is asked for.
-    make : callable
-        Makes it of some quantities; raises `SceneError` where that is not possible.
-
-    Returns
-    -------
-    made, refused
-        What was made, and the error of each quantity that was left out.
-
-    Raises
-    ------
-    SceneError
-        That of all quantities together, where it is possible of none of them.
+    `make` makes it of some quantities, and raises `SceneError` where that is not possible. Returned
+    are what was made, and the error of each quantity that was left out. Where it is possible of
+    none, the error of all together is raised.
     """
     try:
         return make(quantities), {}

@@ -105,14 +105,7 @@ def read_firing_patterns(
     single: object, axis: tuple[FiringPattern, ...], labels: Mapping[str, Sequence[str]],
     counts: Sequence[int], name: str,
 ) -> FiringPatterns | None:  # fmt: skip
-    """Firing patterns of a scene: of [set], of [axes] or of [designs]; None without one.
-
-    Raises
-    ------
-    SceneError
-        For texts that are no pattern, patterns in two tables, and those that repeat together after
-        too many cycles.
-    """
+    """Firing patterns of a scene, checked: of [set], [axes] or [designs]; None without one."""
     texts = labels.get(FIRING_PATTERN)
     places = {"[set]": single is not None, "[axes]": bool(axis), "[designs]": texts is not None}
     given = [place for place, is_there in places.items() if is_there]

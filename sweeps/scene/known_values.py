@@ -47,14 +47,8 @@ def known_values(
 ) -> dict[str, Value]:
     """Parameters that scene or engine give, and neutral values of what the engine does not have.
 
-    Parameters
-    ----------
-    values : GivenValues
-        What scene and engine give; the scene's word counts.
-    words : sequence of str
-        Words of the scene, which select variants of quantities.
-    more : dict of float
-        Single values that come from elsewhere: [solver], or the measured diagram.
+    Values of the scene count before those of the engine. `words` select variants of quantities;
+    `more` are single values that come from elsewhere: [solver], or the measured diagram.
     """
     known = {**_DEFAULTS, **_single_values(_left_in_force(values, words, more))}
     for key, (_, given, dims) in values.given.items():

@@ -32,24 +32,8 @@ class _RecordedPressure(Protocol):
 def plain_objects(raw: Mapping[str, Any], name: str) -> tuple[dict[str, Any], dict[str, str]]:
     """Return the tables of a scene without objects of pandas, xarray and pint.
 
-    Parameters
-    ----------
-    raw : mapping
-        Tables of a scene as a caller gives them.
-    name : str
-        The scene as messages call it.
-
-    Returns
-    -------
-    tables : dict
-        The same, with lists, arrays and numbers.
-    files : dict of str
-        Texts of CSV files that `tables` names in place of objects.
-
-    Raises
-    ------
-    SceneError
-        In one line that names the key.
+    Returned are the tables with lists, arrays and numbers, and the texts of CSV files that they
+    name in place of objects. Messages begin with `name`, the scene, and name the key.
     """
     tables = dict(raw)
     if tables.get("designs") is not None:

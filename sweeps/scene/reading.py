@@ -140,13 +140,7 @@ class GivenScene:
 def given_scene(
     scene: str | Path | Mapping[str, Any] | None = None, **tables: Unpack[Tables]
 ) -> GivenScene:
-    """Find a scene and read its tables, which are not checked yet; see `read_scene`.
-
-    Raises
-    ------
-    SceneError
-        For what is no scene, and files that cannot be read.
-    """
+    """Find a scene and read its tables, which are not checked yet; see `read_scene`."""
     path: Path | None = None
     if hasattr(scene, "data_vars"):
         raise SceneError("scene: is a dataset; must be a path, a name, a dict or a Scene")
@@ -171,13 +165,7 @@ def given_scene(
 
 
 def with_uncertainty(scene: str | Path) -> Scene:
-    """Read a scene with [uncertainty] where it has none: the engine's own ranges then.
-
-    Raises
-    ------
-    SceneError
-        As `read_scene`; where nothing is uncertain.
-    """
+    """Read a scene with [uncertainty] where it has none: the engine's own ranges then."""
     path, name, base, given = _found(scene)
     raw = plain(given, name)
     return scene_of({**raw, "uncertainty": raw.get("uncertainty", {})}, name, base, path)
@@ -188,29 +176,11 @@ def scene_of(
     files: Mapping[str, bytes] | None = None, instead: Mapping[Path, bytes] | None = None,
     columns: Mapping[str, Any] | None = None,
 ) -> Scene:  # fmt: skip
-    """Check a scene that was read as a dict.
+    """Check a scene that was read as a dict; errors are those of `read_scene`.
 
-    Parameters
-    ----------
-    raw : dict
-        Tables of the scene.
-    name : str
-        The scene as messages call it.
-    base : Path
-        Folder where paths in the scene start from.
-    path : Path, optional
-        File of the scene.
-    files : dict of bytes, optional
-        Files that the scene names; with them, nothing is read from a disk.
-    instead : dict of bytes, optional
-        Files that the scene names and that are on no disk.
-    columns : dict, optional
-        Values that [sample] drew before; with them, nothing is drawn.
-
-    Raises
-    ------
-    SceneError
-        As `read_scene`.
+    `raw` are its tables, `name` is the scene as messages call it, `base` the folder where its paths
+    start from, and `path` its file. With `files` nothing is read from a disk; `instead` are files
+    that are on no disk. With `columns`, values that [sample] drew before, nothing is drawn.
     """
     with kept_files(files, base, instead) as read, _sample_named(raw):
         tables, sample = with_sample(raw, name, columns)
@@ -432,13 +402,7 @@ def _check_size(values: GivenValues, dimensions: tuple[str, ...], name: str) -> 
 
 
 def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | None:
-    """Check what a table [reduce] asks for.
-
-    Raises
-    ------
-    SceneError
-        For axes and quantities that the scene does not have.
-    """
+    """Check what a table [reduce] asks for: axes, quantities and quantiles of the scene."""
     if table is None:
         return None
     where = f"{name}: [reduce]"

@@ -94,20 +94,9 @@ def with_sample(
 ) -> tuple[dict[str, Any], Sample | None]:
     """Tables of a scene with the designs that [sample] asks for as [designs], and the sample.
 
-    Parameters
-    ----------
-    raw : dict
-        Tables of the scene; without [sample] they come back as they are.
-    name : str
-        The scene as messages call it.
-    columns : dict, optional
-        Values that were drawn before, which an archive has kept; nothing is drawn then.
-
-    Raises
-    ------
-    SceneError
-        For what `read_sample` refuses; for [designs] beside [sample], and parameters of [sample]
-        that have values elsewhere.
+    Without [sample] the tables come back as they are. With `columns`, values that were drawn before
+    and that an archive has kept, nothing is drawn. [designs] beside [sample], and parameters of
+    [sample] that have values elsewhere, are refused.
     """
     if raw.get("sample") is None:
         return dict(raw), None
@@ -146,24 +135,9 @@ def read_sample(
 ) -> Sample:  # fmt: skip
     """Check what a table [sample] asks for; nothing is drawn.
 
-    Parameters
-    ----------
-    raw : dict
-        The table.
-    where : str
-        What messages call it.
-    words : tuple of str
-        Keys beside the parameters that may be drawn from lists of texts.
-    known : bool
-        Whether the values are known, so that a search may have chosen them.
-    reduced : bool
-        Whether the designs are drawn a portion at a time, so that there may be more.
-
-    Raises
-    ------
-    SceneError
-        For a method or number that there is not, no parameter, unknown ones, and whatever is no
-        distribution.
+    `where` is the table as messages call it, and `words` are keys beside the parameters that may be
+    drawn from lists of texts. `known` says that the values are known, so that a search may have
+    chosen them; `reduced` that designs are drawn a portion at a time, so that there may be more.
     """
     if not isinstance(raw, Mapping):
         raise SceneError(f"{where} = {shown(raw)}: must be a table")
@@ -370,13 +344,7 @@ def _given_instead(key: str, values: GivenValues) -> bool:
 
 
 def check_engine_ranges(engine: Engine) -> None:
-    """Check the ranges of an engine file.
-
-    Raises
-    ------
-    SceneError
-        As `read_sample`; for keys that the engine gives no value of.
-    """
+    """Check the ranges of an engine file, which leaves number and seed to the scene."""
     if not engine.uncertainty:
         return
     where = f"engine {engine.name}: [uncertainty]"

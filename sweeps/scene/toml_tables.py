@@ -138,13 +138,7 @@ class SolverSettings:
 
 
 def read_solver(solver: Solver, name: str) -> SolverSettings:
-    """Check [solver].
-
-    Raises
-    ------
-    SceneError
-        For unknown words, values outside their range, and keys that exclude each other.
-    """
+    """Check the words and values of [solver], and that its keys go together."""
     where = f"{name}: [solver]"
     start = _start(solver, where)
     axes: dict[str, tuple[str, ...]] = {}

@@ -26,18 +26,8 @@ def variant_words(
 ) -> tuple[str, ...]:  # fmt: skip
     """Words that select variants: one of each group of `engine_dyn.quantities.graph`.
 
-    Parameters
-    ----------
-    values : GivenValues
-        What scene and engine give.
-    closure : str
-        What the nominal speed means.
-    described : sequence of Cylinders
-        Cylinders that scene or engine say more of than their number.
-    patterns : FiringPatterns, optional
-        Which firings happen.
-    law : str
-        Law of what loads or drives the crankshaft.
+    `closure` is what the nominal speed means, `described` the cylinders that scene or engine say
+    more of than their number, and `law` that of what loads or drives the crankshaft.
     """
     return (
         closure,

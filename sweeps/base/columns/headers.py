@@ -31,13 +31,7 @@ RUN = 6  # Rows of numbers, one after the other, that make a table
 
 
 def number_of(text: str, decimal: str = ".") -> float:
-    """Convert a field to a number.
-
-    Raises
-    ------
-    ValueError
-        For a text that is no number.
-    """
+    """Convert a field to a number, or raise ValueError."""
     if not text.isascii() or "_" in text or (decimal == "," and "." in text):
         raise ValueError(text)
     return float(text.replace(",", ".") if decimal == "," else text)

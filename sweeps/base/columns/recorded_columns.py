@@ -72,13 +72,7 @@ class Recording:
         return f"{self.label}, column '{one_line(name, 60)}'"
 
     def numbers(self, name: str) -> Floats:
-        """Return the finite values of a column.
-
-        Raises
-        ------
-        SceneError
-            With the place, where the column has a text, a blank field or an infinite value.
-        """
+        """Return the finite values of a column; others are refused with their place."""
         column = self.columns[name]
         where = self.where(name)
         values = column.values
@@ -114,13 +108,7 @@ class Recording:
 
 
 def check_size(values: float, columns: int, label: str) -> None:
-    """Refuse a recording that claims more values or columns than are read.
-
-    Raises
-    ------
-    SceneError
-        With the number.
-    """
+    """Refuse a recording that claims more values or columns than are read."""
     if columns > MOST_COLUMNS:
         raise SceneError(f"{label}: {counted(columns, 'column')}; must be at most {MOST_COLUMNS}")
     if values > MOST_VALUES:
@@ -172,13 +160,7 @@ class Signals(NamedTuple):
 
 
 def signals_of(recording: Recording, options: PressureOptions) -> Signals:
-    """Find angle and pressures.
-
-    Raises
-    ------
-    SceneError
-        For a column that does not exist, has other values than numbers, or is not clear.
-    """
+    """Find angle and pressures; columns that are missing, no numbers or not clear are refused."""
     if _is_wide(recording, options):
         return _rows_of_cycles(recording, options)
     said: list[str] = []

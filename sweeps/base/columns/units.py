@@ -69,13 +69,7 @@ def in_latin(text: str) -> str:
 
 
 def angle_factor(text: str, label: str) -> float:
-    """Degrees of a unit of angles.
-
-    Raises
-    ------
-    SceneError
-        For any other unit.
-    """
+    """Degrees of a unit of angles; any other unit is refused."""
     degrees = _angle(text)
     if degrees is None:
         raise SceneError(f"{label}: unit {shown(text)}: must be one of deg, rad, rev")
@@ -120,14 +114,8 @@ def is_time_name(name: str) -> bool:
 def stated_unit(unit: str, name: str, units: Iterable[str]) -> str:
     """Unit that a file states for a column, in lower case; or one at the end of the column's name.
 
-    Parameters
-    ----------
-    unit : str
-        As stated, with or without brackets; "" where it is not.
-    name : str
-        Name of the column, such as "time_us".
-    units : iterable of str
-        Those that a name may end with.
+    `unit` is as stated, with or without brackets, and "" where it is not. A `name` such as
+    "time_us" may end with one of `units`.
     """
     plain = unit.strip().strip("[]()").strip().lower()
     last = re.split("[_ ]", name.strip())[-1].lower()

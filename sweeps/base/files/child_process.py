@@ -76,21 +76,10 @@ def answer_apart(
 ) -> bytes:
     """Return what a module of ours, which calls `answering`, answers about a file.
 
-    Parameters
-    ----------
-    module, asked : str
-        The module, and its one argument.
-    data : bytes
-        The file, which it gets as its input.
-    limits : Limits
-        For the process, beside twice the size of the file.
-    label, kind : str
-        The file and its kind, such as "an .xlsx file", as messages should call them.
-
-    Raises
-    ------
-    SceneError
-        In one line: what the module refuses, and a process that exceeds the limits or ends.
+    `asked` is the module's one argument, and `data` the file, which it gets as its input. The
+    process may take `limits` beside twice the size of the file. `label` and `kind` are the file and
+    its kind in messages, such as "an .xlsx file". What the module refuses, and a process that
+    exceeds the limits or ends, is a `SceneError`.
     """
     process = started(module, asked)
     limits.most += 2 * len(data)

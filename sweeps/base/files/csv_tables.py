@@ -81,22 +81,9 @@ def with_line(message: str, table: CsvTable) -> str:
 def read_csv(path: Path, name: str, what: str, needed: Sequence[str] = ()) -> CsvTable:
     """Read a CSV file: comma-separated, a header line, `#` comments and blank lines skipped.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str
-        The file as messages should call it.
-    what : str
-        Kind of file that is expected, for messages.
-    needed : sequence of str
-        Columns that must be there; others are kept.
-
-    Raises
-    ------
-    SceneError
-        With the line: no header, repeated or missing columns, rows that are too short or too
-        long, broken quotes, no rows.
+    `name` and `what` are the file as messages call it, and the kind that is expected. Columns
+    `needed` must be there; others are kept. Refused, with the line, are a missing header, repeated
+    or missing columns, rows that are too short or too long, broken quotes, and a file without rows.
     """
     return csv_of_text(read_text(path, name, what), name, what, needed)
 
@@ -136,10 +123,7 @@ def find_header(
 def rows_below(header: tuple[str, ...], text: str, name: str, first: int) -> CsvTable:
     """Return the table of a header and the rows below it, which begin on line `first`.
 
-    Raises
-    ------
-    SceneError
-        With the line: rows that are too short or too long, broken quotes.
+    Rows that are too short or too long, and broken quotes, are refused with the line.
     """
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
@@ -157,12 +141,9 @@ def rows_below(header: tuple[str, ...], text: str, name: str, first: int) -> Csv
 
 
 def fields(line: str, separator: str = ",", *, strict: bool = False) -> list[str]:
-    """Fields of one line, some in quotes; a line with broken quotes is cut at each separator.
+    """Fields of one line; where its quotes are broken, it is cut at each separator.
 
-    Raises
-    ------
-    ValueError
-        For such a line where `strict` is set.
+    With `strict`, such a line raises ValueError.
     """
     if separator == BLANKS:
         return line.split()

@@ -19,10 +19,7 @@ from sweeps.base.errors import SceneError, one_line
 def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
     """Import a module of an optional package; `extra` is the extra of ours that installs it.
 
-    Raises
-    ------
-    SceneError
-        Where it is not installed; `label` is the file, or what else needs it.
+    Where it is not installed, the message begins with `label`: the file, or what else needs it.
     """
     try:
         return importlib.import_module(module)
@@ -36,10 +33,7 @@ def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
 def library_reading(label: str, kind: str) -> Iterator[None]:
     """Turn whatever a library raises for a damaged file into one line; it prints nothing.
 
-    Raises
-    ------
-    SceneError
-        `kind` is what the file should be, such as "a TDMS file".
+    `kind` is what the file should be, such as "a TDMS file".
     """
     before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)

@@ -96,13 +96,7 @@ def _factor(text: str, raw: str, where: str, unit: str) -> float:
 
 
 def magnitude(quantity: Any, where: str, unit: str) -> Any:
-    """Return what a quantity of pint is in a unit of scenes, such as `kg m2`: a number or an array.
-
-    Raises
-    ------
-    SceneError
-        For a quantity of another kind; messages begin with `where`.
-    """
+    """Return what a quantity of pint is in a unit of scenes; other kinds are refused."""
     given = str(quantity.units)
     if unit == "rpm" and not any(word in given for word in _OF_TURNS):
         wanted = "1/minute"  # In rpm, pint would count radians

@@ -27,13 +27,7 @@ MOST_ROWS = 10**8  # Largest number of rows of a table of designs
 
 
 def opened_file(path: Path) -> IO[bytes]:
-    """Open a regular file for reading.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be read, or is a pipe or a device.
-    """
+    """Open a regular file for reading; OSError where that fails, for pipes and for devices."""
     # Without O_NONBLOCK, opening a pipe would wait for a writer; on regular files the flag has no
     # effect.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -48,13 +42,7 @@ def opened_file(path: Path) -> IO[bytes]:
 
 
 def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
-    """Bytes of a regular file.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be read, or has more bytes than `most`.
-    """
+    """Bytes of a regular file; OSError where that fails, or there are more bytes than `most`."""
     with opened_file(path) as stream:
         if os.fstat(stream.fileno()).st_size > most:
             raise OSError(errno.EFBIG, f"larger than {size_text(most)}", str(path))
@@ -62,13 +50,7 @@ def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
 
 
 def check_rows(rows: int, columns: int, name: str) -> None:
-    """Refuse a table that claims more rows than are allowed, or than the memory holds.
-
-    Raises
-    ------
-    SceneError
-        With the number of rows.
-    """
+    """Refuse a table that claims more rows than are allowed, or than the memory holds."""
     if rows > MOST_ROWS:
         raise SceneError(f"{name}: {counted(rows, 'row')}; must be at most {MOST_ROWS}")
     # The pieces in which a table is read and the whole columns made of them are in memory together.
@@ -84,21 +66,9 @@ def check_rows(rows: int, columns: int, name: str) -> None:
 def reading(name: str, what: str, kind: str = "", *errors: type[Exception]) -> Iterator[None]:
     """Turn failures of opening and reading a file into one line.
 
-    Parameters
-    ----------
-    name : str
-        The file as messages should call it.
-    what : str
-        Kind of file that is expected.
-    kind : str
-        The format that an existing file turns out not to have, such as "a netCDF file".
-    *errors : exception types
-        Further exceptions that a library raises for such a file.
-
-    Raises
-    ------
-    SceneError
-        For a file that is missing or unreadable.
+    `name` and `what` are the file as messages call it, and the kind that is expected. `kind` is the
+    format that an existing file turns out not to have, such as "a netCDF file"; `errors` are
+    further exceptions that a library raises for such a file.
     """
     # A null character in the name of a file raises a ValueError.
     failures: tuple[type[Exception], ...] = (OSError, ValueError, *errors)

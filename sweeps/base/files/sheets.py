@@ -44,22 +44,9 @@ def sheets(
 ) -> dict[str, list[list[Any]]]:
     """Return the rows of sheets by their names, without the empty cells at their ends.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    label : str
-        The file as messages should call it.
-    wanted : str, optional
-        Name of the only one to be read.
-    first : bool
-        Whether only the first one is read.
-
-    Raises
-    ------
-    SceneError
-        In one line: protected by a password, too large, damaged, no such sheet; openpyxl is not
-        installed.
+    `label` is the file as messages call it, and `wanted` the name of the only sheet that is read;
+    `first` says that only the first one is. Refused are files that are protected by a password, too
+    large or damaged, a sheet that there is not, and any file where openpyxl is not installed.
     """
     if data[:4] == b"\xd0\xcf\x11\xe0":
         raise SceneError(

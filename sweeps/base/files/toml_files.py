@@ -26,14 +26,7 @@ _MISTAKES = (
 
 
 def parse_toml(path: Path, name: str, what: str) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    SceneError
-        For a file that cannot be read, or is not TOML: with the line, and the key on it where that
-        is one of ours.
-    """
+    """Read a TOML file; messages have the line, and the key on it where that is one of ours."""
     return toml_of_text(read_text(path, name, what, MOST_BYTES), name)
 
 

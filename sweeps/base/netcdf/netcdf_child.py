@@ -112,17 +112,8 @@ def start() -> None:
 def read_apart(path: Path, whole: bool = False) -> None:
     """Read a netCDF file in a process of its own: its metadata, and values.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    whole : bool
-        Whether the results of an archive are read too.
-
-    Raises
-    ------
-    OSError
-        Where that fails, or does not end in time.
+    `whole` says whether the results of an archive are read too. Raises OSError where reading fails,
+    or does not end in time.
     """
     absolute = os.path.abspath(path)
     with _LOCK:

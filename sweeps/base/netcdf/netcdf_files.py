@@ -51,13 +51,7 @@ TEXT_REFERENCE = 16
 
 
 def check_file(path: Path) -> None:
-    """Refuse a path that is not a regular file.
-
-    Raises
-    ------
-    SceneError
-        For a missing file, a folder, a pipe or a device.
-    """
+    """Refuse a path that is not a regular file: a missing file, a folder, a pipe or a device."""
     try:
         exists, is_file = path.exists(), path.is_file()
     except (OSError, ValueError):
@@ -84,13 +78,7 @@ def untrusted(yes: bool = True) -> Iterator[None]:
 
 
 def check_structure(path: Path) -> None:
-    """Refuse a netCDF file that the library might not survive, or that leads to other files.
-
-    Raises
-    ------
-    OSError
-        With the reason in one line, or where it cannot be read.
-    """
+    """Raise OSError for a netCDF file that might harm the library, or leads to other files."""
     with opened_file(path) as stream:
         about = os.fstat(stream.fileno())
     state = (about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns)
@@ -125,17 +113,8 @@ def open_netcdf(path: Path, *, own: bool = False) -> Any:
 def opened_table(path: Path, name: str, what: str) -> Iterator[Any]:
     """Open a netCDF file of somebody else, with netCDF's library for this thread alone.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name, what : str
-        The file as messages call it, and what it should be.
-
-    Raises
-    ------
-    SceneError
-        For a file that cannot be opened, and for a part that is damaged.
+    `name` and `what` are the file as messages call it, and what it should be. A file that cannot be
+    opened and a damaged part are refused.
     """
     with netcdf_library:
         with reading(name, what, "a netCDF file", *DAMAGE):
@@ -153,19 +132,9 @@ def opened_table(path: Path, name: str, what: str) -> Iterator[Any]:
 def opened_archive(path: Path, *, own: bool = False) -> Iterator[Any]:
     """Open an archive with netCDF4 after checking it; values come as they are in the file.
 
-    Other threads that read or write netCDF files wait until it is closed.
-
-    Parameters
-    ----------
-    path : Path
-        The archive.
-    own : bool
-        Whether this process has just written it: no other one need read it first.
-
-    Raises
-    ------
-    SceneError
-        For a missing file, and for a file that `run` did not write.
+    Other threads that read or write netCDF files wait until it is closed. A missing file, and one
+    that `run` did not write, are refused. `own` says that this process has just written the
+    archive: no other one need read it first.
     """
     check_file(path)
     with netcdf_library:
@@ -185,13 +154,7 @@ def opened_archive(path: Path, *, own: bool = False) -> Iterator[Any]:
 
 
 def close(file: Any) -> None:
-    """Close a file of netCDF4, once: where that fails, a second time would crash the process.
-
-    Raises
-    ------
-    OSError, RuntimeError
-        As the library does.
-    """
+    """Close a file of netCDF4, once: where that fails, a second time would crash the process."""
     try:
         file.close()
     except BaseException:
@@ -203,17 +166,7 @@ def close(file: Any) -> None:
 def damaged_values(path: str | Path, name: str = "") -> Iterator[None]:
     """Turn what the libraries raise for a damaged part of a file into one line.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    name : str
-        The variable that is read.
-
-    Raises
-    ------
-    SceneError
-        For a damaged part, not for a disk that cannot be read.
+    `name` is the variable that is read. The error of a disk that cannot be read stays as it is.
     """
     try:
         yield
@@ -229,13 +182,7 @@ def damaged_values(path: str | Path, name: str = "") -> Iterator[None]:
 
 
 def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
-    """Format of an archive, by its attributes.
-
-    Raises
-    ------
-    SceneError
-        Where it is newer than this version knows, or no number.
-    """
+    """Format of an archive, by its attributes; newer formats than this version's are refused."""
     stated = str(attributes.get("archive_format", 1))
     if not re.fullmatch(r"[1-9]\d{0,5}", stated, re.ASCII):
         raise SceneError(
@@ -253,11 +200,8 @@ def check_format(attributes: Mapping[str, Any], path: str | Path) -> int:
 def check_archive(file: Any, path: Path) -> None:
     """Refuse a netCDF file that `run` did not write, or that claims to hold more than it can.
 
-    Raises
-    ------
-    SceneError
-        For a newer format, for groups, for other types than numbers and texts, for sizes that the
-        file has no room for.
+    Newer formats, groups, other types than numbers and texts, and sizes that the file has no room
+    for are refused.
     """
     if "scene" not in file.ncattrs() or not isinstance(file.getncattr("scene"), str):
         raise SceneError(
@@ -305,13 +249,7 @@ def _item_bytes(variable: Any) -> int:
 
 
 def check_chunks(variable: Any, item: int, name: str) -> int:
-    """Number of values that the chunks of a netCDF variable have room for.
-
-    Raises
-    ------
-    SceneError
-        For a chunk that is larger than `LARGEST_CHUNK`.
-    """
+    """Number of values that a netCDF variable's chunks have room for; large chunks are refused."""
     shape: Sequence[int] = variable.shape
     chunks = variable.chunking()
     if not isinstance(chunks, list | tuple) or len(chunks) != len(shape):

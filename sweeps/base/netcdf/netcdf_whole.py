@@ -35,23 +35,10 @@ class _Refused(Exception):
 
 
 def read_all(path: Path, seconds: float, whole: bool, opened: Callable[[], object]) -> None:
-    """Read a netCDF file, as far as it may be read.
+    """Read a netCDF file, as far as it may be read; errors are those of the library.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    seconds : float
-        Time that this may take, of the processor.
-    whole : bool
-        Whether the results of an archive are read too.
-    opened : function
-        Called before values are read, which may take more memory.
-
-    Raises
-    ------
-    OSError, ValueError, RuntimeError and others
-        As the library does.
+    Reading may take `seconds` of the processor. `whole` says whether the results of an archive are
+    read too; `opened` is called before values are read, which may take more memory.
     """
     import netCDF4
 

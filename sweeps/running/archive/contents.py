@@ -65,13 +65,7 @@ class Contents:
 
 @contextmanager
 def damage_refused(path: Path) -> Iterator[None]:
-    """Refuse, in one line, an archive whose contents cannot be used: damaged, or of other origin.
-
-    Raises
-    ------
-    SceneError
-        For every failure of reading what the archive contains.
-    """
+    """Refuse in one line an archive whose contents cannot be used: damaged, or of other origin."""
     try:
         yield
     except SceneError:
@@ -83,13 +77,7 @@ def damage_refused(path: Path) -> Iterator[None]:
 
 
 def read_contents(path: Path) -> Contents:
-    """Read what an archive contains beside its results.
-
-    Raises
-    ------
-    SceneError
-        Where it is no archive that `run` wrote, or of a newer format than this version reads.
-    """
+    """Read what an archive of `run`, of no newer format than this, contains beside its results."""
     with damage_refused(path), opened_archive(path) as file:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         needed = ("scene", "scene_name", "input_files", "identity")
@@ -161,20 +149,9 @@ def plan_of(
 ) -> Plan:  # fmt: skip
     """Plan of the scene that an archive contains, which reads no other file.
 
-    Parameters
-    ----------
-    archive : Contents
-        Where the scene is.
-    axis, values
-        An axis that has other values.
-    coordinates : mapping, optional
-        Values of axes, columns of designs and labels instead of the archive's own: a shard has only
-        its part of them.
-
-    Raises
-    ------
-    SceneError
-        As `read_scene`; where the archive is a shard that does not contain all values.
+    The axis `axis` may have other `values`. `coordinates` are values of axes, columns of designs
+    and labels instead of the archive's own: a shard has only its part of them, and is refused
+    without.
     """
     with damage_refused(archive.path):
         raw, drawn = _scene_tables(archive, coordinates)
@@ -259,13 +236,7 @@ def _is_column(name: str) -> bool:
 
 
 def with_confidential(archive: Contents, path: Path) -> Contents:
-    """Return the contents with a file for the one that the archive does not hold.
-
-    Raises
-    ------
-    SceneError
-        Where it holds all its files, or the file cannot be read.
-    """
+    """Return the contents with a file for the one that the archive does not hold."""
     if not archive.confidential:
         raise SceneError(
             f"{archive.path}: its diagram is stored in it; --indicator is only for "
@@ -278,13 +249,7 @@ def with_confidential(archive: Contents, path: Path) -> Contents:
 
 
 def check_confidential(archive: Contents, plan: Plan) -> None:
-    """Check that the diagram that was given is the one that the archive was made from.
-
-    Raises
-    ------
-    SceneError
-        Where its hash differs.
-    """
+    """Check, by its hash, that a diagram is the one that the archive was made from."""
     for name, expected in archive.confidential.items():
         actual = samples_hash(plan.scene.files.get(name, b""))
         if actual != expected:

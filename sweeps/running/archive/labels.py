@@ -102,20 +102,9 @@ def describe(
 ) -> Labels:  # fmt: skip
     """Names, dimensions, units and provenance of what a plan computes.
 
-    Parameters
-    ----------
-    plan : Plan
-        What is computed.
-    seconds : float, optional
-        How long that took.
-    command : str
-        The command line that asked for it.
-    single : bool
-        Results are kept in 32 bits.
-    machine : str
-        What computed it, unless it is this machine.
-    full_paths : bool
-        Whether names of files keep their folders; else they begin in that of the scene.
+    `seconds` is how long that took, `command` the command line that asked for it, and `machine`
+    what computed it, unless it is this machine. With `single`, results are kept in 32 bits; with
+    `full_paths`, names of files keep their folders, else they begin in that of the scene.
     """
     scene = plan.scene
     variables: dict[str, Variable] = {}

@@ -147,23 +147,10 @@ def new(
     """Create an archive under a temporary name, with all that is known without computing.
 
     xarray cannot write a part of a variable, so netCDF4 does; other threads wait while it is used.
-    The file is what `write` would make of `labels.label`.
-
-    Parameters
-    ----------
-    path : Path
-        The file; an older one is replaced.
-    labels : Labels
-        Names, dimensions, attributes, coordinates.
-    lengths : mapping
-        Of the blocks, which are whole numbers of chunks, so that no chunk is written twice.
-    level : int
-        Of compression (zlib), from 0 to 9.
-
-    Raises
-    ------
-    OSError, RuntimeError
-        If it cannot be written; netCDF4 raises either.
+    The file, which replaces an older one, is what `write` would make of `labels.label`. Blocks of
+    these `lengths` are whole numbers of chunks, so that no chunk is written twice; `level` is that
+    of compression (zlib), from 0 to 9. netCDF4 raises OSError or RuntimeError where it cannot be
+    written.
     """
     import netCDF4
 

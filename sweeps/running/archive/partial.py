@@ -43,13 +43,7 @@ def made_folder(path: Path) -> None:
 
 
 def sync_folder(path: Path) -> None:
-    """Make the names in a folder last, where the system can do that.
-
-    Raises
-    ------
-    OSError
-        Where it can, but failed: the names may be lost.
-    """
+    """Make the names in a folder last, where the system can do that; OSError where it fails."""
     if not hasattr(os, "O_DIRECTORY"):
         return
     try:
@@ -130,14 +124,8 @@ class Partial:
     def locked(self, output: Path) -> Iterator[None]:
         """Lock the folder for this process; it is created where it does not exist.
 
-        After a failure of what is done meanwhile, it is given up.
-
-        Raises
-        ------
-        SceneError
-            Where another process has locked it, or the name belongs to something else.
-        OSError
-            Where it cannot be created.
+        After a failure of what is done meanwhile, the folder is given up. A folder that another
+        process has locked, and a name that belongs to something else, are refused.
         """
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_dir()):
             raise SceneError(
@@ -187,10 +175,7 @@ class Partial:
     def header(self) -> dict[str, Any] | None:
         """Header of the run in this folder; None where nothing has begun.
 
-        Raises
-        ------
-        OSError
-            Where the disk cannot be read: the blocks may be sound all the same.
+        A disk that cannot be read raises OSError: the blocks may be sound all the same.
         """
         try:
             data = regular_bytes(self.path / _HEADER, MOST_HEADER)
@@ -275,13 +260,7 @@ class Partial:
         self._write_arrays(_SCENE, {"scene": about}, columns)
 
     def read_scene(self) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-        """The scene that `write_scene` wrote.
-
-        Raises
-        ------
-        Damaged
-            As `read`.
-        """
+        """The scene that `write_scene` wrote; errors are those of `read`."""
         about, columns = self._read_arrays(_SCENE, MOST_BLOCK)
         if not isinstance(about.get("scene"), dict):
             raise Damaged(f"{self.path / _SCENE}: not in the form that a run writes")
@@ -340,13 +319,7 @@ class Partial:
         (self.path / _name(number)).unlink(missing_ok=True)
 
     def try_writing(self) -> None:
-        """Write a file and remove it.
-
-        Raises
-        ------
-        OSError
-            Where that is not possible.
-        """
+        """Write a file and remove it; OSError where that is not possible."""
         self._write(_TRIED, [b"tried"])
         (self.path / _TRIED).unlink(missing_ok=True)
 

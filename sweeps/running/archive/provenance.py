@@ -258,13 +258,7 @@ def files_text(folder: str, files: Mapping[str, bytes], confidential: Collection
 
 
 def files_from_text(text: str) -> tuple[str, dict[str, bytes]]:
-    """Folder and files: the inverse of `files_text`.
-
-    Raises
-    ------
-    ValueError
-        Where the content of a file does not have its hash.
-    """
+    """Folder and files: the inverse of `files_text`; ValueError for a content with another hash."""
     files: dict[str, bytes] = {}
     listing = json.loads(text)
     room = MOST

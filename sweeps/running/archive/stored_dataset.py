@@ -156,22 +156,8 @@ class StoredDataset:
 def stored_dataset(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
     """Open an archive to describe it or to show numbers of it; variables are read when used.
 
-    Parameters
-    ----------
-    path : Path
-        The archive.
-    own : bool
-        Whether this process has just written it.
-
-    Yields
-    ------
-    Dataset
-        For type checkers one of xarray; in fact a `StoredDataset`.
-
-    Raises
-    ------
-    SceneError
-        As `opened_archive`; later, where values that are used are damaged.
+    `own` says that this process has just written it. Type checkers see a dataset of xarray; in fact
+    it is a `StoredDataset`. Damaged values are refused when they are used.
     """
     with opened_archive(path, own=own) as file:
         with damaged_values(path):

@@ -19,14 +19,9 @@ from sweeps.base.netcdf.netcdf_files import damaged_values, netcdf_library
 
 
 def dataset_from(path: str | Path) -> xr.Dataset:
-    """Open a netCDF file with xarray, which needs the lock of the library.
+    """Open a netCDF file with xarray and the lock of the library; errors are those of xarray.
 
     Its values raise `SceneError` where they cannot be read.
-
-    Raises
-    ------
-    OSError, ValueError
-        As xarray does.
     """
     # The path is absolute, because the netCDF library takes some relative ones for addresses of
     # servers. No quantity is a time: nothing is decoded as one.

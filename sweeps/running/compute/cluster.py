@@ -53,13 +53,7 @@ class Lost(Exception):
 
 
 def check_address(text: str) -> int:
-    """Check the value of --scheduler; returns the number of processes, or 0 for an address.
-
-    Raises
-    ------
-    SceneError
-        With what is allowed.
-    """
+    """Check the value of --scheduler; returns the number of processes, or 0 for an address."""
     local = re.fullmatch(rf"{LOCAL}(\d{{1,9}})", text, re.ASCII)
     if local and 1 <= int(local[1]) <= MOST:
         return int(local[1])
@@ -75,18 +69,9 @@ def check_address(text: str) -> int:
 def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Iterator[DaskWorkers]:
     """Workers of a scheduler, or of processes that live as long as this context.
 
-    Parameters
-    ----------
-    address : str
-        See `check_address`.
-    tell : callable
-        Gets a line where one has to wait for workers.
-
-    Raises
-    ------
-    SceneError
-        Where dask is not installed, the scheduler does not answer, or workers cannot be used or are
-        not alike.
+    See `check_address` on `address`; `tell` gets a line where one has to wait for workers. Refused
+    are a scheduler that does not answer, workers that cannot be used or are not alike, and any
+    address where dask is not installed.
     """
     processes = check_address(address)
     try:

@@ -14,13 +14,7 @@ from sweeps.running.compute.options import Stopped
 
 
 def remove_folder(folder: Partial, output: Path) -> None:
-    """Remove the folder of an archive that is finished.
-
-    Raises
-    ------
-    Stopped
-        Where that is not possible.
-    """
+    """Remove the folder of an archive that is finished; `Stopped` where that is not possible."""
     try:
         folder.remove()
     except OSError as error:

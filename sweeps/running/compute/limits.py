@@ -21,13 +21,7 @@ AT_ONCE = 4
 
 
 def block_bytes(plan: Plan, memory: float | None) -> float:
-    """Bytes that the arrays of one block may take, so that a run takes no more than `memory`.
-
-    Raises
-    ------
-    SceneError
-        Where that leaves nothing, or the machine has less.
-    """
+    """Bytes that the arrays of one block may take, so that a run takes no more than `memory`."""
     given = [np.asarray(v.data).nbytes for v in plan.leaves.values() if v.dims]
     fixed = float(sum(given))
     limit = LARGEST_BLOCK
@@ -55,27 +49,9 @@ def check_disk(
 ) -> bool:
     """Refuse what does not fit the disk, before anything is computed.
 
-    Parameters
-    ----------
-    plan : Plan
-        What is computed.
-    output : Path
-        The archive.
-    count, finished : int
-        Number of blocks, and how many of them are on disk already.
-    single : bool
-        Results in 32 bits.
-
-    Returns
-    -------
-    bool
-        Whether blocks and archive do not fit the disk together: each block then has to be deleted
-        once it has been copied into the archive.
-
-    Raises
-    ------
-    SceneError
-        As `check_room`.
+    `finished` of `count` blocks are on disk already; with `single`, results are in 32 bits.
+    Returned is whether blocks and archive do not fit the disk together: each block then has to be
+    deleted once it has been copied into the archive.
     """
     size = archive_bytes(plan, single=single)
     if count == 1:
@@ -89,13 +65,7 @@ def check_disk(
 
 
 def check_room(plan: Plan, output: Path, size: float, need: float) -> None:
-    """Refuse an archive of this size where the `need` for room is greater than what is free.
-
-    Raises
-    ------
-    SceneError
-        With the size, and what is free.
-    """
+    """Refuse an archive of this size where the `need` for room is greater than what is free."""
     free = shutil.disk_usage(output.parent).free
     if need > free:
         raise SceneError(

@@ -62,13 +62,7 @@ def hand_over(partial: Partial, plan: Plan) -> None:
 
 
 def plan_of_folder(partial: Partial) -> Plan:
-    """Plan of the scene that lies in a folder, which reads no other file.
-
-    Raises
-    ------
-    SceneError
-        Where it cannot be read, or this version cannot plan it.
-    """
+    """Plan of the scene that lies in a folder, which reads no other file."""
     try:
         scene, columns = partial.read_scene()
     except Damaged as error:

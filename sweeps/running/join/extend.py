@@ -36,34 +36,13 @@ from sweeps.scene.sample import SEARCH, WORDS, drawn, read_sample
 
 
 def extend(path: Path, axis: str, values: Sequence[float], options: Options) -> Plan:
-    """Add points to an axis of an archive; only these are computed.
+    """Add points to an axis of an archive, in its units; only these are computed.
 
     The archive is replaced when the new one is complete; its results stay as they are. Where the
-    same extension was interrupted before, its finished blocks are used.
-
-    Parameters
-    ----------
-    path : Path
-        The archive.
-    axis : str
-        One of its axes of numbers.
-    values : sequence of float
-        The points to add, in the units of the archive.
-    options : Options
-        How the new points are computed and written.
-
-    Returns
-    -------
-    Plan
-        Of what the archive contains then.
-
-    Raises
-    ------
-    SceneError
-        Where it has no such axis, has the values already, or was made by another version; where
-        another extension was interrupted, unless `options.overwrite` is set.
-    Stopped
-        Where it was interrupted, or cannot be written.
+    same extension was interrupted before, its finished blocks are used. Returned is the plan of
+    what the archive contains then. Refused are an axis that it does not have, values that it has
+    already, an archive of another version, and, unless `options.overwrite` is set, an archive whose
+    other extension was interrupted. Raises `Stopped` where it is interrupted, or cannot be written.
     """
     return _replaced(path, options, lambda old, partial: _more_values(old, axis, values, partial))
 
@@ -72,29 +51,8 @@ def extend_sample(path: Path, number: int, options: Options) -> Plan:
     """Draw more points of the sample of an archive; only these are computed.
 
     They are the following points of the same sequence: the archive is then the one that a sample of
-    so many points gives at once.
-
-    Parameters
-    ----------
-    path : Path
-        The archive, of a scene with [sample].
-    number : int
-        Points of the sample then, as [sample] `number`.
-    options : Options
-        How the new designs are computed and written.
-
-    Returns
-    -------
-    Plan
-        Of what the archive contains then.
-
-    Raises
-    ------
-    SceneError
-        Where the archive has no sample, or one that cannot be extended; where it has as many
-        points; otherwise as `extend`.
-    Stopped
-        Where it was interrupted, or cannot be written.
+    `number` points gives at once. Returned is its plan. Refused are an archive without a sample, a
+    sample that cannot be extended or has as many points, and what `extend` refuses.
     """
     return _replaced(path, options, lambda old, partial: _more_points(old, number, partial))
 
@@ -264,33 +222,13 @@ def _check_version(archive: Contents, plan: Plan) -> None:
 def rerun(
     path: Path, output: Path, options: Options, indicator: Path | None = None
 ) -> tuple[Plan, list[str]]:
-    """Compute again what an archive contains.
+    """Compute again what an archive contains; no other file is read, but `indicator`.
 
-    Parameters
-    ----------
-    path : Path
-        An archive; no other file is read, but `indicator`.
-    output : Path
-        The archive to write.
-    options : Options
-        How the new archive is written.
-    indicator : Path, optional
-        The diagram of an archive that holds only its hash, because it is confidential: the raw
-        file, or what `engine-dyn import` made of it.
-
-    Returns
-    -------
-    plan, differences
-        What was computed, and what differed when the archive was made, such as versions: where
-        nothing did, the variables are the same to the byte on the same kind of processor.
-
-    Raises
-    ------
-    SceneError
-        Where it is no archive that this version's `run` wrote, or a shard without the values that
-        all shards share; else as `sweeps.running.compute.into_archive.run`.
-    Stopped
-        As `sweeps.running.compute.into_archive.run`.
+    `indicator` is the diagram of an archive that holds only its hash, because it is confidential:
+    the raw file, or what `engine-dyn import` made of it. Returned are the plan, and what differed
+    when the archive was made, such as versions: where nothing did, the variables are the same to
+    the byte on the same kind of processor. Refused are archives that this version's `run` did not
+    write, shards without the values that all shards share, and what `run` refuses.
     """
     old = read_contents(path)
     if indicator is not None:

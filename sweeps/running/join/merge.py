@@ -32,13 +32,7 @@ from sweeps.scene.plan.plan import Plan
 
 
 def check_shards(archives: Sequence[Contents]) -> Plan:
-    """Plan of the whole scene whose shards these are, each once.
-
-    Raises
-    ------
-    SceneError
-        Where they are no shards, where one is missing or given twice.
-    """
+    """Plan of the whole scene whose shards these are; all must be given, each once."""
     first = archives[0]
     for one in archives:
         if "reduce" not in one.source or not one.piece:
@@ -62,13 +56,7 @@ def check_shards(archives: Sequence[Contents]) -> Plan:
 def write_merged(
     plan: Plan, archives: Sequence[Contents], output: Path, partial: Partial, options: Options
 ) -> None:
-    """Add the reductions of shards, and write the archive.
-
-    Raises
-    ------
-    SceneError
-        Where one is damaged.
-    """
+    """Add the reductions of shards, and write the archive; damaged ones are refused."""
     labels = describe(plan, command=options.command, single=archives[0].single)
     whole = Reduction(plan, labels)
     for one in archives:
@@ -79,29 +67,12 @@ def write_merged(
 
 
 def merge(paths: Sequence[Path], output: Path, options: Options) -> Plan:
-    """Join archives of one scene.
+    """Join archives of one scene: all shards, or archives that differ in the values of one axis.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        All shards of a scene, or archives that differ in the values of one axis.
-    output : Path
-        The archive to write.
-    options : Options
-        `overwrite`, `level` and `command` count.
-
-    Returns
-    -------
-    Plan
-        Of what the new archive contains.
-
-    Raises
-    ------
-    SceneError
-        Where they are not of one scene, version or kind, where something is missing, or where two
-        of them have different results of one design.
-    Stopped
-        Where the archive cannot be written.
+    Of `options`, `overwrite`, `level` and `command` count. Returned is the plan of what the new
+    archive contains. Refused are archives that are not of one scene, version and kind, that lack
+    something, or that have different results of one design. Raises `Stopped` where the archive
+    cannot be written.
     """
     if len(paths) < 2:
         raise SceneError("merge: needs two archives or more")
@@ -140,25 +111,9 @@ def write_joined(
 ) -> None:
     """Copy what archives contain into one, which then gets the name of the output.
 
-    Parameters
-    ----------
-    joined : Joined
-        The archives, and where their points lie.
-    output : Path
-        The archive to write; it is replaced.
-    partial : Partial
-        The folder in which it is put together.
-    options : Options
-        `level` and `command` count.
-    tolerance : float
-        Largest relative difference between archives that have the same design.
-
-    Raises
-    ------
-    SceneError
-        Where archives lack results, or contradict each other.
-    Stopped
-        Where it was interrupted, or cannot be written.
+    `partial` is the folder in which it is put together. Of `options`, `level` and `command` count;
+    `tolerance` is the largest relative difference between archives that have the same design.
+    Archives that lack results, or contradict each other, are refused.
     """
     labels = joined.labels(options.command)
     level = joined.archives[0].level if options.level is None else options.level

@@ -54,13 +54,7 @@ class Joined:
 
 
 def find_places(archives: list[Contents]) -> Joined:
-    """Find out what belongs where.
-
-    Raises
-    ------
-    SceneError
-        Where archives are not of one scene, version or kind, or where something is missing.
-    """
+    """Find out what belongs where in archives of one scene, version and kind, all complete."""
     first = archives[0]
     for one in archives:
         if "reduce" in one.source:

@@ -35,13 +35,7 @@ out."""
 
 
 def outcomes_given(not_counted: str | Sequence[str]) -> list[int]:
-    """Codes of the outcomes that are not counted.
-
-    Raises
-    ------
-    SceneError
-        For words that are no outcome of a design that failed.
-    """
+    """Codes of outcomes that are not counted; only those of failed designs are allowed."""
     failed = {word: code for code, word in enumerate(MEANINGS) if code not in WITH_NUMBERS}
     words = names_given(not_counted, "not_counted")
     for word in words:

@@ -75,16 +75,10 @@ class Indices:
         self.lacking, self.dropped = np.zeros((2, cells), np.int64)
 
     def add(self, values: npt.NDArray[Any], place: Sequence[slice], first: int) -> None:
-        """Add whole groups of designs.
+        """Add whole groups of designs, which begin at number `first` of the whole sample.
 
-        Parameters
-        ----------
-        values : ndarray
-            One for each design, NaN where there is none; the axes of the cells first.
-        place : sequence of slice
-            Cells in which they lie.
-        first : int
-            Number of the first design in the whole sample.
+        `values` are one for each design, NaN where there is none, with the axes of the cells first;
+        `place` are the cells in which they lie.
         """
         here = np.arange(math.prod(self.shape)).reshape(self.shape)[tuple(place)].reshape(-1)
         groups = np.asarray(values, np.float64).reshape(here.size, -1, self.sample.group)

@@ -451,13 +451,7 @@ def _over(variable: xr.Variable, left: Sequence[str], over: Sequence[str]) -> np
 
 
 def state_in(archive: xr.Dataset, where: str) -> State:
-    """The state of an archive for `Reduction.merge`.
-
-    Raises
-    ------
-    SceneError
-        Where it is damaged.
-    """
+    """The state of an archive for `Reduction.merge`; a damaged one is refused."""
     data = archive[STATE].values.tobytes()
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as file:

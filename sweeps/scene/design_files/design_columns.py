@@ -48,13 +48,7 @@ class DesignColumns:
 
 
 def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict[str, Node | None]:
-    """Parameter of each column; None for labels.
-
-    Raises
-    ------
-    SceneError
-        For a name that is neither, with the nearest right one.
-    """
+    """Parameter of each column, None for labels; other names are refused with the nearest one."""
     keys = list(keys)
     known = (*PARAMETERS, *ALL_QUANTITIES, *LABELS)
     if keys and not any(key in known or did_you_mean(key, known) for key in keys):

@@ -375,26 +375,12 @@ _READERS: dict[str, Callable[[Path, str], DesignColumns]] = {
 
 
 def read_designs(path: Path, name: str) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
-    """Read the table of [designs] file.
+    """Read the table of [designs] file; `name` is the file as messages call it.
 
-    Parameters
-    ----------
-    path : Path
-        A file that ends with one of `SUFFIXES`.
-    name : str
-        The file as messages should call it.
-
-    Returns
-    -------
-    columns, labels : dict
-        Numbers of parameters in the units of files, within their physical range, and texts.
-
-    Raises
-    ------
-    SceneError
-        In one line: an unknown extension; a file that is missing or not of its kind; columns that
-        are unknown, not numeric, of other units or along more than one dimension; missing values
-        and values outside their range, with line or row.
+    Returned are numbers of parameters in the units of files, and texts. Refused, with line or row,
+    are unknown extensions, files that are missing or not of their kind, columns that are unknown,
+    not numeric, of other units or along more than one dimension, missing values, and values outside
+    their range.
     """
     read = _READERS.get(path.suffix.lower())
     suffixes = tuple(_READERS)

@@ -141,14 +141,7 @@ class CylinderKeys:
 
 
 def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
-    """Read the keys of cylinders that a table has.
-
-    Raises
-    ------
-    SceneError
-        For an arrangement that is neither a text nor a table, and for other values that are not
-        lists of numbers.
-    """
+    """Read the keys of cylinders that a table has: arrangement, rods and lists of numbers."""
     given: dict[str, Any] = {}
     for key in CYLINDER_KEYS:
         item = raw.get(key)
@@ -171,13 +164,7 @@ def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
 
 
 def read_arrangement(raw: Any, where: str) -> str | ArrangementTable:
-    """Read an arrangement as given: a text, or a table that describes it.
-
-    Raises
-    ------
-    SceneError
-        For anything else, and for a table with wrong keys.
-    """
+    """Read an arrangement as given: a text, or a table that describes it."""
     if isinstance(raw, str):
         return raw
     if not isinstance(raw, Mapping):

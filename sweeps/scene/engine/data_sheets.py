@@ -49,14 +49,7 @@ class Sheet:
 
 
 def read_data_sheet(path: str | Path) -> Sheet:
-    """Read an engine file as a data sheet.
-
-    Raises
-    ------
-    SceneError
-        For a file that is no engine file, a two-stroke engine, missing dimensions, and what a
-        calibration cannot take into account.
-    """
+    """Read an engine file as a data sheet; anything that a calibration cannot use is refused."""
     path = Path(path)
     name = str(path)
     given, raw = engine_file_of(path, name)

@@ -113,13 +113,7 @@ def load_engine(
 
 
 def engine_path(name_or_path: str | Path, base: Path | None, where: str) -> tuple[Path, str]:
-    """File of an engine, and what messages about it begin with; see `load_engine`.
-
-    Raises
-    ------
-    SceneError
-        For an unknown name, and a path that leaves the folder of the scene.
-    """
+    """File of an engine, and what messages about it begin with; see `load_engine`."""
     known, text = catalogue(), str(name_or_path)
     if text in known:
         return known[text], f"engine {text}"
@@ -141,13 +135,7 @@ def _of_catalogue(path: Path, changed: int) -> tuple[Engine, dict[str, bytes]]:
 
 
 def engine_file_of(path: Path, name: str) -> tuple[EngineFile, dict[str, Any]]:
-    """Tables of an engine file, of which only keys and types are checked, and all as they stand.
-
-    Raises
-    ------
-    SceneError
-        For a file that is none.
-    """
+    """Tables of an engine file, of which only keys and types are checked, and all as they stand."""
     raw = plain(parse_toml(path, name, "an engine file (TOML)"), name)
     return check_structure(EngineFile, raw, name), raw
 
@@ -252,13 +240,7 @@ def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> flo
 
 
 def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
-    """Read [values]; a rod's length becomes the crank ratio, which a stroke keeps.
-
-    Raises
-    ------
-    SceneError
-        For unknown keys, keys that exclude each other and values outside their range.
-    """
+    """Read and check [values]; a rod's length becomes the crank ratio, which a stroke keeps."""
     values: dict[str, float] = {}
     for key, item in raw.items():
         where = f"{name}: [values] {key}"
@@ -308,13 +290,7 @@ def _crank_ratio(rod: float, values: Mapping[str, float], name: str) -> float:
 def count_cylinders(
     given: EngineFile, values: Mapping[str, float], period: float, name: str
 ) -> int:
-    """Cylinders of an engine file, by [values] or else by what tells them apart; 0 if unknown.
-
-    Raises
-    ------
-    SceneError
-        For an arrangement that no engine can have.
-    """
+    """Cylinders of an engine file, by [values] or else by what tells them apart; 0 if unknown."""
     if "cylinders" in values:
         return int(values["cylinders"])
     keys = read_cylinder_keys(given.model_dump(include=set(CYLINDER_KEYS)), f"{name}: ")
@@ -329,13 +305,7 @@ def count_cylinders(
 def read_cylinders(
     given: EngineFile, cylinders: float, period: float, name: str
 ) -> tuple[tuple[int, ...] | None, Cylinders | None]:
-    """Firing order, and cylinders that the file describes; None where it says nothing of them.
-
-    Raises
-    ------
-    SceneError
-        For an order or an arrangement that does not have these cylinders.
-    """
+    """Firing order, and cylinders that the file describes; None where it says nothing of them."""
     order, count = None, int(cylinders)
     if given.firing_order is not None:
         order = tuple(given.firing_order)
@@ -358,13 +328,7 @@ def read_cylinders(
 
 
 def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
-    """Compression ratio that a [[diagram]] states, of any kind; None where it has none.
-
-    Raises
-    ------
-    SceneError
-        For a value that is no compression ratio.
-    """
+    """Compression ratio that a [[diagram]] states, of any kind; None where it has none."""
     if "clearance_ratio" in table:  # A ratio of compressors: clearance over swept volume
         clearance = number(table["clearance_ratio"], f"{where} clearance_ratio")
         return 1.0 + 1.0 / clearance if clearance > 0.0 else None
@@ -381,24 +345,8 @@ def compression_ratio_in(
 ) -> float | None:
     """Compression ratio of an engine file; None where it says nothing, or diagrams differ.
 
-    The geometric one of [values] comes first, then the one that the diagrams state. Where none of
-    them states any, it is that of the data sheet.
-
-    Parameters
-    ----------
-    given : EngineFile
-        The file.
-    values : mapping
-        Its [values], read.
-    stated : iterable of float or None
-        What each of its diagrams states.
-    name : str
-        Of the file, for messages.
-
-    Raises
-    ------
-    SceneError
-        For a value of the data sheet that is no compression ratio.
+    The geometric one of [values] comes first, then the one that the diagrams state, `stated` for
+    each. Where none of them states any, it is that of the data sheet.
     """
     if GEOMETRIC in values:
         return values[GEOMETRIC]

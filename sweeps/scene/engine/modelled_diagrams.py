@@ -67,31 +67,11 @@ def modelled_diagram(
 ) -> tuple[Diagram, ModelledDiagram | None]:
     """Model the diagram of a [[diagram]] table.
 
-    Parameters
-    ----------
-    name : str
-        Of `KINDS`.
-    rest : mapping
-        The table without its load and speed.
-    where : str
-        What messages begin with.
-    period : float
-        Of the engine [rad].
-    values : mapping
-        [values] of the engine, in the units of files.
-
-    Returns
-    -------
-    diagram : Diagram
-        The modelled diagram.
-    again : ModelledDiagram, optional
-        What makes it again with other values; for cycles by the first law.
-
-    Raises
-    ------
-    SceneError
-        For a kind that does not suit the engine's cycle, unknown and missing keys, and values that
-        no cycle can have.
+    `name` is one of `KINDS`, `rest` the table without its load and speed, `period` that of the
+    engine [rad], and `values` are its [values] in the units of files; messages begin with `where`.
+    Returned are the diagram and, for cycles by the first law, what makes it again with other
+    values. Refused are a kind that does not suit the engine's cycle, unknown and missing keys, and
+    values that no cycle can have.
     """
     cycle, step = modelled_cycle(name, rest, where, period, values)
     try:
@@ -133,19 +113,8 @@ def modelled_cycle(
 def check_double_acting(kinds: Sequence[Any], pressure_scale: object, name: str) -> None:
     """Refuse what would be applied to the effective pressure of a double-acting cylinder.
 
-    Parameters
-    ----------
-    kinds : sequence
-        Of all [[diagram]] of an engine file.
-    pressure_scale : object
-        Its [pressure_scale], None without one.
-    name : str
-        What messages begin with.
-
-    Raises
-    ------
-    SceneError
-        For another diagram beside it, and a scale over the speed.
+    `kinds` are those of all [[diagram]] of an engine file. Another diagram, and a scale over the
+    speed, are refused.
     """
     if DOUBLE_ACTING not in kinds:
         return

@@ -48,13 +48,7 @@ SILENCED = (
 
 
 def read_silenced(names: Sequence[str], name: str) -> tuple[str, ...]:
-    """Names of checks that are left out; `name` is the file as messages call it.
-
-    Raises
-    ------
-    SceneError
-        For a name that is no check.
-    """
+    """Check names of checks that are left out; `name` is the file as messages call it."""
     for word in names:
         if word not in KNOWN:
             raise SceneError(

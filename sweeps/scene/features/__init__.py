@@ -65,14 +65,9 @@ BY_CONSTANT: Mapping[str, GivenFeature] = MappingProxyType(
 
 
 def file_with_features(own: type[Strict], *, scenes: bool) -> Any:
-    """Return the model of a file: its own keys, and then the tables of features.
+    """Return the model of a file: its own keys and docstring, and then the tables of features.
 
-    Parameters
-    ----------
-    own : class
-        Model of the own keys, whose docstring the model keeps.
-    scenes : bool
-        Whether the file is a scene, which has tables that engine files have not.
+    `scenes` says whether the file is a scene, which has tables that engine files have not.
     """
     keys: Any = {
         one.name: (
@@ -89,23 +84,9 @@ def file_with_features(own: type[Strict], *, scenes: bool) -> Any:
 
 
 def with_features(engine: Engine, given: Strict, folder: Path, where: str) -> Engine:
-    """Return the engine with the parts that tables give.
+    """Return the engine with the parts that tables of `given` make, a scene or an engine file.
 
-    Parameters
-    ----------
-    engine : Engine
-        The engine so far.
-    given : Strict
-        A scene or an engine file.
-    folder : Path
-        Where paths in the tables start from.
-    where : str
-        What messages begin with.
-
-    Raises
-    ------
-    SceneError
-        For tables that make no part.
+    Paths in the tables start from `folder`; messages begin with `where`.
     """
     for name, feature in GIVEN_FEATURES.items():
         if feature.read is None:
@@ -133,13 +114,7 @@ def parts_of_scene(
 
 
 def check_asked(values: GivenValues, quantities: Sequence[str], name: str) -> None:
-    """Check that the quantities that a scene asks for go with its features.
-
-    Raises
-    ------
-    SceneError
-        For the first that does not; `name` is the scene as messages call it.
-    """
+    """Check that the quantities that the scene `name` asks for go with its features."""
     for feature in GIVEN_FEATURES.values():
         if feature.check_asked is not None:
             feature.check_asked(values, quantities, name)

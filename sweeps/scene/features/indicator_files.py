@@ -69,13 +69,7 @@ def indicator_of_text(text: str, name: str, period: float = FOUR_STROKE) -> Diag
 
 
 def cycles_of_text(text: str, name: str, period: float = FOUR_STROKE) -> tuple[Diagram, ...]:
-    """Return the diagrams of all recorded cycles: columns `cycle_1_bar`, `cycle_2_bar` and so on.
-
-    Raises
-    ------
-    SceneError
-        As `read_indicator`; empty without such columns.
-    """
+    """Return diagrams of all recorded cycles: columns `cycle_1_bar`, `cycle_2_bar` and so on."""
     table = csv_of_text(text, name, WHAT, NAMES)
     cycle = re.compile(r"cycle_[1-9][0-9]*_bar")
     columns = [column for column in table.header if cycle.fullmatch(column)]
@@ -120,10 +114,7 @@ MEANING = "lowest and highest speed [rpm] for which the diagram holds; outside, 
 def read_speeds(rest: MutableMapping[str, Any], where: str) -> tuple[float, float] | None:
     """Take the lowest and the highest speed [rpm] out of a [[diagram]]; None where it has none.
 
-    Raises
-    ------
-    SceneError
-        If it is no such pair, or given together with `speed`, which makes a grid over speed.
+    They exclude `speed`, which makes a grid over speed.
     """
     given = rest.pop(SPEEDS, None)
     if given is None:

@@ -216,21 +216,9 @@ def built_in_shafts() -> dict[str, Path]:
 
 
 def read_shaft(given: Any, base: Path, where: str) -> GivenShaft:
-    """Read the value of the key `shaft`.
+    """Read the key `shaft`: a table, the name of a built-in shaft, or the path of a file.
 
-    Parameters
-    ----------
-    given : dict or str
-        A table, the name of a built-in shaft, or the path of a file, relative to `base`.
-    base : Path
-        Folder of the file that names it.
-    where : str
-        What messages begin with, such as "scene.toml: ".
-
-    Raises
-    ------
-    SceneError
-        In one line, for a shaft that cannot be.
+    The path is relative to `base`; messages begin with `where`, such as "scene.toml: ".
     """
     if isinstance(given, Mapping):
         return _read(check_structure(ShaftTable, given, f"{where}[shaft]"), f"{where}[shaft]")

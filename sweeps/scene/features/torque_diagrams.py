@@ -91,21 +91,9 @@ _BESIDE = {
 
 
 def read_torque_diagram(table: Mapping[str, Any], where: str, folder: Path) -> TorqueOverAngle:
-    """Read the torque of a [[diagram]] table of kind 'torque'.
+    """Read the torque of a whole [[diagram]] table of kind 'torque'.
 
-    Parameters
-    ----------
-    table : mapping
-        The whole table.
-    where : str
-        What messages begin with.
-    folder : Path
-        Where the path of a file starts from.
-
-    Raises
-    ------
-    SceneError
-        In one line, for keys that do not go together and what is no torque.
+    The path of a file starts from `folder`; messages begin with `where`.
     """
     given = check_structure(TorqueDiagram, dict(table), where)
     ways = [way for way in _BESIDE if getattr(given, way) is not None]

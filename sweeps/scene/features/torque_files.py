@@ -30,23 +30,9 @@ def torque_of_file(
 ) -> TorqueOverAngle:  # fmt: skip
     """Torque through the points of a laboratory's file, or of the orders in it, in its own units.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    label : str
-        The file as messages call it.
-    angle_column, torque_column : str or int, optional
-        Names or numbers of columns, which a file of more than two needs.
-    torque_unit : str, optional
-        Where the file does not state it.
-    mean : float, optional
-        Mean torque [N m], which a table of orders needs; points have their own.
-
-    Raises
-    ------
-    SceneError
-        For a file that is none, columns that are not told, and what is no torque.
+    A file of more than two columns needs `angle_column` and `torque_column`, their names or
+    numbers, and one that does not state it `torque_unit`. A table of orders needs the `mean` torque
+    [N m]; points have their own.
     """
     recording = read_recording(path, label)
     if ORDER in recording.columns:

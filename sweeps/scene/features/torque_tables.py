@@ -86,13 +86,7 @@ def _of_file(item: Any, folder: Path, where: str, *, driver: bool) -> Any:
 
 
 def read_load(item: Any, folder: Path, where: str) -> TorqueOverAngle | TorqueOverSpeed:
-    """Read a load's torque from the file that the key names, relative to `folder`, or from a table.
-
-    Raises
-    ------
-    SceneError
-        In one line, with the line of the file where one is wrong.
-    """
+    """Read a load's torque from the file that `item` names, relative to `folder`, or its table."""
     if not isinstance(item, Mapping):
         torque: TorqueOverAngle | TorqueOverSpeed = _of_file(item, folder, where, driver=False)
         return torque

@@ -99,13 +99,7 @@ def undivided(plan: Plan, dimension: str) -> int:
 
 
 def check_memory(what: str, need: float, advice: str = "", share: float = 0.9) -> None:
-    """Refuse what does not fit into a share of the free memory; `advice` ends the message.
-
-    Raises
-    ------
-    SceneError
-        With the size and what is free.
-    """
+    """Refuse what does not fit into a share of the free memory; `advice` ends the message."""
     free = psutil.virtual_memory().available
     if need > share * free:
         raise SceneError(

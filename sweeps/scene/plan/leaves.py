@@ -161,13 +161,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
 
 
 def mean_of(node_of: Callable[[str], Node], leaves: Mapping[str, Value], name: str) -> Any:
-    """A value, the mean where it varies [SI], by formulas of the graph alone.
-
-    Raises
-    ------
-    KeyError
-        Where it takes more than formulas, or what neither scene nor engine gives.
-    """
+    """A value, the mean where it varies [SI]; KeyError where it takes more than formulas."""
     if name in leaves:
         leaf = leaves[name]
         if not leaf.dims:
