@@ -76,7 +76,7 @@ def _is_table(value: Any) -> bool:
 def _values(item: Any, where: str, key: Any) -> Any:
     """Value or values of one key; pandas and xarray as arrays, quantities in the key's unit."""
     node = PARAMETERS.get(key) if isinstance(key, str) else None
-    if isinstance(item, Mapping) and not _is_table(item):  # A range may have units
+    if isinstance(item, Mapping) and not _is_table(item):  # The ends of a range may have units
         return {
             k: v if isinstance(v, Mapping) else _values(v, f"{where} {one_line(k, 60)}", key)
             for k, v in item.items()

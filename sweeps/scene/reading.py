@@ -236,7 +236,7 @@ def _found(scene: str | Path) -> tuple[Path | None, str, Path, dict[str, Any]]:
             f"scene {shown(text, 300)}: no such file and no built-in scene{not_known(text, known)}"
         )
     path = Path(scene)
-    if path.is_fifo() and path.is_relative_to("/dev"):  # A pipe that a shell made has a writer
+    if path.is_fifo() and path.is_relative_to("/dev"):  # A shell's pipe has a writer, and so an end
         with reading(text, WHAT), path.open("rb") as stream:
             return None, text, Path(), _of_stream(stream, text)
     return path, text, path.parent, parse_toml(path, text, WHAT)
@@ -309,7 +309,7 @@ def _assembled(
     designs: dict[str, Floats], labels: dict[str, tuple[str, ...]], known: dict[str, Any],
 ) -> Scene:  # fmt: skip
     """Read the tables one by one and put them together, without references to published values."""
-    # `known` has the fields that do not come from the tables.
+    # `known` has the fields of the scene that do not come from its tables.
     assert isinstance(given.engine, str)
     engine = load_engine(given.engine, base, f"{name}: engine")
     engine = with_features(engine, given, base, f"{name}: ")

@@ -87,7 +87,7 @@ def _inertia_words(values: GivenValues) -> tuple[str, ...]:
         values.gives(*INERTIA_PARTS) or values.engine_gives(*INERTIA_PARTS)
     )
     of_shaft = values.engine.shaft is not None
-    # As for the inertia, values of the scene count before those of the engine.
+    # Values of the scene count before those of the engine.
     throw = ("throw_mass", "throw_radius")
     throw_given = not values.gives("crank_mass") and (
         values.gives(*throw) or values.engine_gives(*throw)

@@ -188,7 +188,7 @@ def names_and_units(
             r"units?|einheit(en)?", key, re.I,
         ):  # fmt: skip
             fields = fields[1:] if len(fields) > width else ["", *fields[1:]]
-        if len(fields) == width - 1 and numbered:  # The rows begin with their numbers
+        if len(fields) == width - 1 and numbered:  # Rows of numbers begin with their own number
             fields = ["", *fields]
         fields = fields[:width] + [""] * (width - len(fields))
         if all(is_number(text) for text in fields if text):

@@ -124,7 +124,7 @@ def opened_table(path: Path, name: str, what: str) -> Iterator[Any]:
             warnings.catch_warnings(),
             reading(name, what, "a sound netCDF file", *DAMAGE, Warning),
         ):
-            warnings.simplefilter("error")  # the library only warns when it drops attributes
+            warnings.simplefilter("error")  # netCDF4 only warns when it drops attributes
             yield file
 
 
@@ -226,7 +226,7 @@ def check_archive(file: Any, path: Path) -> None:
         if dims == (name,):  # Coordinates are read whole
             at_once += room
     for name, dimension in file.dimensions.items():
-        if len(dimension) > LARGEST_RATIO * size:  # Each point has a value of a coordinate
+        if len(dimension) > LARGEST_RATIO * size:  # Each has a coordinate of a byte or more
             raise SceneError(
                 f"{path}: damaged: {len(dimension)} points of {one_line(name, 60)} in a file of "
                 f"{size_text(size)}"

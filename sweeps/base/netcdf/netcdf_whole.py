@@ -198,7 +198,7 @@ def _dataset_is_external(library: Any, parent: int, name: bytes) -> bool:
         return False
     made = library.H5Dget_create_plist(dataset)
     try:
-        library.H5Dget_storage_size(dataset)  # Follows the whole index of the chunks
+        library.H5Dget_storage_size(dataset)  # A damaged index of chunks shows here
         virtual = library.H5Pget_layout(made) == 3
         return virtual or library.H5Pget_external_count(made) > 0
     finally:

@@ -303,7 +303,7 @@ def _filled(
         return array
     short = [d in DIMENSIONS and n < m for d, n, m in zip(dims, array.shape, shape, strict=True)]
     if any(short):
-        padded = np.full(shape, np.nan)  # A block may lack the last throws
+        padded = np.full(shape, np.nan)  # All engines of a block may lack the last throws
         ends = zip(short, array.shape, strict=True)
         padded[tuple(slice(n) if fewer else slice(None) for fewer, n in ends)] = array
         return padded

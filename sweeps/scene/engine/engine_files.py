@@ -228,7 +228,7 @@ def _check_complete(given: EngineFile, values: Mapping[str, float], name: str) -
 def _period(given: EngineFile, torque: TorqueOverAngle | None, name: str) -> float:
     """Angle of the cycle [rad]: that of a given torque, unless the file states one."""
     if given.cycle is None:
-        assert torque is not None  # `_check_complete` has refused a file without both
+        assert torque is not None  # `_check_complete` refused to lack both
         return torque.period
     period = PERIODS[given.cycle]
     if torque is not None and math.remainder(period, torque.period) > 1e-9:

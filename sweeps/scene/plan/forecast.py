@@ -275,7 +275,8 @@ def _work_line(plan: Plan) -> str:
     if plan.scene.engine.torque is not None:
         return "work over the angle of the torque that is given"
     diagrams, sets = diagram_count(plan), len(plan.leaves["cylinders_by_count"].data)
-    # A load on a row of the table needs no second diagram; the number of diagrams ignores that.
+    # A load on a row of the table needs no second diagram; the number of diagrams ignores that, and
+    # is the largest possible.
     most = "" if plan.leaves["family"].data.row_count == 1 else "up to "
     return (
         f"work over the angle of {most}{counted(diagrams, 'diagram')} and "
