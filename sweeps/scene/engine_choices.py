@@ -286,12 +286,24 @@ def those_possible(
         if len(quantities) < 2:
             raise
         of_all = error
-    refused: dict[str, SceneError] = {}
-    for quantity in quantities:
-        try:
-            make([quantity])
-        except SceneError as error:
-            refused[quantity] = error
+    refused = _refused(quantities, make)
     if not refused or len(refused) == len(quantities):
         raise of_all
     return make([quantity for quantity in quantities if quantity not in refused]), refused
+
+
+def _refused(
+    quantities: Sequence[str], make: Callable[[Sequence[str]], Any]
+) -> dict[str, SceneError]:
+    """Error of each quantity of which nothing can be made.
+
+    Halves in which all is possible are not divided further: mostly a few of many are refused.
+    """
+    try:
+        make(quantities)
+    except SceneError as error:
+        if len(quantities) == 1:
+            return {quantities[0]: error}
+        half = len(quantities) // 2
+        return _refused(quantities[:half], make) | _refused(quantities[half:], make)
+    return {}

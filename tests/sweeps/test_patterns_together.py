@@ -131,3 +131,13 @@ def test_orders_of_every_union_are_quotients_of_whole_numbers() -> None:
             for part in range(1, cycles + 1):
                 if cycles % part == 0:
                     assert np.isin(orders[part], found).all(), (cycles, part)
+
+
+def test_elasticities_of_patterns_that_repeat_after_different_cycles() -> None:
+    """Beside others each pattern has the elasticities that it has alone."""
+    asked = ["delta", "delta_elasticity"]
+    whole = run(scene_of(FOUR, ["1", "110"], asked))
+    for place, pattern in enumerate(("1", "110")):
+        alone = run(scene_of(FOUR, [pattern], asked)).drop_vars("firing_pattern")
+        assert alone["delta_elasticity"].notnull().any()
+        assert differing(alone, whole.isel(firing_pattern=[place])) == []

@@ -115,13 +115,14 @@ def by_cycles(plan: Plan) -> tuple[Plan, Plan | None]:
     # Dimensions whose points depend on the number of cycles after which firing patterns repeat
     over_cycles = ("order", "every_order", "firing_cycle", "crank_angle", "close_angle")
     for own in np.unique(cycles).tolist():
-        points_of_cycles = points_of(plan.scene, own)
-        points = {**plan.points, **{name: points_of_cycles[name] for name in over_cycles}}
+        every_point = points_of(plan.scene, own)
+        of_cycles = {name: every_point[name] for name in over_cycles}
+        points = {**plan.points, **of_cycles}
         made = replace(
             whole,
             points=points,
             sizes={**plan.sizes, **{name: len(values) for name, values in points.items()}},
-            leaves={**leaves, **leaves_of_points(points, plan.scene.engine.period)},
+            leaves={**leaves, **leaves_of_points(of_cycles, plan.scene.engine.period)},
         )
         rows = np.flatnonzero(cycles == own)
         own_points = {d: np.arange(len(plan.points[d])) % len(points[d]) for d in over_cycles}
