@@ -39,9 +39,22 @@ def pytest_configure(config: pytest.Config) -> None:
         _keep_temporary_files_apart(config)
 
 
+@pytest.hookimpl(trylast=True)  # when those that are not asked for are gone
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with slow tests: at the end, processes then share short ones, and none waits long."""
-    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+    """Begin with slow tests: at the end, processes then share short ones, and none waits long.
+
+    Each process is first given one stretch of the list, and later steals from the end of another's.
+    So every stretch begins with its share of the slow tests.
+    """
+    parts: tuple[list[pytest.Item], list[pytest.Item]] = ([], [])
+    for item in items:
+        parts[item.get_closest_marker("slow") is None].append(item)
+    slow, short = parts
+    items.clear()
+    for processes in range(int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")), 0, -1):
+        size, number = (len(slow) + len(short)) // processes, len(slow) // processes
+        items += slow[:number] + short[: size - number]
+        del slow[:number], short[: size - number]
 
 
 def _keep_temporary_files_apart(config: pytest.Config) -> None:

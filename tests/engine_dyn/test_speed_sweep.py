@@ -174,14 +174,14 @@ def test_estimated_error_covers_the_true_one(design: Design) -> None:
 
 def test_near_stall_the_outcomes_are_in_order(design: Design, inputs: dict[str, Any]) -> None:
     """Less and less inertia: converged, then perhaps unresolved, then stalled."""
-    inertia = design.inertia * np.geomspace(1.0, 0.01, 200)
+    inertia = design.inertia * np.geomspace(1.0, 0.01, 200)[::2]
     for exponent in (0.0, 1.0, 2.0):
         for closure in ("power_mean", "cycle_time"):
             found = solve(inputs, inertia=inertia, exponent=exponent, closure=closure,
                           wanted=("delta", "omega_min"))  # fmt: skip
             status = found["status"]
             first = int(np.flatnonzero(status != CONVERGED)[0])
-            assert first > 20
+            assert first > 10
             assert (np.diff(found["delta"][:first]) > 0.0).all()
             last = int(np.flatnonzero(status != STALLED)[-1])
             # Between them at most a narrow band of designs that nearly touch zero, at whose end a
@@ -190,7 +190,7 @@ def test_near_stall_the_outcomes_are_in_order(design: Design, inputs: dict[str, 
             unknown = between.count(NOT_CONVERGED)
             assert unknown <= 3
             assert set(between[: len(between) - unknown]) <= {CONVERGED, STALLED, TOLERANCE_NOT_MET}
-            assert last - first <= 40
+            assert last - first <= 20
             assert (status[last + 1 :] == STALLED).all()
 
 

@@ -152,6 +152,7 @@ def test_the_checker_finds_what_is_wrong(tmp_path: Path) -> None:
 
 
 @pytest.mark.compiled
+@pytest.mark.slow  # with the other test of all archives, which are made once
 def test_pint_xarray_quantifies_every_archive(archives: list[Path]) -> None:
     pytest.importorskip("pint_xarray", reason="pip install pint-xarray")
     for path in archives:

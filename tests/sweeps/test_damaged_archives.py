@@ -44,7 +44,8 @@ def words(command: str, path: Path, folder: Path) -> list[str | Path]:
 def test_cut_archives(size: float, tmp_path: Path) -> None:
     path, whole = tmp_path / "cut.nc", sound_archive()
     path.write_bytes(whole[: int(size * len(whole)) if size < 1 else int(size)])
-    for command in READING:
+    # All open by one door: one archive goes through every command.
+    for command in READING if size == 100 else ("info", "export"):
         assert str(path) in refused(*words(command, path, tmp_path))
 
 
@@ -83,14 +84,13 @@ def test_a_heap_without_sizes_does_not_hang(
     done = python(code, "info", path, timeout=600)
     assert done.returncode == 2, done.stderr
     monkeypatch.setattr(netcdf_child, "SECONDS", 0.3)
-    for command in ("show", "compare", "rerun"):  # all open by one door: see the cut archives
-        before = set(tmp_path.iterdir())
-        told = refused(*words(command, path, tmp_path))
-        assert f"{path}: not a netCDF archive (damaged: " in told
-        if make is with_zero_size and sys.platform != "win32":
-            # On a busy machine its time by the clock ends first.
-            assert "reading it takes more than 0.3 s" in told or "takes longer than" in told
-        assert set(tmp_path.iterdir()) - before <= {tmp_path / "sound.nc"}
+    # All open by one door: see the cut archives.
+    told = refused("rerun", path, "-o", tmp_path / "out.nc")
+    assert f"{path}: not a netCDF archive (damaged: " in told
+    if make is with_zero_size and sys.platform != "win32":
+        # On a busy machine its time by the clock ends first.
+        assert "reading it takes more than 0.3 s" in told or "takes longer than" in told
+    assert [*tmp_path.iterdir()] == [path]
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_archives_with_single_flipped_bits(tmp_path: Path, monkeypatch: pytest.M
     # Metadata, which is a small part of an archive, and values.
     starts = [sound.index(mark) for mark in (b"GCOL", b"FHIB")]
     starts += [i for i in range(len(sound)) if sound[i : i + 4] in (b"OHDR", b"FRHP", b"BTHD")]
-    for number in range(30):
+    for number in range(20):
         data = bytearray(sound)
         start = draw.choice(starts) + draw.randrange(300)
         data[start if number % 2 else draw.randrange(len(data))] ^= 1 << draw.randrange(8)

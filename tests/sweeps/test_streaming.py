@@ -366,9 +366,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", range(2))
 def test_killed_at_any_moment(number: int, tmp_path: Path, whole: xr.Dataset) -> None:
-    """Three points; `make large-runs` has a hundred."""
+    """Two points; `make large-runs` has a hundred."""
     (tmp_path / "scene.toml").write_text(LARGE_MAP)
     chance = random.Random(number)
     output, folder = tmp_path / "out.nc", tmp_path / "out.nc.partial"

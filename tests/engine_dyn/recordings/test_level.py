@@ -34,8 +34,8 @@ def recorded(known: KnownPressure, offset: float, late: float, noise: float = 0.
 @pytest.mark.parametrize("name", ENGINES)
 def test_level_and_angle_are_right_or_not_told(name: str, with_ratio: bool) -> None:
     known = ENGINES[name]
-    for offset in OFFSETS:
-        for late in SHIFTS:
+    for number, offset in enumerate(OFFSETS):
+        for late in SHIFTS[number % 2 :: 2]:  # the smallest and the largest, or the one between
             cycles, geometry = recorded(known, offset, late)
             if not with_ratio:
                 geometry = replace(geometry, compression_ratio=None)
