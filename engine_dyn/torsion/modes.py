@@ -22,13 +22,14 @@ factors mean a lag only for exp(+i omega t): of each pair, the root with Im s > 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine_dyn.given_numbers import given_array
-from engine_dyn.torsion.graded import critical_squares, graded_modes
+from engine_dyn.torsion.graded import critical_squares, graded_modes, modes_below
 from engine_dyn.torsion.system import ShaftSystem, matrices
 from engine_dyn.types import Complexes, Floats, Integers
 
@@ -143,6 +144,14 @@ def free_parts(system: ShaftSystem, speed: Any) -> Integers:
         held[..., parent] |= held[..., node] & joins[..., node]
         free += ~held[..., node] & ~joins[..., node]
     return np.asarray(free + ~held[..., 0])
+
+
+def count_below(system: ShaftSystem, omega: float) -> int:
+    """Number of modes below a frequency [rad/s] at rest, those of free parts among them."""
+    stiffness = system.stiffness_at(0.0)
+    numbers = system.inertia, stiffness, system.ground_stiffness, system.speed_stiffness
+    scratch = np.empty(system.parent.size)
+    return int(modes_below(system.parent, numbers, math.inf, omega**2, scratch))
 
 
 def _fromelastic_modes(values: Floats, free: Integers) -> Floats:

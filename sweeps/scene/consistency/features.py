@@ -74,7 +74,7 @@ FEATURES: Mapping[str, Feature] = {
     "largest_speed or smallest_speed": _keys("largest_speed", "smallest_speed"),
     "bore or crankcase_pressure": _keys(*OF_EFFECTIVE_PRESSURE),
     "double-acting cylinders": _word("double_acting"),
-    "misfire, pressure_factor or firing_pattern": lambda scene: burning_less(scene, "scene"),
+    "misfire, pressure_factor or firing_pattern": burning_less,
     "a compressor or pump": lambda scene: any(
         diagram.motored is never_burns for diagram in scene.engine.family.diagrams
     ),

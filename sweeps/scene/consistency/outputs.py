@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from engine_dyn.engine import Engine
-from engine_dyn.geometry.arrangement import TWO_STROKE
+from engine_dyn.forces.balance.lines import is_boxer
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS, TWO_STROKE, customary_order
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
@@ -27,7 +28,6 @@ from engine_dyn.quantities.shaft_numbers import JUDGING, NAN_WITHOUT
 from engine_dyn.quantities.speed import AT_START
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError, not_known, shown
-from sweeps.scene.consistency.cylinders import check_bank_offset, check_throws
 from sweeps.scene.crossings import refused
 from sweeps.scene.engine.engine_files import GEOMETRIC, RATIO
 from sweeps.scene.features import BY_CONSTANT
@@ -107,6 +107,7 @@ def check_needs(scene: Scene, name: str) -> None:
         given.remove("family")
     missing: dict[str, list[str]] = {}
     for quantity in scene.quantities:
+        where = f"{name}: [output] quantities: '{quantity}'"
         waiting, seen = [quantity], set(given)
         along_shaft = False
         while waiting:
@@ -114,29 +115,24 @@ def check_needs(scene: Scene, name: str) -> None:
             along_shaft |= need in ALONG_SHAFT
             feature = BY_CONSTANT.get(need)
             if feature is not None and feature.missing and feature.part_of(scene) is None:
-                raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs {feature.missing}"
-                )
+                raise SceneError(f"{where} needs {feature.missing}")
             if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
-                where = f"{name}: [output] quantities: '{quantity}'"
                 two = "another crankshaft", f"{feature.written} of the engine"
                 raise refused(*two, where, engine=scene.engine.name)
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs a four-stroke engine; a "
-                    "two-stroke engine has compression_duration and expansion_duration, and "
-                    "interval_duration"
+                    f"{where} needs a four-stroke engine; a two-stroke engine has "
+                    "compression_duration and expansion_duration, and interval_duration"
                 )
             # Nodes that exist only where the inertia is given in parts
             if need in ("sized_flywheel_inertia", "load_side_inertia") and not _parts_known(words):
                 raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs the separate inertias of "
-                    "flywheel and load, which are not known if inertia is given as a whole; give "
-                    "flywheel_inertia, auxiliary_inertia and load_inertia instead, or "
-                    "wanted_delta"
+                    f"{where} needs the separate inertias of flywheel and load, which are not "
+                    "known if inertia is given as a whole; give flywheel_inertia, "
+                    "auxiliary_inertia and load_inertia instead, or wanted_delta"
                 )
             if need == "bank_offset" and need not in given:
-                check_bank_offset(scene, quantity, name)
+                _check_bank_offset(scene.all_cylinders, quantity, where)
             if need in seen:
                 continue
             seen.add(need)
@@ -145,19 +141,15 @@ def check_needs(scene: Scene, name: str) -> None:
             of_pressure = ("family", "row", "place", "pressure_scale", "mean_gas", "cycle")
             if need in of_pressure and scene.engine.torque is not None:
                 raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs the pressure in the "
-                    f"cylinders, but engine {scene.engine.name} gives its torque in place of it"
+                    f"{where} needs the pressure in the cylinders, but engine "
+                    f"{scene.engine.name} gives its torque in place of it"
                 )
             if articulated and _is_of_plain_rods(node):
-                raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' is not computed for engines with "
-                    "articulated_rods"
-                )
-            if kind := _missing_of_shaft(node, scene):
+                raise SceneError(f"{where} is not computed for engines with articulated_rods")
+            if kind := _missing_of_shaft(node, scene.shaft_keys):
                 part, _, number = kind.partition("_")
                 raise SceneError(
-                    f"{name}: [output] quantities: '{quantity}' needs {number} of a {part} in "
-                    f"[shaft], which no {part} there has"
+                    f"{where} needs {number} of a {part} in [shaft], which no {part} there has"
                 )
             along_shaft |= node.throws
             if node.make is None and (need in PARAMETERS or need == "family"):
@@ -166,9 +158,49 @@ def check_needs(scene: Scene, name: str) -> None:
             waiting += (*node.needs, *node.beside)
             along_shaft |= not ALONG_SHAFT.isdisjoint(node.adds)
         if along_shaft:
-            check_throws(scene, quantity, name)
+            _check_throws(scene, quantity, name)
     if missing:
         raise SceneError(f"{name}: [output] quantities: {_missing_text(scene, missing)}")
+
+
+def _check_bank_offset(engines: Sequence[Cylinders], quantity: str, where: str) -> None:
+    """Check that a moment does not hang on a distance of banks that nobody gives.
+
+    In the bays of a boxer it does: pins that are a whole distance of throws apart stand in the
+    bearings of their bay.
+    """
+    from engine_dyn.forces.balance.shaking_forces import hangs_on_bank_offset
+
+    order = {"shaking_moment_first": 1, "shaking_moment_second": 2}.get(
+        quantity.removesuffix(ELASTICITY)
+    )
+    for engine in engines:
+        if engine.arrangement is None:
+            continue  # `_check_throws` refuses these cylinders
+        if "bay_" in quantity if is_boxer(engine) else hangs_on_bank_offset(engine, order):
+            raise SceneError(
+                f"{where} needs bank_offset (offset of each bank from the one before, along the "
+                "shaft), without which it is 0 or unknown for "
+                f"{engine.arrangement.name or 'this arrangement'}; must be in [set], [axes] or "
+                "[designs], 0 where the rods of a pair work in one plane"
+            )
+
+
+def _check_throws(scene: Scene, quantity: str, name: str) -> None:
+    """Check that the order of the throws is known for every number of cylinders."""
+    if scene.arrangements:
+        return
+    own = len(scene.own_cylinders.members) if scene.own_cylinders is not None else 0
+    two_stroke = scene.engine.period == TWO_STROKE
+    for count in scene.counts:
+        if count != own and customary_order(count, two_stroke) is None:
+            counts = range(1, MOST_CYLINDERS + 1)
+            known = {z for z in counts if customary_order(z, two_stroke) is not None}
+            orders = ", ".join(str(z) for z in sorted({*known, own} - {0}))
+            raise SceneError(
+                f"{name}: cylinders = {count}: no firing order is known, which '{quantity}' "
+                f"needs; must be one of {orders}"
+            )
 
 
 def _is_of_plain_rods(node: Node) -> bool:
@@ -179,10 +211,10 @@ def _is_of_plain_rods(node: Node) -> bool:
     return node.name in NOT_FOLLOWED or not followed
 
 
-def _missing_of_shaft(node: Node, scene: Scene) -> str:
+def _missing_of_shaft(node: Node, given: Sequence[str]) -> str:
     """Kind of the shaft's numbers that a node needs and no part has; "" otherwise."""
     kinds = (kind for kind in node.of_shaft if node.name in JUDGING and kind in NAN_WITHOUT)
-    keys = {key.rpartition("_")[0] for key in scene.shaft_keys}
+    keys = {key.rpartition("_")[0] for key in given}
     return next((kind for kind in kinds if kind not in keys), "")
 
 

@@ -15,7 +15,6 @@ from engine_dyn.units import RPM
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import FIRING_PATTERN
 from sweeps.base.errors import SceneError
-from sweeps.scene.consistency.cylinders import extreme_cylinders
 from sweeps.scene.model import Scene
 
 MOST_DIAGRAMS = 1024
@@ -44,31 +43,28 @@ def check_diagram_count(scene: Scene, name: str) -> None:
         )
 
 
-def burning_less(scene: Scene, name: str) -> str:
-    """Place of what lets cylinders burn more or less than their diagram; empty where nothing does.
-
-    Raises
-    ------
-    SceneError
-        For values that no cylinder can have; `name` is the scene as messages call it.
-    """
+def burning_less(scene: Scene) -> str:
+    """Place of what lets cylinders burn more or less than their diagram; empty without any."""
     patterns = scene.firing_patterns
     if patterns is not None and any(set(one.firings) != {1.0} for one in patterns.each):
         return f"[{scene.table_of(FIRING_PATTERN)}] {FIRING_PATTERN}"
     silent = scene.given.get("misfire")
-    key = "misfire" if silent is not None and silent.values.any() else ""
-    if not key:
-        factors = {f for engine in extreme_cylinders(scene, name) for f in engine.pressure_factors}
-        if factors <= {1.0}:
-            return ""
-        of_one = (k for k in scene.cylinder_keys if OF_CYLINDER[k].what == "pressure_factor")
-        key = next(of_one, "pressure_factor")
-    return f"[{scene.table_of(key)}] {key}"
+    if silent is not None and silent.values.any():
+        return f"[{silent.table}] misfire"
+    keys = [key for key in scene.cylinder_keys if OF_CYLINDER[key].what == "pressure_factor"]
+    replaced = {OF_CYLINDER[key].number for key in keys}
+    burns = all((scene.given[key].values == 1.0).all() for key in keys) and all(
+        factor == 1.0 or number in replaced
+        for engine in (scene.all_cylinders if keys else scene.described)
+        for number, factor in enumerate(engine.pressure_factors, 1)
+    )
+    key = keys[0] if keys else "pressure_factor"
+    return "" if burns else f"[{scene.table_of(key)}] {key}"
 
 
 def check_motored(scene: Scene, name: str) -> None:
     """Check that a pressure without combustion is known where a cylinder needs one."""
-    place = burning_less(scene, name)
+    place = burning_less(scene)
     if not place:
         return
     diagrams = scene.engine.family.diagrams

@@ -51,16 +51,21 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
 
     `cycles` are those after which firing patterns repeat.
     """
-    period = scene.engine.period
+    period, driven = scene.engine.period, scene.driven
     throws = max(len(engine.along_shaft or ()) for engine in scene.all_cylinders)
     turns = round(period / math.tau) * cycles
-    cycles = cycles * cycles_of(scene.driven.over_angle, scene.engine.period)
+    cycles = cycles * cycles_of(driven.over_angle, period)
     of_features = [feature.points(scene.engine) for feature in FEATURES]
     orders = math.floor(scene.highest_order * turns + 1e-9)
     finest = round(period / math.tau) * cycles
     # Highest order in the vibration of a shaft, whatever is stored: diagrams resolve periods of
     # four degrees. Loads and auxiliaries that turn faster than the crank have higher orders.
-    highest = max(scene.highest_order, 90.0, math.ceil(_highest_of_fast_shafts(scene)))
+    highest = max(scene.highest_order, 90.0, math.ceil(highest_order(driven.auxiliaries)))
+    load = driven.over_angle
+    if load is not None and load.own_angle and "gear_ratio" in scene.known:
+        ratio = float(np.max(scene.known["gear_ratio"].si))
+        if ratio > 1.0:
+            highest = max(highest, math.ceil(ratio * highest_order(load)))
     every = round(highest * finest)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),
@@ -85,17 +90,6 @@ def leaves_of_points(points: Mapping[str, npt.NDArray[Any]], period: float) -> d
     """Points of dimensions in SI units, and the angle after which curves over them repeat."""
     leaves = {name: Value(p * DIMENSIONS[name].si, (name,)) for name, p in points.items()}
     return leaves | {"curve_period": Value(period * len(points["firing_cycle"]))}
-
-
-def _highest_of_fast_shafts(scene: Scene) -> float:
-    """Highest order of the crank that loads and auxiliaries over angle have."""
-    load, ratio = scene.driven.over_angle, 1.0
-    if load is not None and load.own_angle and "gear_ratio" in scene.known:
-        ratio = float(np.max(scene.known["gear_ratio"].si))
-    return max(
-        ratio * highest_order(load if ratio > 1.0 else None),
-        highest_order(scene.driven.auxiliaries),
-    )
 
 
 def _crank_angles(period: float, cycles: int, step: float) -> Floats:
@@ -192,8 +186,14 @@ def _with_cycles(
     axes = {*dims, *(d for key in where if key in leaves for d in leaves[key].dims)}
     several = len(axes) > 1 or scene.characteristic is not None
     table = CycleTable.of(family, scene.engine.cycles or (), changes, several_axes=several)
-    _check_some_cycle(scene, table, leaves)
-    return table, Value(number.astype(float), dims)
+    # A scene is refused whose first combinations all give no cycle.
+    for begin in range(0, min(table.combinations, LOOKED_AT), LOOKED_AT_ONCE):
+        some = np.arange(begin, min(begin + LOOKED_AT_ONCE, table.combinations))
+        if cycles_known(table, leaves, some).any():
+            # Without the rows that were made for the look
+            return table.emptied(), Value(number.astype(float), dims)
+    name = scene.path.name if scene.path else "scene"
+    raise SceneError(f"{name}: {scene.engine.name}: {table.refusal(0)}")
 
 
 def cycles_known(table: CycleTable, leaves: Mapping[str, Value], number: Integers) -> Booleans:
@@ -209,17 +209,6 @@ def cycles_known(table: CycleTable, leaves: Mapping[str, Value], number: Integer
     else:
         place = np.add(*table.locate(load.si))
     return table.known(table.row_of(number, place))
-
-
-def _check_some_cycle(scene: Scene, table: CycleTable, leaves: Mapping[str, Value]) -> None:
-    """Refuse a scene whose first combinations of parameters all give no cycle."""
-    table = table.emptied()
-    for begin in range(0, min(table.combinations, LOOKED_AT), LOOKED_AT_ONCE):
-        some = np.arange(begin, min(begin + LOOKED_AT_ONCE, table.combinations))
-        if cycles_known(table, leaves, some).any():
-            return
-    name = scene.path.name if scene.path else "scene"
-    raise SceneError(f"{name}: {scene.engine.name}: {table.refusal(0)}")
 
 
 def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], Floats, Integers]:
@@ -293,7 +282,7 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
                 raise SceneError(f"{name}: [output] {key}: has no effect: the scene has no shaft")
         return ModesKept(0, 0, "")
     stiff, soft = (_systems(scene, shaft, leaves, ends) for ends in (_largest, _lowest))
-    from engine_dyn.torsion.modes import free_parts
+    from engine_dyn.torsion.modes import count_below, free_parts
 
     free = min(int(free_parts(system, 1.0)) for system in stiff)
     total = stiff[0].parent.size - free
@@ -305,7 +294,8 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
             )
         return ModesKept(scene.modes, total, "as asked for")
     if scene.modes_below is not None:
-        count = _below(soft, math.tau * min(scene.modes_below, 1e100)) - free
+        omega = math.tau * min(scene.modes_below, 1e100)
+        count = max(count_below(system, omega) for system in soft) - free
         if count < 1:
             raise SceneError(
                 f"{name}: [output] modes_below = {scene.modes_below:g}: no mode is below it [Hz]"
@@ -316,7 +306,8 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     speed = float(np.max(scene.known["speed"].si))
     # Frequencies up to 1.25 times the range of orders count: a mode responds below its resonance
     # too, and varying masses count with their mean.
-    count = _below(soft, 1.25 * scene.highest_order * speed) - free
+    omega = 1.25 * scene.highest_order * speed
+    count = max(count_below(system, omega) for system in soft) - free
     # Smallest number of modes that are computed by default, even above the range of orders
     at_least = 6
     if count >= total or total <= at_least:
@@ -325,19 +316,6 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
     if count < at_least:
         why += f", and {at_least} at least"
     return ModesKept(max(count, at_least), total, f"{why}; [output] modes gives others")
-
-
-def _below(systems: list[ShaftSystem], omega: float) -> int:
-    """Largest number of modes below a frequency, including those of free parts."""
-    from engine_dyn.torsion.graded import modes_below
-
-    counts = []
-    for system in systems:
-        stiffness = system.stiffness_at(0.0)
-        numbers = system.inertia, stiffness, system.ground_stiffness, system.speed_stiffness
-        scratch = np.empty(system.parent.size)
-        counts.append(int(modes_below(system.parent, numbers, math.inf, omega**2, scratch)))
-    return max(counts)
 
 
 def _largest(what: str, values: Any) -> Any:
