@@ -36,8 +36,9 @@ from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import SEALED, Cylinders, CylindersByCount, PressureFactor
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.diagram import Diagram, diagram_from_points, in_compression, values_at
+from engine_dyn.pressure.diagram import Diagram, in_compression, values_at
 from engine_dyn.pressure.family import Family, largest_between, peaks_between
+from engine_dyn.pressure.point_checks import LARGEST_PRESSURE
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
 
@@ -70,8 +71,10 @@ def _constructed(diagram: Diagram) -> Diagram:
     assert best is not None
     miss, (level, exponent), k = best
     # The points are no compression if ln p deviates from the fit by more than 0.05 (root mean
-    # square), or if the pressure rises by less than a factor of 1.5; factors of 4 or 5 are usual.
-    if miss > 0.05 or log_p[-1] - log_p[0] < math.log(1.5):
+    # square), if the pressure rises by less than a factor of 1.5 (factors of 4 or 5 are usual), or
+    # if the fit would be higher at dead centre than diagrams may be.
+    rise = log_p[-1] - log_p[0]
+    if miss > 0.05 or rise < math.log(1.5) or level > math.log(LARGEST_PRESSURE):
         raise ValueError(
             "the diagram has no compression line between 80 and 30 degrees before firing dead "
             "centre, from which a cylinder without combustion could be made; must be 1"
@@ -91,7 +94,8 @@ def _constructed(diagram: Diagram) -> Diagram:
     exchange = _step((angle - begin) / (end - begin))
     pressure = compression ** (1.0 - exchange) * diagram.pressure**exchange
     pressure = np.where(angle <= -JOINED, diagram.pressure, pressure)
-    return diagram_from_points(angle, pressure, diagram.period)
+    slope = periodic_spline_slopes(angle, pressure, diagram.period)
+    return Diagram(angle, pressure, slope, diagram.period)
 
 
 def _travel(phi: Floats) -> Floats:
