@@ -225,8 +225,9 @@ def _check_key(shaft: Shaft, key: str, nonzero: bool, where: str) -> None:
 
 def _check_sections(values: GivenValues, name: str) -> None:
     """Check that bores are within their shafts, and limits of propulsion shafts have a shape."""
-    keys = values.shaft_keys
-    for key in (key for key in keys if key.startswith("shaft_bore_")):
+    for key in values.shaft_keys:
+        if not key.startswith("shaft_bore_"):
+            continue
         diameter = key.replace("bore", "diameter")
         largest = float(values.given_or_own(key).values.max())
         smallest = float(values.given_or_own(diameter).values.min())
@@ -235,9 +236,11 @@ def _check_sections(values: GivenValues, name: str) -> None:
                 f"{name}: [{values.table_of(key)}] {key} = {largest:g}: must be below the smallest "
                 f"{diameter}, {smallest:g} m"
             )
-    for key in (key for key in keys if key.startswith("shaft_tensile_strength_")):
+    for key in values.shaft_keys:
+        if not key.startswith("shaft_tensile_strength_"):
+            continue
         factor = key.replace("tensile_strength", "shape_factor")
-        if factor not in keys:
+        if factor not in values.shaft_keys:
             raise SceneError(
                 f"{name}: {key}: needs {factor}, shape_factor of the shaft: c_K of IACS UR M68, 1 "
                 "for an integral flange or a shrink fit, 0.6 for a keyway in a taper, 0.5 at a "

@@ -295,19 +295,20 @@ def modes_kept(scene: Scene, leaves: Mapping[str, Value]) -> ModesKept:
         return ModesKept(scene.modes, total, "as asked for")
     if scene.modes_below is not None:
         omega = math.tau * min(scene.modes_below, 1e100)
-        count = max(count_below(system, omega) for system in soft) - free
+    elif "speed" in scene.known:
+        speed = float(np.max(scene.known["speed"].si))
+        # Frequencies up to 1.25 times the range of orders count: a mode responds below its
+        # resonance too, and varying masses count with their mean.
+        omega = 1.25 * scene.highest_order * speed
+    else:
+        return ModesKept(total, total, "")
+    count = max(count_below(system, omega) for system in soft) - free
+    if scene.modes_below is not None:
         if count < 1:
             raise SceneError(
                 f"{name}: [output] modes_below = {scene.modes_below:g}: no mode is below it [Hz]"
             )
         return ModesKept(count, total, f"those below {scene.modes_below:g} Hz")
-    if "speed" not in scene.known:
-        return ModesKept(total, total, "")
-    speed = float(np.max(scene.known["speed"].si))
-    # Frequencies up to 1.25 times the range of orders count: a mode responds below its resonance
-    # too, and varying masses count with their mean.
-    omega = 1.25 * scene.highest_order * speed
-    count = max(count_below(system, omega) for system in soft) - free
     # Smallest number of modes that are computed by default, even above the range of orders
     at_least = 6
     if count >= total or total <= at_least:
