@@ -7,6 +7,7 @@ import xarray as xr
 import sweeps
 import sweeps.view.accessor
 from sweeps.view.figures.kinds import KINDS
+from tests.support.tiers import every
 from tests.sweeps.processes import python
 
 
@@ -76,7 +77,9 @@ def test_wrong_figures(archive: xr.Dataset, call, kind: type[Exception], said: s
 
 @pytest.mark.parametrize(
     "statement",
-    ["sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.accessor"],
+    every(
+        4, ("sweeps.run", "sweeps.open", "sweeps.best", "sweeps.identify", "import sweeps.accessor")
+    ),
 )
 def test_datasets_have_it_as_soon_as_there_are_any(statement: str) -> None:
     code = f"import sweeps; {statement}; import xarray; print(xarray.Dataset().dyn)"

@@ -161,9 +161,12 @@ def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
          'set = { main_journal_diameter = 0.09 }\n'
          '[output]\nquantities = ["main_journal_pressure_max", "delta"]\n',
          "6 designs\noutcomes: converged 6\n", "outcomes\n  converged: 6\n"),
-        ('engine = "ntua"\naxes = { wanted_delta = [0.05, 1.9] }\n'
-         '[output]\nquantities = ["inertia_required"]\n',
-         "converged 1, stalled 1\nstalled: the wanted delta is so large that the", "stalled: 1"),
+        pytest.param(
+            'engine = "ntua"\naxes = { wanted_delta = [0.05, 1.9] }\n'
+            '[output]\nquantities = ["inertia_required"]\n',
+            "converged 1, stalled 1\nstalled: the wanted delta is so large that the", "stalled: 1",
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["failed ones are only counted", "those of all designs", "a wanted delta of no inertia"],
 )  # fmt: skip

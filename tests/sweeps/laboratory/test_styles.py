@@ -12,6 +12,7 @@ from sweeps.lab.pressure.evaluation import evaluated
 from sweeps.lab.pressure.reading import read_pressure
 from tests.support import recorded_engine
 from tests.support.laboratory import DEGREE, STYLES, four_cylinders, imep, rows, samples
+from tests.support.tiers import every
 
 
 def true_imep() -> float:
@@ -22,7 +23,7 @@ def true_imep() -> float:
 TRUE = true_imep()
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", every(2, STYLES))
 def test_every_style_has_the_same_imep(style: str, tmp_path: Path) -> None:
     write, name, options = STYLES[style]
     write(tmp_path / name)

@@ -15,6 +15,7 @@ from sweeps.lab.speed.speed_fit import (
     fit_speeds,
 )
 from tests.support.measured_speeds import INTERVALS, LOADS, TEETH, WIDTH, Case, model, random_case
+from tests.support.tiers import every
 
 pytest.importorskip("scipy")
 
@@ -43,8 +44,8 @@ def exact(errors: np.ndarray | float = 0.0, noise: float = 1e-6) -> list[Measure
 
 @pytest.mark.parametrize(
     "case",
-    [Case(), Case(wheel=False, correlated=True), Case(correlated=True, priors=True),
-     Case(correlated=True, at_bound=True)],
+    every(4, [Case(), Case(wheel=False, correlated=True), Case(correlated=True, priors=True),
+              Case(correlated=True, at_bound=True)]),
     ids=["white", "perfect wheel", "priors", "at a bound"],
 )  # fmt: skip
 def test_intervals_cover_the_truth(case: Case) -> None:
