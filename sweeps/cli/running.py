@@ -422,13 +422,10 @@ def _end_if_designs_failed(scene: Scene, outcomes: Mapping[str, int], output: Pa
     failed = {name: count for name, count in outcomes.items() if name in scene.fail_on}
     if failed:
         end(
-            f"designs failed: {_listed(failed)} ([output] fail_on); {output} is written",
+            f"designs failed: {', '.join(f'{name} {count}' for name, count in failed.items())} "
+            f"([output] fail_on); {output} is written",
             DESIGNS_FAILED,
         )
-
-
-def _listed(outcomes: Mapping[str, int]) -> str:
-    return ", ".join(f"{name} {count}" for name, count in outcomes.items())
 
 
 def _designs_line(plan: Plan, output: Path) -> str:

@@ -258,9 +258,8 @@ def sensitivities(
         from sweeps.decide.explore.sensitivities import sensitivities as indices_of
         from sweeps.view.texts.sensitivities import sensitivities_text
 
-        names = names_of(quantities)
         indices = indices_of(
-            dataset, names, confidence=level, resamples=resamples, seed=seed,
+            dataset, names_of(quantities), confidence=level, resamples=resamples, seed=seed,
             progress=not quiet and sys.stderr.isatty(),
         )  # fmt: skip
     write_archive(indices, output, overwrite)

@@ -121,9 +121,9 @@ def common_part(
         if (name in first.dims) != (name in second.dims):
             different.append(f"{name}: only in {names[name not in first.dims]}")
             continue
-        if first.sizes[name] == second.sizes[name] and _same_values(
-            _columns(first, name), _columns(second, name)
-        ):
+        along = [_columns(dataset, name) for dataset in (first, second)]
+        alike = first.sizes[name] == second.sizes[name] and len(along[0]) == len(along[1])
+        if alike and all(map(np.array_equal, *along)):
             continue
         one, two = (_keys(dataset, name) for dataset in (first, second))
         where = {key: i for i, key in enumerate(two)}
@@ -159,10 +159,6 @@ def _columns(dataset: xr.Dataset, dimension: str) -> list[npt.NDArray[Any]]:
     return [dataset[name].values for name in along]
 
 
-def _same_values(one: list[npt.NDArray[Any]], two: list[npt.NDArray[Any]]) -> bool:
-    return len(one) == len(two) and all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
-
-
 def unlike(one: xr.DataArray, two: xr.DataArray) -> str:
     """Why values of two variables cannot be compared; empty where they can."""
     if set(one.dims) != set(two.dims):
@@ -187,7 +183,8 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
         count += a.size
         differing += int(unequal.sum())
         if missing.any() and not only_one:
-            largest["only_at"] = _where(one, dims, begin, missing)
+            at = np.unravel_index(int(missing.argmax()), missing.shape)
+            largest["only_at"] = _at(one, dims, begin, at)
         only_one += int(missing.sum())
         if not (unequal & ~missing).any():
             continue
@@ -204,12 +201,6 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
                 largest[f"{key}_at"] = _at(one, dims, begin, at)
                 largest[pair] = (float(a[at]), float(b[at]))
     return Difference(name, units, count, differing, only_one, **largest)
-
-
-def _where(
-    dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], mask: npt.NDArray[np.bool_]
-) -> dict[str, Any]:
-    return _at(dataset, dims, begin, np.unravel_index(int(mask.argmax()), mask.shape))
 
 
 def _at(dataset: xr.Dataset, dims: list[str], begin: tuple[int, ...], at: Any) -> dict[str, Any]:

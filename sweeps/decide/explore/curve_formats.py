@@ -65,8 +65,7 @@ def universal_file(
             f"{counted(sets, 'data set')}; must be at most {MOST_SETS}; --select and --quantities "
             "take fewer"
         )
-    pyuff = library("pyuff", "pyuff", str(path), "exchange")
-    file, points, left_out = pyuff.UFF(str(path)), 0, []
+    file, points, left_out = library("pyuff", "pyuff", str(path), "exchange").UFF(str(path)), 0, []
     for name, curve in curves.items():
         for one, told in _designs(curve, over[name]):
             if np.isfinite(one.values).all():

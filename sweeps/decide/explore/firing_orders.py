@@ -126,15 +126,12 @@ def firing_orders(
     )  # fmt: skip
     wanted = dict.fromkeys([*CRITERIA, *beside, *tables["output"].get("quantities", ()), *asked])
 
-    def read(quantities: Sequence[str]) -> Scene:
+    def read(quantities: Sequence[str], **changed: Any) -> Scene:
         output = {**tables["output"], "quantities": list(quantities)}
-        return read_scene(given, **{**tables, "output": output})
-
-    first_alone = {**tables["axes"], ARRANGEMENT: tables["axes"][ARRANGEMENT][:1]}
+        return read_scene(given, **{**tables, "output": output, **changed})
 
     def try_reading(quantities: Sequence[str]) -> list[str]:
-        output = {**tables["output"], "quantities": list(quantities)}
-        read_scene(given, **{**tables, "axes": first_alone, "output": output})
+        read(quantities, axes={**tables["axes"], ARRANGEMENT: tables["axes"][ARRANGEMENT][:1]})
         return list(quantities)
 
     possible, refused = those_possible(list(wanted), try_reading)
@@ -149,8 +146,7 @@ def firing_orders(
             "compare with by"
         )
     computed = run(read(possible), threads=threads, progress=progress)
-    own_order = "-".join(map(str, own.firing_order))
-    return _ranked(computed, orders, total, crank, asked, own_order)
+    return _ranked(computed, orders, total, crank, asked, "-".join(map(str, own.firing_order)))
 
 
 # --- tables of the scene -------------------------------------------------------------------------

@@ -61,8 +61,7 @@ def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
     """Designs that a search kept, with their results alone."""
     places = np.flatnonzero(archive[RANK].values[number])
     results = [n for n, v in archive.data_vars.items() if DESIGN in v.dims and n != RANK]
-    kept = archive[results].isel({DESIGN: places})
-    return kept.drop_vars("search", errors="ignore")
+    return archive[results].isel({DESIGN: places}).drop_vars("search", errors="ignore")
 
 
 def best(

@@ -158,8 +158,7 @@ def sensitivities(
             indices |= variables
             bar.update()
     rest = {d for v in indices.values() for d in v[0]} - {PARAMETER}
-    coordinates = {d: archive[d] for d in rest if d in archive.coords}
-    dataset = xr.Dataset(indices, coords=coordinates)
+    dataset = xr.Dataset(indices, coords={d: archive[d] for d in rest if d in archive.coords})
     keys = [*study.parameters]
     meanings = [str(archive[key].attrs.get("long_name", key)) for key in keys]
     dataset = dataset.assign_coords(
@@ -281,10 +280,11 @@ def _of_quantity(
     if conditional:
         method = DATA
     try:
-        each = [
-            _indices(one, fine, study, dims, method, settings)
-            for one, fine in zip(values, good, strict=True)
-        ]
+        if method == GRID:
+            each = [_of_grid(one, [*study.parameters], dims) for one in values]
+        else:
+            make = _of_groups if method == SALTELLI else _of_data
+            each = [make(v, g, study, settings) for v, g in zip(values, good, strict=True)]
     except _TooFew as error:
         raise SceneError(f"{name}: {error}{_outcomes(archive)}") from None
     ending = "_conditional" if conditional else ""
@@ -316,18 +316,6 @@ def _outcomes(archive: xr.Dataset) -> str:
     return f"; outcomes of {counted(codes.size, 'design')}: {listed}"
 
 
-def _indices(
-    values: Floats, good: Booleans, study: _Study, dims: Sequence[str], method: str,
-    settings: Mapping[str, Any],
-) -> Indices:  # fmt: skip
-    """Indices of one result at one point of the axes beside the sample."""
-    if method == GRID:
-        return _of_grid(values, [*study.parameters], dims)
-    if method == SALTELLI:
-        return _of_groups(values, good, study, settings)
-    return _of_data(values, good, study, settings)
-
-
 def _of_grid(values: Floats, parameters: Sequence[str], dims: Sequence[str]) -> Indices:
     """Indices of a grid: variances of means along its axes."""
     every = tuple(range(values.ndim))
@@ -349,18 +337,13 @@ def _of_groups(
     sobol = library("SALib.analyze.sobol", "SALib", "sensitivities", extra="study")
     whole = good.reshape(-1, study.group).all(axis=1)
     kept = values.reshape(-1, study.group)[whole].reshape(-1)
-    many = len(study.parameters)
+    theirs = {FIRST: "S1", FIRST_CONFIDENCE: "S1_conf", TOTAL: "ST", TOTAL_CONFIDENCE: "ST_conf"}
     if kept.std() == 0.0:
-        return {key: np.zeros(many) for key in (FIRST, FIRST_CONFIDENCE, TOTAL, TOTAL_CONFIDENCE)}
+        return {key: np.zeros(len(study.parameters)) for key in theirs}
     indices = sobol.analyze(
         _problem(study), kept, calc_second_order=False, print_to_console=False, **settings
     )
-    return {
-        FIRST: np.asarray(indices["S1"]),
-        FIRST_CONFIDENCE: np.asarray(indices["S1_conf"]),
-        TOTAL: np.asarray(indices["ST"]),
-        TOTAL_CONFIDENCE: np.asarray(indices["ST_conf"]),
-    }
+    return {key: np.asarray(indices[name]) for key, name in theirs.items()}
 
 
 def _of_data(values: Floats, good: Booleans, study: _Study, settings: Mapping[str, Any]) -> Indices:

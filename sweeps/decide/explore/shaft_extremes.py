@@ -117,8 +117,7 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
         order = np.argsort(archive["speed"].values)
         speed = archive["speed"].values[order]
         for number, called in enumerate(archive["shaft_name"].values):
-            values = worst.isel(shaft=number).values[order]
-            barred += _ranges(name, str(called), speed, values)
+            barred += _ranges(name, str(called), speed, worst.isel(shaft=number).values[order])
     return barred
 
 

@@ -123,8 +123,7 @@ class Designs:
         columns = self.space.columns(few)
         if self.completed is not None:
             columns = self.completed(columns)
-        plan = self.task.plan(columns, len(few))
-        need = 2.0 * most * plan.output_bytes / len(few)
+        need = 2.0 * most * self.task.plan(columns, len(few)).output_bytes / len(few)
         advice = (
             "; search fewer designs, generations or restarts, or request fewer quantities or axes"
         )

@@ -345,8 +345,7 @@ def search_generations(
         number += 1
         designs = algorithm.ask()
         judgement = judge(np.clip(designs.get("X"), 0.0, 1.0), number)
-        known = static(problem, F=judgement.wanted, G=judgement.violation)
-        evaluator().eval(known, designs)
+        evaluator().eval(static(problem, F=judgement.wanted, G=judgement.violation), designs)
         algorithm.tell(infills=designs)
 
 

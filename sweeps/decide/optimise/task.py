@@ -91,8 +91,7 @@ def read_task(
     names = list(dict.fromkeys([*(n for n, _ in wanted), *(c.name for c in conditions)]))
     for one in names:
         _check_known(one, space, raw)
-    searched = _without(raw, space)
-    given = GivenScene(searched, name, given.base, given.path, given.instead)
+    given = GivenScene(_without(raw, space), name, given.base, given.path, given.instead)
     output = raw.get("output")
     asked = output.get("quantities", []) if isinstance(output, Mapping) else []
     if not isinstance(asked, list) or not all(isinstance(q, str) for q in asked):

@@ -181,8 +181,7 @@ def _cycles(
             )
     angles = _degrees(recording, signals, pressures, degrees, options, said)
     crank_signals = crank_angles(recording, angles, pressures, degrees, options, said)
-    moved = _correction(options, said)
-    crank = crank_signals.angle + moved
+    crank = crank_signals.angle + _correction(options, said)
     firing = _firing_angles(
         recording, crank, crank_signals.pressures, degrees, options, engine, said
     )
@@ -348,10 +347,8 @@ def _firing_angles(
     if count == 1:
         return [0.0]
     own = None if engine is None else engine.own_cylinders
-    if own is not None and own.count == count:
-        firing = [-member.phase / DEGREE % period for member in own.members]
-    else:
-        firing = []
+    members = own.members if own is not None and own.count == count else ()
+    firing = [-member.phase / DEGREE % period for member in members]
     peaks = [is_half_a_cycle_late(crank, p, period)[1] for p in pressures.values()]
     apart = [(peak - peaks[0]) % period for peak in peaks]
     if all(min(a, period - a) < 15.0 for a in apart):

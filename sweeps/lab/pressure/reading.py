@@ -80,14 +80,8 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
     if chosen.engine is not None:
         known = read_engine_measures(chosen.engine)
     two_stroke = chosen.two_stroke or (known is not None and known.period == TWO_STROKE)
-    label = str(path)
-    return imported(
-        read_recording(Path(path), label, chosen),
-        Path(path).name,
-        chosen,
-        TWO_STROKE if two_stroke else FOUR_STROKE,
-        known,
-    )
+    period = TWO_STROKE if two_stroke else FOUR_STROKE
+    return imported(read_recording(path, str(path), chosen), path.name, chosen, period, known)
 
 
 def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> EngineMeasures:

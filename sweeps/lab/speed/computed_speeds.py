@@ -131,8 +131,7 @@ class SpeedsOfRecordings:
             here = which.ravel() == place
             picked = {key: column.ravel()[here] for key, column in columns.items()}
             try:
-                scene = _with_diagrams(replace(self.scene, designs=picked), *change)
-                results[place] = _run(scene)
+                results[place] = _run(_with_diagrams(replace(self.scene, designs=picked), *change))
             # A step of the fit may go too far, such as to a negative pressure
             except ValueError as error:
                 refused = error

@@ -264,8 +264,7 @@ class FittedRecordings(RecordedSpeeds):
         places = []
         for number, speeds in enumerate(read.cycles):
             time = np.mean(np.sum(read.width / speeds, axis=1))
-            known = _values_of(scene, number, name)
-            places.append({**known, "speed": float(period / time / RPM)})
+            places.append({**_values_of(scene, number, name), "speed": float(period / time / RPM)})
         return cls(**vars(read), places=places)
 
     def seen(

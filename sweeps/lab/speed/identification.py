@@ -136,8 +136,7 @@ def identify(
         raise
     except ValueError as error:
         raise SceneError(f"{task.name}: {error}") from None
-    about = describe(make_plan(given)).attributes
-    return fit_dataset(about, speed_fit, predicted)
+    return fit_dataset(describe(make_plan(given)).attributes, speed_fit, predicted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,8 +300,7 @@ class _Task:
             batch = value + np.diag(step)
             rise = (seen(batch)[0][:, given.used] + errors - logs) / step[:, None]
         if self.with_teeth:
-            teeth = np.tile(np.eye(int(given.sound.sum())), (1, given.turns))
-            rise = np.vstack([rise, teeth])
+            rise = np.vstack([rise, np.tile(np.eye(int(given.sound.sum())), (1, given.turns))])
         rise = rise[:, int(np.argmax(logs))] - rise[:, int(np.argmin(logs))]
         count = len(speed_fit.fit.parameters)
         picked = [*shared, *range(count, len(speed_fit.fit.covariance_with_teeth))]

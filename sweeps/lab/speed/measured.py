@@ -415,19 +415,6 @@ def _dataset(
     return dataset
 
 
-def _joined(means: Floats, edges: Floats, sound: Booleans) -> tuple[Floats, Floats]:
-    """Means and edges with each run of unsound intervals joined: its outer teeth are sound."""
-    if sound.all() or not sound.any():
-        return means, edges
-    first = int(np.flatnonzero(sound)[0])  # The order begins with a sound interval
-    width = np.roll(np.diff(edges), -first)
-    time = np.concatenate([[0.0], np.cumsum(width / np.roll(means, -first))])
-    turned = np.concatenate([[0.0], np.cumsum(width)]) + edges[first]
-    good = np.roll(sound, -first)
-    keep = np.concatenate([[True], good[1:] | good[:-1], [True]])
-    return np.diff(turned[keep]) / np.diff(time[keep]), turned[keep]
-
-
 def _deviation(cycles: Floats) -> Floats:
     """Standard deviation over cycles; missing for a single cycle."""
     return cycles.std(axis=0, ddof=1) if len(cycles) > 1 else np.full(cycles.shape[1], np.nan)

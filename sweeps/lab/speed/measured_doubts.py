@@ -54,8 +54,7 @@ def gap_doubts(
     if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
         # The rows are rolled so that the widest interval, reversed too, is the last one again.
         turned = np.roll(raw[:, ::-1], -1, axis=1)
-        usable = np.roll(used[::-1], -1)
-        back = find_gap_angle(turned, angle, speeds, wheel, period, None, usable)
+        back = find_gap_angle(turned, angle, speeds, wheel, period, None, np.roll(used[::-1], -1))
         if _likeness(back) >= LEAST_LIKENESS and _clearly_more(_likeness(back), best):
             doubts.append(
                 f"read backwards, with a gap at {back.angle / DEGREE:.1f} degrees, the recordings "

@@ -113,8 +113,7 @@ def _record(measured: Measured, place: int, period: float, where: str) -> SpeedR
 
 def _longest_stretch(intervals: Floats, recording: Recording) -> tuple[Floats, tuple[str, ...]]:
     """The most intervals between two marks, where unknown time passes, and a remark."""
-    stretches = np.split(intervals, recording.marks)
-    longest = max(stretches, key=len)
+    longest = max(np.split(intervals, recording.marks), key=len)
     if len(longest) == len(intervals):
         return intervals, ()
     return longest, (
@@ -465,8 +464,7 @@ def _speed_over_angle(
         )
     grid: Floats = -0.5 * period + period / count * np.arange(count, dtype=np.float64)
     if speed.ndim == 2:
-        cycles = np.array([np.interp(grid, angle, one, period=period) for one in speed])
-        return grid, cycles, ()
+        return grid, np.array([np.interp(grid, angle, one, period=period) for one in speed]), ()
     # Only a recording of one cycle is closed on itself; a series of cycles is cut into whole ones
     if angle[-1] - angle[0] < period + 1.5 * step:
         return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
@@ -474,5 +472,4 @@ def _speed_over_angle(
     whole = int(np.floor((angle[-1] + step * 1.01 - grid[0]) / period - first + 1e-9))
     if whole < 1:
         return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
-    places = grid + period * (first + np.arange(whole)[:, None])
-    return grid, np.interp(places, angle, speed), ()
+    return grid, np.interp(grid + period * (first + np.arange(whole)[:, None]), angle, speed), ()

@@ -160,8 +160,7 @@ def follow_cycles(
         fit = _Fit(_at_mean_speed(train, steady, nominal, name), from_steady)
     else:
         fit = _fitted(given.measured, train, engine, steady, numbers[0], name)
-    followed = fit.speed
-    mean = float(_means(followed.speed, len(numbers)).mean())
+    mean = float(_means(fit.speed.speed, len(numbers)).mean())
     closed = _solved(close_train(train, mean), "the closed train", name)
     return _dataset(given, numbers, repeated, fit, closed, len(engine.firing))
 

@@ -299,10 +299,9 @@ class _Problem:
 
     def computed(self, values: Floats) -> list[Floats]:
         """Shapes that the model says, for parameters of shape (n, P)."""
-        logarithms = self.model(values)
         return [
             level_free(np.asarray(logs), recording.share)
-            for logs, recording in zip(logarithms, self.recordings, strict=True)
+            for logs, recording in zip(self.model(values), self.recordings, strict=True)
         ]
 
     def residuals(self, unknown: Floats) -> Floats:
@@ -434,8 +433,7 @@ class _Problem:
             count = len(shapes)
             each = (shapes - shapes.mean(axis=0)) / deviation / np.sqrt(count * (count - 1))
             noise.append(draws.choice([-1.0, 1.0], (DRAWS, count)) @ each)
-        known = draws.standard_normal((DRAWS, residual.size - self.measured))
-        made = np.hstack([*noise, known])
+        made = np.hstack([*noise, draws.standard_normal((DRAWS, residual.size - self.measured))])
         left = made - (made * weight) @ slopes @ inverse @ slopes.T
         sizes = np.sum(weight[: self.measured] * left[:, : self.measured] ** 2, axis=1)
         here = np.sum(weight[: self.measured] * residual[: self.measured] ** 2)

@@ -42,8 +42,7 @@ def trace(view: View, name: str, index: Mapping[str, int]) -> tuple[Floats, Floa
     x = np.asarray(view.data.variables.get("crank_angle", np.arange(array.size)), dtype=float)
     y = np.asarray(array.values, dtype=float)
     if not np.isfinite(y).any():
-        said = view.outcomes(name, array, index)
-        return x, y, str(said[0]) if y.size else NO_VALUE
+        return x, y, str(view.outcomes(name, array, index)[0]) if y.size else NO_VALUE
     if x.size < 3:
         return x, y, ""
     zero = float(view.array("crank_angle").attrs.get("zero_at", 0.0)) if x.size else 0.0
@@ -224,5 +223,4 @@ def shade_work(panel: Axes, x: Floats, torque: Floats, load: Floats, entries: En
          {"facecolor": "white", "edgecolor": "#bdbdbd", "hatch": "////"}),
     ):  # fmt: skip
         style: dict[str, Any] = {"linewidth": 0, **look}
-        area = panel.fill_between(x, torque, load, where=where, interpolate=True, **style)
-        entries[text] = area
+        entries[text] = panel.fill_between(x, torque, load, where=where, interpolate=True, **style)

@@ -71,8 +71,7 @@ def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
         _firing_star(star, one)
         view.set_title("end view as cylinder 1 fires")
         star.set_title(f"firing star, one turn is {number_text(one['period'])}°")
-        drawn = finish(figure, sentence(called(one)), firing_notes(one))
-        yield f"arrangement{suffix}", drawn
+        yield f"arrangement{suffix}", finish(figure, sentence(called(one)), firing_notes(one))
 
 
 def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:

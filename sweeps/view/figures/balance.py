@@ -88,8 +88,7 @@ def _vector(study: Study, kind: str, names: Sequence[str], present: Sequence[str
     nothing = _nothing(view, present)
     if not nothing:
         looks = {name: _look(name, names, present) for name in present}
-        several = f"Shaking {kind} over one turn"
-        title = several if len(present) > 1 else view.title(present[0])
+        title = f"Shaking {kind} over one turn" if len(present) > 1 else view.title(present[0])
         yield f"{base}_over_angle", _by_side(view, looks, title)
     varied = [
         (whole, along)

@@ -103,5 +103,4 @@ def _most_loaded(view: View, names: Sequence[str], load: str) -> int | None:
     if name is None or JOURNALS not in view.array(name).dims:
         return None
     values = np.asarray(view.array(name).transpose(JOURNALS, ...).values, dtype=float)
-    largest = np.nanmax(values.reshape(len(values), -1), axis=1, initial=-np.inf)
-    return int(np.argmax(largest))
+    return int(np.argmax(np.nanmax(values.reshape(len(values), -1), axis=1, initial=-np.inf)))

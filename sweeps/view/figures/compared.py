@@ -102,10 +102,6 @@ def difference(one: Floats, two: Floats, largest: bool = False) -> Floats:
         return np.where(base > 0.0, 100.0 * (two - one) / base, np.nan)
 
 
-def _pair_of_panels() -> tuple[Figure, list[Axes]]:
-    return new_sheet(2, 1, 4.6, sharex=True, height_ratios=(3, 2))
-
-
 def _drawn(
     panels: Sequence[Axes], x: Floats, curves: tuple[Floats, Floats], labels: Sequence[str],
     entries: Entries, *, largest: bool, marker: str = "",
@@ -136,7 +132,7 @@ def _finished(
 
 def _running_figure(view: View, name: str, running: str) -> Figure:
     """Curves over the crank angle, or stems over the order."""
-    _, panels = _pair_of_panels()
+    _, panels = new_sheet(2, 1, 4.6, sharex=True, height_ratios=(3, 2))
     entries: Entries = {}
     if running == "crank_angle":
         x, one, _ = trace(view, name, {})
@@ -167,7 +163,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
     over = min(rest, key=lambda dim: whole.data.sizes[dim], default=None)
     view = whole.only(pair, [along, over])
     axis, other = view.axis(along), view.axis(over)
-    _, panels = _pair_of_panels()
+    _, panels = new_sheet(2, 1, 4.6, sharex=True, height_ratios=(3, 2))
     entries: Entries = {}
     every: list[Floats] = []
     for rank, index in enumerate(other.picked(3)):  # More lines could not be told apart
@@ -257,8 +253,7 @@ def _both(view: View, name: str) -> tuple[Floats, Floats]:
 def _percent(view: View, name: str) -> Floats:
     """Difference of computed and published values, in percent of the published ones."""
     computed, known = _both(view, name)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(known != 0, 100 * (computed - known) / np.abs(known), np.nan)
+    return difference(known, computed)
 
 
 def _differences_of_one(view: View, names: Sequence[str], axis: StudyAxis, design: int) -> Figure:

@@ -104,8 +104,7 @@ def groups(study: Study, names: Sequence[str]) -> NamedFigures:
         members = _members_of_group(study.view, stem)
         for whole, along in study.views_by_axis(members) if members else ():
             if along is None or whole.varies(members, along):
-                figure = _together(whole, members, along, title, ordinate)
-                yield stem_of(stem, whole, along), figure
+                yield stem_of(stem, whole, along), _together(whole, members, along, title, ordinate)
 
 
 def _members_of_group(view: View, stem: str) -> list[str]:
@@ -440,8 +439,7 @@ def cylinders(study: Study, names: Sequence[str]) -> NamedFigures:
         for index in rows:
             for name in names:
                 tag = (f"{view.label(name)}\n" if index == rows[0] else "") + axis.tag(index)
-                place = axis.place(index)
-                draw = partial(_with_mean, view=view, name=name, tag=tag, place=place)
+                draw = partial(_with_mean, view=view, name=name, tag=tag, place=axis.place(index))
                 panels.append(AnglePanel(draw))
         drawn = angle_figure(
             view, panels, "Torque and speed for different numbers of cylinders",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -108,8 +109,7 @@ def _work_lines(panel: Axes, view: View, abscissa: str, axis: StudyAxis, entries
         if len(places) == 1:
             style["marker"] = ""
         volume = p if lost else _volume(view, abscissa, place, _ratio(view, place))
-        text = axis.text(index) + nominal
-        line_or_mark(panel, (volume, p, lost), style, text, rank, entries)
+        line_or_mark(panel, (volume, p, lost), style, axis.text(index) + nominal, rank, entries)
 
 
 def _logarithmic(panel: Axes) -> None:
@@ -130,11 +130,14 @@ def recorded_names(view: View) -> list[str]:
 def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw one page about a recording: pressure, work diagrams, heat release, spread of cycles."""
     view = study.view
-    draws = [_whole_cycle, _near_dead_centre, _over_volume]
+    draws: list[Callable[..., Drawn]] = [_whole_cycle, _near_dead_centre, _over_volume]
     if any(view.has(name) for name in VOLUMES[:2]):
         draws.append(_log_log)
     if view.has("heat_released"):
-        draws += [_heat_rate, _heat]
+        draws += [
+            partial(_heat, name="heat_release_rate", title="Rate of apparent heat release"),
+            partial(_heat, name="heat_released", title="Apparent net heat released"),
+        ]
     if "recorded_cycle" in view.array(SHEET[0]).dims:
         draws += [_imep, _peaks]
     sheet = multiples(len(draws), 0.4, 2.1, columns=2)
@@ -253,21 +256,12 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
     return "log p - log V", "pressure"
 
 
-def _heat_line(panel: Axes, view: View, name: str) -> None:
+def _heat(panel: Axes, view: View, entries: Entries, name: str, title: str) -> Drawn:
     at = _near(view)
     panel.axhline(0.0, color="#888888", linewidth=0.6)
     panel.plot(view.numbers("crank_angle")[at], view.numbers(name)[at], color=MEAN)
     _near_axis(panel, view)
-
-
-def _heat_rate(panel: Axes, view: View, entries: Entries) -> Drawn:
-    _heat_line(panel, view, "heat_release_rate")
-    return "Rate of apparent heat release", "heat_release_rate"
-
-
-def _heat(panel: Axes, view: View, entries: Entries) -> Drawn:
-    _heat_line(panel, view, "heat_released")
-    return "Apparent net heat released", "heat_released"
+    return title, name
 
 
 def _imep(panel: Axes, view: View, entries: Entries) -> Drawn:

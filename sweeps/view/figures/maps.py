@@ -79,11 +79,9 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
         _map_panel(panel, x, y, table, why, norm, levels)
         _target_contours(panel, view, name, (x, y, table), sheet.entries)
     if known.size:
-        label = view.label(name)
-        _colour_bar(sheet.figure, sheet.panels, norm, levels, label, height)
+        _colour_bar(sheet.figure, sheet.panels, norm, levels, view.label(name), height)
     notes = [*view.notes([name]), across.picked_text(MOST_PANELS)]
-    title = f"{view.title(name)} over {x.called} and {y.called}"
-    return sheet.finish(title, notes, view.caption)
+    return sheet.finish(f"{view.title(name)} over {x.called} and {y.called}", notes, view.caption)
 
 
 def _tables(
@@ -255,8 +253,7 @@ def _colour_bar(
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import NullLocator
 
-    mappable = ScalarMappable(norm, _light_map())
-    bar = figure.colorbar(mappable, ax=list(panels), aspect=28, pad=0.02)
+    bar = figure.colorbar(ScalarMappable(norm, _light_map()), ax=list(panels), aspect=28, pad=0.02)
     bar.outline.set_linewidth(0.6)
     bar.set_label(wrap(label, int(height * 11.5)))
     if levels.size:
@@ -304,8 +301,7 @@ def outcomes_map(study: Study, names: Sequence[str]) -> NamedFigures:
         sheet.entries[text] = Patch(facecolor=grey, edgecolor=GREY, hatch=hatch, linewidth=0.5)
     notes = [*view.notes(["status"]), across.picked_text(MOST_PANELS)]
     title = f"Outcome of the designs over {x.called} and {y.called}"
-    stem = "status" + (f"_by_{facet}" if facet else "")
-    yield stem, sheet.finish(title, notes, view.caption)
+    yield "status" + (f"_by_{facet}" if facet else ""), sheet.finish(title, notes, view.caption)
 
 
 def _fraction_text(where: NDArray[Any]) -> str:

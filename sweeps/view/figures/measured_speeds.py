@@ -330,8 +330,7 @@ def _orders(view: View) -> Figure:
 
 
 def _has_errors(view: View) -> bool:
-    said = str(view.data.attrs.get("tooth_errors", "not"))
-    return not said.startswith("not")
+    return not str(view.data.attrs.get("tooth_errors", "not")).startswith("not")
 
 
 NORMAL = 1.96  # Half width of a 95 % interval in standard deviations

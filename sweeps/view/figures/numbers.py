@@ -75,8 +75,7 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
     apart = dict.fromkeys(key for _, keys in elsewhere for key in keys)
     tags = [design_text(study.view.data, key, 0) for key in apart]
     text = f"{', '.join(tags)} (nominal)" if more else COMPUTED
-    same = [text for text in view.others if text not in tags]
-    view = replace(view, others=tuple(same))
+    view = replace(view, others=tuple(text for text in view.others if text not in tags))
     return line_figure(view, [name], parameter, more=more, text=text)
 
 
@@ -178,8 +177,7 @@ def scatter(view: View, group: Sequence[str], parameters: Sequence[str]) -> Figu
     if len(picked) < size:
         notes.append(f"{len(picked)} of {size} designs shown")
     which = "designs that were kept" if REDUCTION in view.data.attrs else "all designs"
-    title = f"{label.split(HARD_SPACE)[0]}, {which}"
-    return sheet.finish(title, notes, legend=told_apart(entries))
+    return sheet.finish(f"{label.split(HARD_SPACE)[0]}, {which}", notes, legend=told_apart(entries))
 
 
 def _values(view: View, name: str) -> Floats | None:

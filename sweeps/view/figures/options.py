@@ -310,8 +310,7 @@ def _check_size(key: str, value: Any, name: str) -> None:
 
 
 def _first_line(error: Exception) -> str:
-    text = error.args[0] if isinstance(error, KeyError) else error
-    return " ".join(str(text).split())[:200]
+    return " ".join(str(error.args[0] if isinstance(error, KeyError) else error).split())[:200]
 
 
 def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:

@@ -269,8 +269,7 @@ def _one_design(whole: View, names: Sequence[str]) -> tuple[str, Figure]:
         panel.annotate(text, (value, row), va="center", **look)
     panel.margins(x=0.18)
     panel.set_xlim(left=0.0)
-    texts = [COMPONENTS[name].capitalize() for name in names]
-    name_rows(panel, texts, FMEP + view.unit(names[0]))
+    name_rows(panel, [COMPONENTS[name].capitalize() for name in names], FMEP + view.unit(names[0]))
     notes = [*view.notes(names), f"together {total:.3f} {view.array(names[0]).attrs['units']}"]
     finished = finish(figure, "Components of the friction", notes, caption=view.caption)
     return f"friction_components{view.suffix}", finished

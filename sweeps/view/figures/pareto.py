@@ -35,8 +35,7 @@ MOST_AT_ONCE = 1_000_000  # Largest number of designs that are read at one time
 
 def is_searched(view: View) -> bool:
     """Whether the archive is one of a search, with the design or the front that it found."""
-    columns = {FOUND, FULFILLING}
-    return "optimisation" in view.data.attrs and columns <= set(view.data.variables)
+    return "optimisation" in view.data.attrs and {FOUND, FULFILLING} <= set(view.data.variables)
 
 
 def searched_names(view: View) -> list[str]:
@@ -170,8 +169,7 @@ def _named_designs(
             and key not in (*about["least"], *about["most"])]  # fmt: skip
     common = [key for key in keys if len(np.unique(view.data[key].values[best])) == 1]
     differ = [key for key in keys if key not in common]
-    chosen = best[pick(best.size, NAMED)] if differ else best[:0]
-    for number, design in enumerate(chosen, start=1):
+    for number, design in enumerate(best[pick(best.size, NAMED)] if differ else best[:0], start=1):
         text = ", ".join(design_text(view.data, key, int(design)) for key in differ)
         number_design(panel, number, values[:, design], text, entries)
     return [design_text(view.data, key, int(best[0])) for key in common]

@@ -111,8 +111,7 @@ def _loops(
         # A curve is the wider, the more later curves lie on top of it, so that all are visible.
         later = sum(_coincide(loop, other, height) for other in loops[rank + 1 :])
         style["linewidth"] = 1.2 + 1.5 * later
-        line = _draw_loop(panel, loop, style)
-        entries.setdefault(axis.text(value) + axis.mark(value), line)
+        entries.setdefault(axis.text(value) + axis.mark(value), _draw_loop(panel, loop, style))
     for rank, loop in [(r, loop) for r, loop in enumerate(loops) if loop is not None][:1]:
         colour = line_style(rank, len(values))["color"]
         _write_angles(panel, loop, colour, apart=(0.09 if place else 0.06) * height)

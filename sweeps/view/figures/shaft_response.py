@@ -183,8 +183,7 @@ def _by_values(view: View, name: str, along: str) -> Figure:
     view = at_largest(view, name)
     misfire, places = cases(view, name, {})
     if misfire:
-        kept = [place[MISFIRE] for place in places]
-        view = replace(view, data=view.data.isel({MISFIRE: kept}))
+        view = replace(view, data=view.data.isel({MISFIRE: [place[MISFIRE] for place in places]}))
     return line_figure(view, [name], SPEED, along, MISFIRE if misfire else None)
 
 

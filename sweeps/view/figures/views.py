@@ -254,8 +254,7 @@ class View:
             places = np.arange(len(words), dtype=float)
             return StudyAxis(dim, places, words, "Misfiring cylinder", own, False, nominal=nominal)
         if labels:
-            preferred = [key for key in (f"{dim}_name", dim, "case") if key in labels]
-            key = (preferred or labels)[0]
+            key = ([key for key in (f"{dim}_name", dim, "case") if key in labels] or labels)[0]
             label = sentence(name_of(self.array(key), key))
             words = tuple(_strings(self.array(key)))
             numbers = np.arange(len(words), dtype=float)
@@ -292,11 +291,13 @@ class View:
         rest = [dim for dim in self.axes(names) if dim not in kept]
         idle = [dim for dim in rest if self.idle(names, dim)]
         view = self.slice_at({dim: self.default(dim) for dim in rest})
-        return replace(view, fixed={**view.fixed, **{dim: self.same(dim) for dim in idle}})
-
-    def same(self, dim: str) -> str:
-        """Text about an axis that changes nothing."""
-        return same_over([dim])
+        same = {
+            dim: "the same in every case"
+            if dim == "design"
+            else f"the same over {dimension_text(dim)}"
+            for dim in idle
+        }
+        return replace(view, fixed={**view.fixed, **same})
 
     def default(self, dim: str) -> int:
         """The slice when none is chosen: nominal, the engine's own, middle or first."""
@@ -437,15 +438,6 @@ def stem_of(base: str, view: View, along: str | None, alone: bool = False) -> st
     """Name of a file: what, along which axis, and where if not at the nominal design."""
     suffix = "" if alone or along in (None, "design") else f"_{along}"
     return base + suffix + view.suffix
-
-
-def same_over(dims: Sequence[str]) -> str:
-    """Text about axes that change nothing."""
-    over = [dimension_text(dim) for dim in dims if dim != "design"]
-    places = [f"over {' and '.join(over)}"] if over else []
-    if "design" in dims:
-        places.append("in every case")
-    return f"the same {' and '.join(places)}"
 
 
 def dimension_text(dim: str) -> str:

@@ -75,8 +75,7 @@ def plain_text(text: str) -> str:
 
     What steers a terminal is escaped: matplotlib prints the letters that a font lacks.
     """
-    parts = [printable(part) for part in text.split(HARD_SPACE)]
-    return HARD_SPACE.join(parts).replace("$", r"\$")
+    return HARD_SPACE.join(map(printable, text.split(HARD_SPACE))).replace("$", r"\$")
 
 
 def number_text(value: float, digits: int = 4) -> str:

@@ -150,8 +150,7 @@ class _Explorer:
         if size > MOST_OPTIONS:
             return widgets.IntSlider(label=f"{label}, number", start=0, end=size - 1, width=250)
         key = dim if dim in own else (own or [dim])[0]
-        values = self.along(key, slice(None))
-        texts = [_text(v) for v in values]
+        texts = [_text(v) for v in self.along(key, slice(None))]
         if len(set(texts)) < len(texts):
             texts = [f"{i + 1}: {text}" for i, text in enumerate(texts)]
         options = {text: i for i, text in enumerate(texts)}

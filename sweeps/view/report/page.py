@@ -13,7 +13,7 @@ from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.base.files.libraries import library
 from sweeps.decide.explore.attributes import of_designs
 from sweeps.running.archive.netcdf import replaced
-from sweeps.view.report.charts import Specification, charts
+from sweeps.view.report.charts import charts
 from sweeps.view.report.embedding import Embedded, choices_of, embedded
 from sweeps.view.report.html import listed, paragraph, text
 from sweeps.view.report.key_figures import key_figures, starting_places, views
@@ -110,6 +110,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         )
     archive = archive[of_designs(archive)]  # Of a reduced archive, the designs that it kept
     template = Template(_resource("page.html"))
+    nothing = paragraph("No quantity varies, so there is nothing to draw.")
     while True:
         content = embedded(archive, choices, room)
         figures, explored = key_figures(content), views(content)
@@ -117,7 +118,7 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
                 "start": starting_places(content), **charts(figures, explored)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
-            before=parts["before"], after=parts["after"], figures=_figures(figures),
+            before=parts["before"], after=parts["after"], figures="" if figures else nothing,
             left=_left(content), contents=_contents(),
         )  # fmt: skip
         over = len(written.encode(errors="replace")) - limit
@@ -132,12 +133,6 @@ def _contents() -> str:
         *SECTIONS["after"],
     ]  # fmt: skip
     return "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in entries)
-
-
-def _figures(figures: list[Specification]) -> str:
-    if figures:
-        return ""
-    return paragraph("No quantity varies, so there is nothing to draw.")
 
 
 def _left(content: Embedded) -> str:

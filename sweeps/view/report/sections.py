@@ -213,7 +213,8 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     axes = [_axis_row(archive, d, choices) for d in dims]
     if axes:
         parts += ["<h3>Axes</h3>", table(("axis", "meaning", "number", "values"), axes, (2,))]
-    columns = [_column_row(c, str(n), choices) for n, c in archive.coords.items()
+    columns = [(str(n), c.attrs.get("long_name", ""), str(c.dims[0]),
+                _values_text(c, choices.get(str(n)))) for n, c in archive.coords.items()
                if c.ndim == 1 and c.dims[0] in dims
                and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
     if columns:
@@ -289,11 +290,6 @@ def _axis_row(archive: xr.Dataset, dim: str, choices: Choices) -> tuple[Any, ...
         long_name = archive[words].attrs.get("long_name", "")
     told = _values_text(coordinate, choices.get(dim)) if dim != "design" else ""
     return dim, long_name, size, told
-
-
-def _column_row(coordinate: xr.DataArray, name: str, choices: Choices) -> tuple[Any, ...]:
-    return (name, coordinate.attrs.get("long_name", ""), str(coordinate.dims[0]),
-            _values_text(coordinate, choices.get(name)))  # fmt: skip
 
 
 # ---- outcomes, warnings, assumptions -------------------------------------------------------------

@@ -21,8 +21,7 @@ def shaft_results(archive: xr.Dataset) -> str:
     if not (_numeric(archive, "disc") or _numeric(archive, "shaft")):
         return ""
     parts = [*_system(archive), *_modes(archive), *_worst(archive), *_barred(archive)]
-    head = "<h3>Torsional vibration of the shaft</h3>"
-    return "".join([head, *parts]) if parts else ""
+    return "".join(["<h3>Torsional vibration of the shaft</h3>", *parts]) if parts else ""
 
 
 def _numeric(archive: xr.Dataset, place: str) -> bool:
@@ -85,8 +84,7 @@ def _modes(archive: xr.Dataset) -> Iterator[str]:
         yield table(("mode", *heads), body, tuple(range(1, 1 + len(names))))
     crossings = list(_critical(archive))
     if crossings:
-        head = ("mode", "order", "critical speed", "vector sum")
-        yield table(head, crossings, (1, 2, 3))
+        yield table(("mode", "order", "critical speed", "vector sum"), crossings, (1, 2, 3))
 
 
 def _critical(archive: xr.Dataset) -> Iterator[list[str]]:

@@ -216,8 +216,7 @@ def calibration_text(made: Calibration) -> str:
     lines = heading(made)
     if made.sheet.diagrams:
         lines.append(f"{counted(made.sheet.diagrams, 'diagram')} of the file replaced.")
-    place = made.published.places["power"]
-    if place.startswith(f"{made.sheet.name}: "):
+    if made.published.places["power"].startswith(f"{made.sheet.name}: "):
         lines.append(
             f"The power, {made.published.power:g} kW, is from the file ([data_sheet]); --power "
             "overrides it."

@@ -260,8 +260,7 @@ def matching_quantities(words: str) -> tuple[dict[str, list[Node]], str]:
     searched too; then near spellings count. What has exactly this name comes first. SceneError if
     nothing is found.
     """
-    listed = QUANTITIES if not words else {**QUANTITIES, **AXES}
-    texts, note = _texts(listed), ""
+    texts, note = _texts(QUANTITIES if not words else {**QUANTITIES, **AXES}), ""
     parts = words.lower().replace("_", " ").split()
     names = named_by(words, texts)
     if not names or ("rms" in parts and len(parts) > 1):

@@ -24,8 +24,7 @@ def outcomes_of_all(dataset: xr.Dataset) -> dict[str, int]:
     if "outcomes" not in dataset:
         return {}
     array = dataset["outcomes"]
-    over = tuple(i for i, d in enumerate(array.dims) if d != "outcome")
-    counts = array.values.sum(axis=over)
+    counts = array.values.sum(axis=tuple(i for i, d in enumerate(array.dims) if d != "outcome"))
     return dict(zip(map(str, dataset["outcome"].values), map(int, counts), strict=True))
 
 
@@ -34,8 +33,7 @@ def counts_within(dataset: xr.Dataset) -> list[tuple[str, int]]:
     if "designs_within" not in dataset:
         return []
     array = dataset["designs_within"]
-    over = tuple(i for i, d in enumerate(array.dims) if d != "condition")
-    counts = array.values.sum(axis=over)
+    counts = array.values.sum(axis=tuple(i for i, d in enumerate(array.dims) if d != "condition"))
     return list(zip(map(str, dataset["condition"].values), map(int, counts), strict=True))
 
 

@@ -38,8 +38,7 @@ def sensitivities_text(indices: xr.Dataset) -> str:
         rest = [d for d in first.dims if d != PARAMETER]
         points = [*np.ndindex(*(first.sizes[d] for d in rest))]
         for point in points[:MOST_POINTS]:
-            place = dict(zip(rest, point, strict=True))
-            one = indices.isel(place)
+            one = indices.isel(dict(zip(rest, point, strict=True)))
             at = [d for d, c in one.coords.items() if c.ndim == 0 and c.dtype.kind in "iuf"]
             where = ", ".join(f"{d} = {one[d].values:g}" for d in at)
             left = int(one[f"{quantity}_left_out"].values)

@@ -248,8 +248,7 @@ def _needed(columns: Sequence[_Column]) -> int:
 def _columns_text(columns: Sequence[_Column], rows: Rows, width: int) -> str:
     table = _table()
     for column in columns:
-        justify = "right" if column.number else "left"
-        table.add_column(column.head, justify=justify, no_wrap=True)
+        table.add_column(column.head, justify="right" if column.number else "left", no_wrap=True)
     for place in range(rows.number):
         table.add_row(*(column.cells[place] for column in columns))
     return _printed(table, max(width, _needed(columns)))
