@@ -1,4 +1,4 @@
-"""Periodic cubic splines through tabulated points: diagrams over angle, loads over angle."""
+"""Cubics through tabulated points: periodic splines over angle, monotone ones over speed."""
 
 from __future__ import annotations
 
@@ -68,3 +68,31 @@ def wrapped(phi: ArrayLike, period: float) -> Floats:
     """Bring angles into -period/2 <= phi < period/2; those already there stay as they are."""
     value = np.asarray(phi, dtype=np.float64)
     return value - period * np.floor(value / period + 0.5)
+
+
+def monotone_slopes(x: Floats, y: Floats) -> Floats:
+    """Slopes of the monotone piecewise cubic through some points: docs/method.md (44)."""
+    step = np.diff(x)
+    rise = np.diff(y) / step
+    if len(x) == 2:
+        return np.repeat(rise, 2)
+    slope = np.zeros_like(y)
+    before, after = step[:-1], step[1:]
+    left, right = rise[:-1], rise[1:]
+    same = left * right > 0.0
+    w1, w2 = 2.0 * after + before, after + 2.0 * before
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope[1:-1] = np.where(same, (w1 + w2) / (w1 / left + w2 / right), 0.0)
+    for end, (h0, h1, d0, d1) in (
+        (0, (step[0], step[1], rise[0], rise[1])),
+        (-1, (step[-1], step[-2], rise[-1], rise[-2])),
+    ):
+        # One-sided slope through three points, limited so that the curve does not turn (Moler,
+        # Numerical Computing, chapter 3).
+        value = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
+        if value * d0 <= 0.0:
+            value = 0.0
+        elif d0 * d1 <= 0.0 and abs(value) > 3.0 * abs(d0):
+            value = 3.0 * d0
+        slope[end] = value
+    return slope

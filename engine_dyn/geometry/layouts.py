@@ -332,14 +332,8 @@ def radial(cylinders: int, rows: int = 1, period: float = FOUR_STROKE) -> Arrang
         step = round(((k * spacing - row * math.pi - first) % TURN) / (TURN / in_row))
         second = period > TURN and step % 2
         firing.append((first + TURN * ((step % in_row) / in_row + bool(second))) % period)
-    return _built(
-        name,
-        period,
-        firing,
-        list(range(cylinders)),
-        [k % rows for k in range(cylinders)],
-        tuple(k * spacing for k in range(cylinders)),
-    )
+    each, angles = range(cylinders), tuple(k * spacing for k in range(cylinders))
+    return _built(name, period, firing, each, [k % rows for k in each], angles)
 
 
 def arrangement_from_text(text: str, period: float = FOUR_STROKE) -> Arrangement:
@@ -392,8 +386,7 @@ def _read(text: str, period: float) -> Arrangement:
             return radial(_count(count), rows, period)
         case [first, *rest] if re.fullmatch(r"[vw]\d+", first):
             order, numbering = _taken_order(rest), _taken_word(rest, ("alternate",))
-            pin = _taken_word(rest, PIN_WORDS) or "shared-pin"
-            pins = pin.removesuffix("-pin")
+            pins = (_taken_word(rest, PIN_WORDS) or "shared-pin").removesuffix("-pin")
             crank = _taken_word(rest, CRANKS)
             angles = rest.pop(0) if rest else None
             allowed = ("one angle", *PIN_WORDS, *CRANKS, "alternate", "an order such as 1-3-4-2")
@@ -430,11 +423,10 @@ def _taken_order(words: list[str]) -> tuple[int, ...] | None:
 
 
 def _taken_word(words: list[str], known: tuple[str, ...]) -> str | None:
-    for word in words:
-        if word in known:
-            words.remove(word)
-            return word
-    return None
+    taken = next((word for word in words if word in known), None)
+    if taken is not None:
+        words.remove(taken)
+    return taken
 
 
 def _no_more(words: list[str], allowed: tuple[str, ...]) -> None:
@@ -517,8 +509,7 @@ def _numbered_so(known: Sequence[KnownOrder], numbering: str | None) -> list[Kno
 
 
 def _known_numbering(order: Sequence[int], known: Sequence[KnownOrder]) -> str:
-    same = [entry.numbering for entry in known if entry.order == tuple(order)]
-    return same[0] if same else "banks"
+    return next((entry.numbering for entry in known if entry.order == tuple(order)), "banks")
 
 
 def _numbered(cylinders: int, banks: int, numbering: str) -> tuple[list[int], list[int]]:

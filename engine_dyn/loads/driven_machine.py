@@ -30,7 +30,7 @@ import numpy.typing as npt
 
 from engine_dyn.given_numbers import given_array
 from engine_dyn.loads.laws import LAWS, Form, slip_torque
-from engine_dyn.periodic_spline import periodic_spline_slopes
+from engine_dyn.periodic_spline import monotone_slopes, periodic_spline_slopes
 from engine_dyn.types import Floats
 
 REVOLUTION = 2.0 * math.pi
@@ -39,20 +39,16 @@ FEWEST_POINTS = 8
 # Highest order, and largest number of orders, of a torque in closed form
 HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
 
-LARGEST = 1e12
-"""Largest torque and speed of a table, far above those of any machine: nothing overflows."""
+LARGEST = 1e12  # Largest torque and speed of a table, far above those of any machine
 
 ENDS_TOLERANCE = 0.02
 """Largest difference of the torques at both ends of a period, over the range of the torque."""
 
-ROUNDING = 1e-6
-"""Fraction of an interval by which rounding may put a speed beyond the ends of a table."""
+ROUNDING = 1e-6  # Fraction of an interval by which rounding may put a speed beyond a table's end
 
 ALIKE = 1e-9  # Fraction of its range by which a torque may differ from one repetition to the next
 
-WHOLE = 1e-5
-"""Relative difference up to which a number of repetitions counts as whole, because gear ratios are
-written in decimals."""
+WHOLE = 1e-5  # Relative difference of a whole number of repetitions: gear ratios are decimals
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,24 +84,17 @@ class TorqueOverAngle:
 
     def __call__(self, theta: npt.ArrayLike) -> Floats:
         """Torque [N m] at any angles [rad], docs/method.md (43)."""
-        t, step, before, after = self._pieces(given_array("theta", theta))
-        y0, y1 = self.torque[before], self.torque[after]
-        m0, m1 = step * self.slope[before], step * self.slope[after]
-        return np.asarray(
-            y0 + t * (m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1)))
-        )
+        t, _, _, y0, m0, c, d = self._pieces(given_array("theta", theta))
+        return np.asarray(y0 + t * (m0 + t * (c + t * d)))
 
     def slope_at(self, theta: npt.ArrayLike) -> Floats:
         """Derivative of the torque [N m/rad] at any angles [rad]."""
-        t, step, before, after = self._pieces(given_array("theta", theta))
-        y0, y1 = self.torque[before], self.torque[after]
-        m0, m1 = step * self.slope[before], step * self.slope[after]
-        c, d = 3.0 * (y1 - y0) - 2.0 * m0 - m1, 2.0 * (y0 - y1) + m0 + m1
+        t, step, _, _, m0, c, d = self._pieces(given_array("theta", theta))
         return np.asarray((m0 + t * (2.0 * c + t * 3.0 * d)) / step)
 
     def work(self, theta: npt.ArrayLike) -> Floats:
         """Integral of the torque less its mean [J], docs/method.md (43), within one period."""
-        t, step, before, _ = self._pieces(given_array("theta", theta))
+        t, step, before, *_ = self._pieces(given_array("theta", theta))
         _, torque, slope, work = self.table
         y0, y1 = torque[before], torque[before + 1]
         m0, m1 = step * slope[before], step * slope[before + 1]
@@ -114,19 +103,24 @@ class TorqueOverAngle:
         return np.asarray(work[before] + done)
 
     def _pieces(self, theta: npt.ArrayLike) -> tuple[Any, ...]:
+        """Place t in an interval, the interval, its knot, and coefficients of its cubic in t."""
         knots = np.append(self.angle, self.angle[0] + self.period)
         place = self.angle[0] + np.mod(np.asarray(theta, float) - self.angle[0], self.period)
         before = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, len(self.angle) - 1)
         step = knots[before + 1] - knots[before]
-        return (place - knots[before]) / step, step, before, (before + 1) % len(self.angle)
+        after = (before + 1) % len(self.angle)
+        y0, y1 = self.torque[before], self.torque[after]
+        m0, m1 = step * self.slope[before], step * self.slope[after]
+        c, d = 3.0 * (y1 - y0) - 2.0 * m0 - m1, 2.0 * (y0 - y1) + m0 + m1
+        return (place - knots[before]) / step, step, before, y0, m0, c, d
 
     @cached_property
     def mean(self) -> float:
         """Mean over the angle [N m]: exact for the spline."""
         step = np.diff(self.angle, append=self.angle[0] + self.period)
-        torque, slope = self.torque, self.slope
-        whole = step * 0.5 * (torque + np.roll(torque, -1))
-        return float((whole + step**2 / 12.0 * (slope - np.roll(slope, -1))).sum() / self.period)
+        whole = step * 0.5 * (self.torque + np.roll(self.torque, -1))
+        bent = step**2 / 12.0 * (self.slope - np.roll(self.slope, -1))
+        return float((whole + bent).sum() / self.period)
 
     @cached_property
     def repeats(self) -> int:
@@ -200,9 +194,8 @@ class TorqueOverSpeed:
         t = (given - self.speed[before]) / step
         y0, y1 = self.torque[before], self.torque[before + 1]
         m0, m1 = step * self.slope[before], step * self.slope[before + 1]
-        value = y0 + t * (
-            m0 + t * (3.0 * (y1 - y0) - 2.0 * m0 - m1 + t * (2.0 * (y0 - y1) + m0 + m1))
-        )
+        c, d = 3.0 * (y1 - y0) - 2.0 * m0 - m1, 2.0 * (y0 - y1) + m0 + m1
+        value = y0 + t * (m0 + t * (c + t * d))
         return np.asarray(np.where((t >= -ROUNDING) & (t <= 1.0 + ROUNDING), value, np.nan))
 
 
@@ -258,9 +251,7 @@ class DrivenMachine:
     def geared(self) -> bool:
         """Whether a load is over the angle or the speed of its own shaft."""
         of_angle, of_speed = self.over_angle, self.load_over_speed
-        return (of_angle is not None and of_angle.own_angle) or (
-            of_speed is not None and of_speed.own_speed
-        )
+        return bool((of_angle and of_angle.own_angle) or (of_speed and of_speed.own_speed))
 
     @property
     def has_driver(self) -> bool:
@@ -290,9 +281,8 @@ class DrivenMachine:
         curve, table = self.over_speed, np.zeros((3, 0))
         if curve is not None:
             table = np.stack([curve.speed, curve.torque, curve.slope])
-        own = curve is not None and curve.own_speed
-        kind = [law.name for law in LAWS].index(self.law)
-        return Form(kind, -1.0 if self.has_driver else 1.0, own, table)
+        kind, sign = [law.name for law in LAWS].index(self.law), -1.0 if self.has_driver else 1.0
+        return Form(kind, sign, curve is not None and curve.own_speed, table)
 
 
 NOTHING_DRIVEN = DrivenMachine()
@@ -441,7 +431,7 @@ def torque_over_speed(
             f"point {first + 1}: torque = {values[first]:.6g} N m: must be 0 or more; a load "
             "torque is positive against the rotation"
         )
-    return TorqueOverSpeed(omega, values, _monotone_slopes(omega, values), own_speed)
+    return TorqueOverSpeed(omega, values, monotone_slopes(omega, values), own_speed)
 
 
 def _check_points(
@@ -467,34 +457,6 @@ def _check_points(
             f"point {i + 1}: {name} = {place[i] * size:.6g} {unit} after {place[i - 1] * size:.6g}:"
             " must ascend"
         )
-
-
-def _monotone_slopes(x: Floats, y: Floats) -> Floats:
-    """Slopes of the monotone piecewise cubic through some points: docs/method.md (44)."""
-    step = np.diff(x)
-    rise = np.diff(y) / step
-    if len(x) == 2:
-        return np.repeat(rise, 2)
-    slope = np.zeros_like(y)
-    before, after = step[:-1], step[1:]
-    left, right = rise[:-1], rise[1:]
-    same = left * right > 0.0
-    w1, w2 = 2.0 * after + before, after + 2.0 * before
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope[1:-1] = np.where(same, (w1 + w2) / (w1 / left + w2 / right), 0.0)
-    for end, (h0, h1, d0, d1) in (
-        (0, (step[0], step[1], rise[0], rise[1])),
-        (-1, (step[-1], step[-2], rise[-1], rise[-2])),
-    ):
-        # One-sided slope through three points, limited so that the curve does not turn (Moler,
-        # Numerical Computing, chapter 3).
-        value = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
-        if value * d0 <= 0.0:
-            value = 0.0
-        elif d0 * d1 <= 0.0 and abs(value) > 3.0 * abs(d0):
-            value = 3.0 * d0
-        slope[end] = value
-    return slope
 
 
 def constant_load(
