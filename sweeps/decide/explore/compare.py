@@ -191,7 +191,7 @@ def _difference(name: str, one: xr.Dataset, two: xr.Dataset) -> Difference:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             gap = np.where(unequal & ~missing, np.abs(a - b), 0.0)
             over = np.where(gap > 0.0, gap / np.maximum(np.abs(a), np.abs(b)), 0.0)
-        # A number and an infinity, or infinities of both signs, differ infinitely in relation too.
+        # An infinite difference of two values is infinite over their magnitudes too.
         over[np.isinf(gap)] = math.inf
         for key, values, pair in (("largest", gap, "pair"), ("relative", over, "relative_pair")):
             here = float(values.max())

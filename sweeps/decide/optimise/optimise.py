@@ -397,7 +397,7 @@ class LeastInertia:
         if DESIGN in dims:
             inertia = np.moveaxis(inertia, dims.index(DESIGN), 0).reshape(count, -1)
         # A point has no least inertia (NaN) where every inertia meets the wanted delta, or none.
-        # `fmax` skips such points; a design with no others gets the lower bound.
+        # `fmax` skips such points; a design without any other point gets the lower bound.
         axis = -1 if DESIGN in dims else None
         largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
         law = self.task.space.parameters["inertia"]

@@ -198,7 +198,7 @@ def _diagram(table: Mapping[str, Any], made: Calibration) -> list[str]:
         if key in ("load", "kind", "wall"):
             lines.append(f"{key} = {_toml(value)}")
             if key == "load":
-                # The diagrams are said to hold from half to 1.2 times the rated speed.
+                # The file says that its diagrams hold from half to 1.2 times the rated speed.
                 speeds = [float(f"{factor * made.published.speed:.6g}") for factor in (0.5, 1.2)]
                 lines.append(_line(SPEEDS, speeds, "rpm; assumed"))
             continue

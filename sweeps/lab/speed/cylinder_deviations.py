@@ -71,7 +71,7 @@ class _Deviations:
     # Deviation of each cylinder's mean cycle from the other cylinders; shape (cylinders,)
     lasting: Floats
     lasting_std: Floats
-    # Detection of a missed cycle, and of a dead cylinder.
+    # Detection of a missed cycle, and of a weak cylinder by its mean cycle.
     of_cycle: Detection
     of_mean: Detection
     missing: float  # Indicated mean effective pressure that a missed cycle lacks [Pa]

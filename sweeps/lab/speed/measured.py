@@ -73,8 +73,8 @@ class _Curves:
     errors: Floats
     unsure: Floats
     edges: list[Floats]  # True angles of the teeth [rad]; shape (intervals + 1,)
-    # False for intervals next to a gap that are far off, see `sound_intervals`; shape (recordings,
-    # intervals)
+    # False for intervals whose speed is far off that of their neighbours in every turn, see
+    # `sound_intervals`; shape (recordings, intervals)
     sound: Booleans
     # Errors of the teeth that are estimated from all recordings
     of_wheel: ToothErrors | None = None

@@ -38,11 +38,12 @@ class RecordedSpeeds:
     # (cycles, intervals)
     cycles: list[Floats]
     width: Floats  # Width of the intervals [rad]; shape (intervals,)
-    # False for teeth that a sensor sees elsewhere, see `sound_intervals`; shape (intervals,)
+    # False for intervals whose speed is far off that of their neighbours in every turn, see
+    # `sound_intervals`; shape (intervals,)
     used: Booleans
     period: float  # Angle of the cycle [rad]
     wheel: Wheel | None  # Toothed wheel; None for speed over angle
-    angle: Floats | None  # Angles of speed over angle [rad]; shape (intervals,)
+    angle: Floats | None  # Angles of samples of speed over angle [rad]; shape (intervals,)
     groups: int  # Number of teeth of a turn that could be the first one, by the wheel's pattern
     first_pulse: tuple[int, ...]  # Number of the tooth that each recording begins with, from 1
     # Crank angle of the first tooth [rad], where the scene or marks give it.
@@ -242,7 +243,7 @@ class CyclesInARow:
     speed: Floats
     width: Floats  # Width of the intervals between teeth [rad]; shape (intervals,)
     start: float  # Crank angle at which the first interval of each cycle begins [rad]
-    used: Booleans  # False for intervals next to a gap that are far off; shape (intervals,)
+    used: Booleans  # False for intervals that `sound_intervals` rejects; shape (intervals,)
     # Whether the turn of the engine's cycle with which the recording begins is known.
     turn_known: bool
     start_from: str  # Source of the angle at which cycles begin, in words

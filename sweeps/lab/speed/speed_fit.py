@@ -33,7 +33,7 @@ class Parameter:
     """Something that is fitted."""
 
     name: str  # Name of the parameter in messages and results
-    # First value, and bounds, which may be infinite.
+    # First value of the fit, and bounds of the parameter, which may be infinite.
     start: float
     low: float = -np.inf
     high: float = np.inf

@@ -61,7 +61,7 @@ class Usual:
 class EngineKind:
     """A kind of engine."""
 
-    title: str  # Name in words
+    title: str  # Kind of engine in words, for messages
     fuel: Fuel
     cycle: Mapping[str, Usual]  # Usual numbers of the cycle, in the units of engine files
     # Earliest and latest start of the combustion in the fit of a largest pressure [degree].

@@ -237,7 +237,7 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
         ("expansion_exponent", "#2f7d55", (0, (6, 1.5))),
     ):
         exponent = float(view.numbers(name)) if view.has(name) else 0.0
-        # No gas has an exponent outside these limits.
+        # No gas has a polytropic exponent outside these limits.
         if not 0.0 < exponent < 5.0:
             continue
         start, end = (float(view.array(name).attrs[key]) for key in ("from_angle", "to_angle"))

@@ -110,7 +110,7 @@ def _searched_figure(
             markersize=2.5, color=colour, markeredgewidth=0.0, rasterized=True,
         )  # fmt: skip
         entries[text] = points
-    # More marks would hide the line.
+    # Marks of more than 100 designs would hide the line of the front.
     (line,) = panel.plot(
         *values[:, best], color=shade(0.15), markersize=3.0, linewidth=1.2,
         marker="" if two and best.size > 100 else "o",

@@ -143,7 +143,7 @@ def _by_part(view: View, name: str, part: str | None) -> Figure:
         bounds = {limit: _limit(view, limit, parts.place(index)) for limit in limits}
         title = title if len(shown) == 1 else wrap(title, 34)
         panels.append(ParameterPanel(lines, title, partial(_draw_limits, view, bounds, worst)))
-    symbol = symbol_of(view.array(name))  # It is enough, since the title has the long name
+    symbol = symbol_of(view.array(name))  # Enough for a label, since the title has the long name
     left = f"{len(shown)} of {parts.size} {part}s shown, those of the largest values"
     return parameter_figure(
         view, speed, panels, [name], symbol + view.unit(name) if symbol else view.label(name),

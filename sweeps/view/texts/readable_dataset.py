@@ -57,7 +57,7 @@ def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
         array = dataset[name].variable
         if array.dtype.kind not in "iuf" or not array.size:
             continue
-        # Some 20 000 values show the size of all.
+        # About 20 000 values, evenly taken, show how large all values are.
         step = max(1, int((array.size / 20_000) ** (1.0 / max(array.ndim, 1))))
         some = np.abs(np.asarray(array[(slice(None, None, step),) * array.ndim].values, float))
         most = max(most, float(some.max(where=np.isfinite(some), initial=0.0)))

@@ -91,7 +91,7 @@ def rows_text(
     if rows.fixed:
         lines.append("at " + ", ".join(f"{k} = {_fixed(v)}" for k, v in rows.fixed.items()))
     line_width = 100  # Characters of a line where the output is no terminal
-    if rows.number <= 3:  # Few designs are columns of one table
+    if rows.number <= 3:  # Up to three designs are the columns of one table
         lines.append(_upright(columns, rows, width or line_width))
     else:
         same = {n: c for n, c in columns.items() if len({*c.cells}) == 1 and n not in rows.changes}
