@@ -151,7 +151,7 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
         )
     named = engine
     if engine not in catalogue() and file is not None:
-        # A scene names an engine file below its own folder by a relative path, others by absolute.
+        # A relative path names an engine file below the scene's folder, an absolute one any other.
         path, folder = Path(engine).resolve(), file.parent.resolve()
         inside = path.is_relative_to(folder)
         named = path.relative_to(folder).as_posix() if inside else str(path)

@@ -138,7 +138,7 @@ def columns_of(
     for name, coordinate in archive.coords.items():
         if str(name) in (*dims, *words.values()) or not set(coordinate.dims) <= set(dims):
             continue
-        # An axis of words that is cut is shown by its word, in the coordinate NAME_name.
+        # Where one word of an axis is chosen, it is shown, from the coordinate NAME_name.
         cut = coordinate.ndim == 0
         if (
             cut

@@ -137,7 +137,7 @@ def _field(text: str, width: int) -> str:
 
 def _is_even(x: npt.NDArray[np.float64]) -> bool:
     """Whether a start and a step of six digits, all that the file can hold, give the values."""
-    # If they do not give the values, each value is written instead, with six digits.
+    # If start and step do not give the values, each value is written, with six digits.
     start, step = float(f"{x[0]:.5e}"), float(f"{x[1] - x[0]:.5e}")
     error = np.abs(start + step * np.arange(len(x)) - x).max()
     return bool(error <= 1e-9 * math.fabs(x[-1] - x[0]))

@@ -239,8 +239,8 @@ def cut_into_cycles(
 
 def _begins_elsewhere(angle: Floats, inside: Floats, period: float) -> int:
     """First sample of a cycle that ends or begins with the recording."""
-    # Of these two, the cycle that is cut nearer to the dead centre of gas exchange is chosen: there
-    # a difference of pressure between its two ends does the least harm.
+    # Of the first and the last cycle, the one that is cut nearer to the dead centre of gas exchange
+    # is chosen: there a difference of pressure between its two ends does the least harm.
     from_end = int(np.searchsorted(angle, angle[-1] - period + SAME))
     return 0 if abs(inside[0]) >= abs(inside[from_end]) else from_end
 

@@ -230,7 +230,7 @@ def _moves_down(travel: Floats, source: _Source) -> Booleans:
     moving = np.flatnonzero(signs)
     if not len(moving):
         raise SceneError(f"{source}: the piston does not move; is this the right column?")
-    # Points between which the piston does not move continue the movement before, for now.
+    # At first, a step in which the piston does not move counts with the movement before it.
     last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(count - 1), -1))
     sense = np.where(last >= 0, signs[last], signs[moving[0]])
     down = np.append(sense > 0.0, sense[-1] > 0.0)

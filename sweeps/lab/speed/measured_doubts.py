@@ -52,7 +52,7 @@ def gap_doubts(
     # Only a wheel whose pattern is the same from both sides can be read backwards unnoticed; a
     # recording of any other wheel does not fit its pattern in reverse.
     if np.allclose(np.roll(wheel.width[::-1], -1), wheel.width):
-        # The rows are rolled so that the widest interval, reversed too, is the last one again.
+        # Reversal puts the widest interval first; rolling makes it the last one again.
         turned = np.roll(raw[:, ::-1], -1, axis=1)
         back = find_gap_angle(turned, angle, speeds, wheel, period, None, np.roll(used[::-1], -1))
         if _likeness(back) >= LEAST_LIKENESS and _clearly_more(_likeness(back), best):

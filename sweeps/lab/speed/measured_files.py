@@ -241,8 +241,10 @@ def _marked(
     record: SpeedRecord, recording: Recording, table: MeasuredTable, pulses: Floats,
     time: float | Floats, period: float,
 ) -> SpeedRecord:  # fmt: skip
-    """The record with its teeth counted from the mark of another column, where one is given."""
-    # `time` is the time between samples, or the times at which the level changes.
+    """The record with its teeth counted from the mark of another column, where one is given.
+
+    `time` is the time between samples, or the times at which the level changes.
+    """
     if table.mark_column is None:
         return replace(record, gap=_given_gap(table))
     assert record.teeth is not None

@@ -147,8 +147,8 @@ class FittedSpeeds:
     # one for each recording, less all unknowns. About 1 for noise alone.
     reduced_chi_square: float
     # Probability that noise like the spread over cycles, with its correlation over angle, leaves
-    # residuals as large as these. If it is small, the model lacks an effect, which the intervals
-    # ignore.
+    # residuals as large as these. If it is small, the model lacks an effect, which the 95 %
+    # intervals ignore.
     likelihood_of_noise: float
 
     @property

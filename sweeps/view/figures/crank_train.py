@@ -191,7 +191,7 @@ def _drawing(
                zorder=0)  # fmt: skip
     largest = _largest(values)
     for name, (start, direction) in directions(place).items():
-        # The arrow of a smaller force would be a head alone.
+        # The arrow of a force below 2 % of the largest would be a head alone.
         if name in values and abs(values[name]) > 0.02 * largest:
             vector = LONGEST * values[name] / largest * direction
             if name == "wall_thrust":  # The thrust is drawn outside the liner, where it is visible

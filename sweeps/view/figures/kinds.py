@@ -83,7 +83,7 @@ class Kind:
     name: str  # Name for people and for `--only`: an identifier in small letters
     shows: str  # Content of the figure, in one line for people
     needs: str  # Data that an archive must have, as the end of "it needs ..."
-    # Function that selects the variables that the kind draws; it draws nothing without any
+    # Function that selects the variables that the kind draws; without any, it draws nothing
     takes: Callable[[View], Sequence[str]]
     # Function that draws the variables that `takes` selected: figures with the names of their files
     draw: Callable[[Study, Sequence[str]], NamedFigures]
@@ -281,7 +281,7 @@ def taken_by_kinds(study: Study) -> list[tuple[Kind, list[str]]]:
                 for name in names_of[kind.name]
                 if not name.endswith(PUBLISHED)
                 and name != "status"
-                # The numbers of such a variable, a verdict, stand for words.
+                # A variable with these flags is a verdict, whose numbers stand for words.
                 and "flag_meanings" not in study.view.array(name).attrs
                 and name not in statistics
                 and (name in chosen if chosen else name not in taken)

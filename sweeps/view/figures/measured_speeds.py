@@ -363,7 +363,7 @@ def fitted_speeds(study: Study, names: Sequence[str]) -> NamedFigures:
         "Speed fluctuation, measured, fitted and predicted", ["bars and ±: 95 % intervals", *notes],
         NORMAL,
     )  # fmt: skip
-    # A map of more correlations would be illegible.
+    # A map of the correlations of more than 24 parameters would be illegible.
     if "parameter" in view.data.dims and view.data.sizes["parameter"] <= 24:
         yield "fit_correlations", _correlations(view)
     if "tooth_error" in names:

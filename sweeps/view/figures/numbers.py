@@ -358,8 +358,8 @@ def _study_figures(view: View, name: str) -> NamedFigures:
     idle = [dim for dim in view.axes([name]) if view.idle([name], dim)]
     axes = [dim for dim in view.axes([name]) if dim not in idle]
     numbers = [dim for dim in axes if not view.axis(dim).words]
-    # Lines show more than a map over an axis of few values. Nothing lies between whole numbers that
-    # a map could show.
+    # Over an axis of few values lines show more than a map, and a map would colour the room between
+    # whole numbers, where no design lies.
     whole = (*COUNTED, "cylinders", "passes", "truncation")
     wide = [d for d in numbers if view.data.sizes[d] >= 5 and d not in whole]
     stem = name

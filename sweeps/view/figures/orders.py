@@ -181,7 +181,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, factor: float) -> None:
     """Draw one row of stems at each speed, the highest speed first, behind the others."""
-    # Smaller stems would not rise above their base line.
+    # Stems below 0.2 % of the largest would not rise above their base line.
     least = 2e-3 * float(np.nanmax(amplitudes))
     step = float(np.min(np.diff(order), initial=1.0))
     for place, row in enumerate(np.argsort(-speeds, kind="stable")):

@@ -168,7 +168,7 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
         of = view.array(quantity)
         ends = f"95 % range {number_text(low)} to {with_unit(of, high)}"
         notes = [*view.notes([name]), value_text(of, quantity, value), ends]
-        # The shares hold for straight lines, and mean little where these explain less.
+        # The shares mean little where straight lines explain less than 90 % of the variance.
         if explained < 0.9:
             notes.append(f"straight lines explain only {100.0 * explained:.0f} % of the variance")
         left_out = shares.size - shown.size

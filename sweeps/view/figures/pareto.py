@@ -257,8 +257,8 @@ def paretos(study: Study, names: Sequence[str]) -> NamedFigures:
     view = study.view if asked else _of_choices(study.view)
     for pair in combinations(names, 2):
         of_pair = front(view, pair)
-        # Fewer designs are no front and no choice; a front of most designs only shows that the two
-        # quantities follow from each other.
+        # Less than ten designs, or three on the front, leave no choice; a front of most designs
+        # only shows that the two quantities follow from each other.
         enough = of_pair.count >= 10 and of_pair.values.shape[1] >= 3
         if asked or (enough and of_pair.values.shape[1] <= 0.5 * of_pair.count):
             yield f"pareto_{pair[0]}_{pair[1]}", _figure(view, pair, of_pair)

@@ -168,7 +168,8 @@ def _closed_once(view: View, names: Sequence[str], place: Mapping[str, int]) -> 
             continue
         step = count // parts
         turned = np.hypot(np.roll(x[:-1], step) - x[:-1], np.roll(y[:-1], step) - y[:-1])
-        # A curve repeats itself if it then differs by no more than this part of the largest load.
+        # A curve repeats itself if one part differs from the next by at most 0.2 % of the largest
+        # load.
         if np.all(turned <= 2e-3 * size):
             return _Loop(angle[: step + 1], x[: step + 1], y[: step + 1])
     return _Loop(angle, x, y)

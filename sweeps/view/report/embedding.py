@@ -195,7 +195,7 @@ def _thinned(
         lows = {d: _low(archive, d, start[d], columns) for d in used}
         now = dict(start)
         if "crank_angle" in now and _cost(archive, kept, columns, now) > budget:
-            # A screen shows no more points of a curve.
+            # A screen shows no more than about 361 points of a curve.
             now["crank_angle"] = min(now["crank_angle"], 361)
         while _cost(archive, kept, columns, now) > budget:
             free = [d for d in now if now[d] > lows[d]]

@@ -153,7 +153,7 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
         if over == "order":
             title += " over the order" if title != "Orders" else ""
         alone = _compared(page, group[0])[:1] if len(group) == 1 else []
-        # Orders of more designs would hide each other.
+        # Orders of more than four designs would hide each other.
         if over == "order" and alone and page.axes[alone[0]]["count"] > 4:
             alone = []
         figures.append({"kind": kind, "quantities": group[:MOST_CURVES], "x": over,

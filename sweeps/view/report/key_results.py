@@ -91,7 +91,7 @@ def _rows_table(shown: Rows, choices: Choices) -> str:
             units[name] = ""
             cells[name] = [one_line(value, 80).replace("_", " " if name == "status" else "_")
                            for value in shown.table[name]]  # fmt: skip
-    # A few designs are columns, with a row for each quantity.
+    # Up to three designs are columns, with a row for each quantity.
     if shown.number <= 3:
         lines = [(name, *cells[name], units[name], meaning(shown, name)) for name in order]
         numbers = list(range(1, 1 + shown.number))

@@ -70,7 +70,7 @@ def failures(archive: xr.Dataset, choices: Mapping[str, str]) -> Failures:
     failed = Failures([*given, "outcome"])
     with_numbers = np.array([has_numbers(code) for code in range(256)])
     spans = {n: [np.inf, -np.inf, np.inf, -np.inf] for n in given if columns[n].dtype.kind in "fiu"}
-    # Failed designs are not counted along longer axes.
+    # Failed designs are not counted along axes of more than 24 values.
     counts = {d: np.zeros(n, dtype=np.int64) for d, n in sizes.items() if n <= 24}
     for begin, extent, read in ranges(columns, dims, [*sizes.values()]):
         codes = np.broadcast_to(read["status"], extent).astype(np.uint8)

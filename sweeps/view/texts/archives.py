@@ -63,7 +63,7 @@ def interrupted_text(path: Path) -> str:
 PASSES = "result after the requested number of cycles, not a steady state"
 """Words for designs that were solved for a number of cycles, by [solver] `passes`."""
 
-# Largest number of values of a quantity that are read for its smallest and largest
+# Largest number of values of a quantity that are read to find the smallest and largest one
 MOST_READ = 2_000_000
 
 LONGEST_LINE = 1000  # Largest number of characters of a printed line of an attribute

@@ -73,7 +73,7 @@ def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:
     attributes["units"] = wanted
     if wanted == "rpm":
         symbol = str(attributes.get("symbol", ""))
-        # An angular speed in revolutions has the letter of a speed.
+        # The symbol of a speed in revolutions per minute is n, that of an angular speed omega.
         attributes["symbol"] = symbol.replace(r"\omega", "n")
     data = indexing.LazilyIndexedArray(_Scaled(array.variable, times))
     return xr.Variable(array.dims, data, attributes)
