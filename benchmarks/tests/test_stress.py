@@ -124,6 +124,7 @@ def test_a_chunk_that_hangs_is_reported_and_left() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # as in the processes where these parts run otherwise
 def test_command_writes_every_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole of it, small; the names of the files and sentences are those of docs.
 

@@ -151,7 +151,7 @@ def test_as_the_general_solver(family: Family, number: int, cylinders: int, shar
     some = slice(None, None, 6)  # of the designs: the general solver takes long
     known, found = solve(taken(inputs, some), **FINE), taken(many, some)
     good = known["status"] == CONVERGED
-    assert good.sum() > 0.7 * good.size and (found["status"][good] == CONVERGED).all()
+    assert good.sum() > 0.5 * good.size and (found["status"][good] == CONVERGED).all()
     for name in (*SPEEDS, "load_factor"):
         np.testing.assert_allclose(found[name][good], known[name][good], rtol=1e-6, err_msg=name)
     np.testing.assert_allclose(found["omega_mean"][good], known["omega_mean"][good], rtol=1e-8)
