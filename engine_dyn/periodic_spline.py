@@ -40,7 +40,8 @@ def periodic_spline_slopes(angle: Floats, values: Floats, period: float) -> Floa
     before = np.roll(step, 1)  # the system has `step` below its diagonal and `before` above it
     diagonal = 2.0 * (before + step)
     right = 3.0 * (step * np.roll(divided, 1) + before * divided)
-    # A = T + u w^T with u = (gamma, 0, .., 0, upper_last), w = (1, 0, .., 0, lower_first / gamma).
+    # The cyclic matrix is T + u w^T, with T tridiagonal, u = (gamma, 0, .., 0, upper_last) and
+    # w = (1, 0, .., 0, lower_first / gamma).
     gamma = -diagonal[0]
     diagonal[0] -= gamma
     diagonal[-1] -= before[-1] * step[0] / gamma

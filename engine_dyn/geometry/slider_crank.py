@@ -281,7 +281,8 @@ def dead_centres(crank_ratio: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Dea
     reduced = ratio * offset_ratio
     top = np.arcsin(reduced / (1.0 + ratio))
     folded = np.arcsin(reduced / (1.0 - ratio))
-    # docs/method.md (6): the difference of two roots is multiplied and divided by their sum.
+    # The stroke, a difference of two roots, is multiplied and divided by their sum: docs/method.md
+    # (6).
     far, near = (1.0 + ratio) ** 2 - reduced**2, (1.0 - ratio) ** 2 - reduced**2
     return DeadCentres(top, np.pi + (folded - top), 2.0 / (np.sqrt(far) + np.sqrt(near)))
 
@@ -303,7 +304,7 @@ def crank_radius(stroke: npt.ArrayLike, rod_length: npt.ArrayLike, offset: npt.A
     if wrong.any():
         bad = 2.0 * np.broadcast_to(half, wrong.shape)[wrong].flat[0]
         raise ValueError(f"stroke = {bad:g} m: must lie between 0 and twice the rod's length")
-    # |e| + r < l, with the radius r that is returned, is equivalent to |e| < l - (s/2)^2/l.
+    # The crank turns if |e| + r < l; with the radius r that is returned, if |e| < l - (s/2)^2/l.
     wrong = ~(np.abs(beside) < rod - half**2 / rod)
     if wrong.any():
         bad = np.broadcast_to(beside, wrong.shape)[wrong].flat[0]
@@ -361,9 +362,9 @@ def velocity_at(sine: float, cosine: float, crank_ratio: float) -> float:
     return sine * (1.0 + crank_ratio * cosine / root)
 
 
-# Formulas with an offset. Tables hold sine and cosine of the engine's angle; the crank's angle to
-# the cylinder is larger by theta_T, so a kernel rotates them once for each point and uses the
-# result in all formulas.
+# Formulas with an offset. Tables hold sine and cosine of the engine's angle phi; the crank's angle
+# to the cylinder, theta, is larger by theta_T. A kernel computes sine and cosine of theta once for
+# each point and uses them in all formulas.
 
 
 @inlined

@@ -35,8 +35,6 @@ PLACES = 2.0**24
 """Fractions of rows are multiples of 1/PLACES: a row plus its fraction is then exact whatever
 the combination's number is; loads are rounded to 2e-8 percent."""
 
-EXAMPLES = 256  # Number of combinations that `examples` gives, where there are more
-
 
 class ModelledDiagram(NamedTuple):
     """A cycle by the first law, and the step [degree] at which it is tabulated."""
@@ -112,23 +110,19 @@ class CycleTable(Family):
         For each of `diagrams`, in their order.
     changes : mapping of ndarray, shape (N,)
         Values (SI) of fields of the cycles, in place of theirs, for each combination.
-    several_axes : bool
-        Whether the rows of the whole sweep vary along several of its axes.
     """
 
     own: Family
     cycles: tuple[ModelledDiagram, ...]
     changes: Mapping[str, Floats]
-    several_axes: bool = False
     _state: _State = field(default_factory=_State, init=False, repr=False)
 
     @classmethod
     def of(
-        cls, own: Family, cycles: Sequence[ModelledDiagram], changes: Mapping[str, Floats],
-        *, several_axes: bool = False,
-    ) -> CycleTable:  # fmt: skip
+        cls, own: Family, cycles: Sequence[ModelledDiagram], changes: Mapping[str, Floats]
+    ) -> CycleTable:
         """Make the table of an engine's family and the combinations of a sweep."""
-        return cls(own.loads, own.diagrams, own, tuple(cycles), changes, several_axes)
+        return cls(own.loads, own.diagrams, own, tuple(cycles), changes)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what can be made again."""
@@ -176,24 +170,7 @@ class CycleTable(Family):
 
     def emptied(self) -> CycleTable:
         """The same table, of which no row is kept."""
-        return CycleTable.of(self.own, self.cycles, self.changes, several_axes=self.several_axes)
-
-    def examples(self) -> Integers:
-        """Rows of given diagrams of some combinations: all, or those that vary most steeply.
-
-        Where there are many, these are the ones with the shortest combustion, and some between.
-        """
-        numbers = np.arange(self.combinations)
-        if numbers.size > EXAMPLES:
-            durations = self.changes.get("combustion_duration", numbers)
-            shortest = np.argsort(durations, kind="stable")[: EXAMPLES // 2]
-            numbers = np.union1d(shortest, numbers[:: -(-numbers.size // (EXAMPLES // 2))])
-        places = self._axis.first
-        if isinstance(self.own, FamilyAtSpeeds):
-            rows = self.own.row_count // len(self.own.speeds)
-            speeds = np.array([0, len(self.own.speeds) - 1])
-            places = np.unique(speeds[:, None] * rows + places)
-        return np.asarray((numbers[:, None] * self.own.row_count + places).reshape(-1))
+        return CycleTable.of(self.own, self.cycles, self.changes)
 
     def use_threads(self, threads: int | None) -> None:
         """Make rows on as many threads at most from now on; one for each processor unless given."""
@@ -346,7 +323,7 @@ class CycleTable(Family):
         changes = dict(self.changes)
         if "heat" in changes:
             changes["heat"] = np.zeros(self.combinations)
-        return CycleTable.of(self.own, without, changes, several_axes=self.several_axes)
+        return CycleTable.of(self.own, without, changes)
 
     def row(self, index: int) -> Diagram:
         """Diagram of one row; for many, see `curves`."""

@@ -182,10 +182,7 @@ def _with_cycles(
         return family, Value(np.zeros(()))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
     changes = {key: np.ascontiguousarray(distinct[:, i]) for i, key in enumerate(keys)}
-    where = ("load", "speed") if isinstance(family, FamilyAtSpeeds) else ("load",)
-    axes = {*dims, *(d for key in where if key in leaves for d in leaves[key].dims)}
-    several = len(axes) > 1 or scene.characteristic is not None
-    table = CycleTable.of(family, scene.engine.cycles or (), changes, several_axes=several)
+    table = CycleTable.of(family, scene.engine.cycles or (), changes)
     # A scene is refused whose first combinations all give no cycle.
     for begin in range(0, min(table.combinations, LOOKED_AT), LOOKED_AT_ONCE):
         some = np.arange(begin, min(begin + LOOKED_AT_ONCE, table.combinations))
