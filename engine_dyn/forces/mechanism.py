@@ -113,11 +113,9 @@ def radial_ratio(phi: Any, crank_ratio: Any, offset: Any = 0.0) -> Any:
     return cosine - sine * thrust_ratio(phi, crank_ratio, offset)
 
 
-def of_cylinder(
-    values: Callable[[Member], Any], cylinders: Any, by_count: CylindersByCount, which: int = 0
-) -> Any:
-    """Take a value of one cylinder (from 0) of engines with different numbers of cylinders."""
-    return value_of_sets(cylinders, by_count, lambda engine: values(engine.members[which]))
+def of_cylinder(values: Callable[[Member], Any], cylinders: Any, by_count: CylindersByCount) -> Any:
+    """Take a value of cylinder 1 of engines with different numbers of cylinders."""
+    return value_of_sets(cylinders, by_count, lambda engine: values(engine.members[0]))
 
 
 def gravity_torque(

@@ -411,11 +411,11 @@ def _firing_angles(engine: Arrangement, moved: Sequence[float]) -> Iterator[tupl
             yield tuple(round(angle / DEGREE, DIGITS) * DEGREE for angle in row.tolist())
 
 
-def _in_pieces(turns: int, count: int, at_once: int = 4096) -> Iterator[Floats]:
-    """All combinations of whole turns for some cylinders, in arrays of at most `at_once`."""
+def _in_pieces(turns: int, count: int) -> Iterator[Floats]:
+    """All combinations of whole turns for some cylinders, in arrays of at most 4096."""
     total = turns**count
-    for begin in range(0, total, at_once):
-        number = np.arange(begin, min(begin + at_once, total))
+    for begin in range(0, total, 4096):
+        number = np.arange(begin, min(begin + 4096, total))
         yield (number[:, None] // turns ** np.arange(count)[None, :] % turns).astype(np.float64)
 
 

@@ -218,8 +218,8 @@ def _ends_of(pressure: Floats, slope: Floats, at: _Pieces) -> tuple[Floats, ...]
     )
 
 
-def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: bool = False) -> None:
-    """Pressure [Pa] of some diagrams, or its slope [Pa/rad], at the same angles.
+def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats) -> None:
+    """Pressure [Pa] of some diagrams at the same angles.
 
     Parameters
     ----------
@@ -229,11 +229,8 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
     phi : ndarray, shape (N,)
         Crank angles [rad].
     out : ndarray, shape (diagrams, N)
-        Gets the values, with the bits of `Diagram.__call__` and `Diagram.derivative`.
-    slopes : bool
-        Whether slopes are wanted.
+        Gets the values, with the bits of `Diagram.__call__`.
     """
-    formula = _slope_of if slopes else _pressure_of
     # Number of diagrams that are computed together: their values fit in a processor's cache.
     most = max(1, 65536 // phi.size)
     angle, at = None, None
@@ -248,7 +245,7 @@ def values_at(diagrams: Sequence[Diagram], phi: Floats, out: Floats, slopes: boo
                 break
             some.append(one)
         pressure, slope = (np.stack([getattr(d, n) for d in some]) for n in ("pressure", "slope"))
-        out[first : first + len(some)] = formula(pressure, slope, at)
+        out[first : first + len(some)] = _pressure_of(pressure, slope, at)
         first += len(some)
 
 
