@@ -43,7 +43,7 @@ class Engine:
     own_cylinders: Cylinders | None = None
     # Torque over the crank angle that is given in place of indicator diagrams, with its mean.
     torque: TorqueOverAngle | None = None
-    # Parts with a structure, such as mounts and counterweights, by the name of their feature;
+    # Parts with a structure, such as a shaft, by the name of their feature;
     # `engine_dyn.quantities.features` lists the features.
     parts: Mapping[str, Any] = field(default_factory=dict)
     # By parameter, the reason for each value that is assumed because no source gives one.
