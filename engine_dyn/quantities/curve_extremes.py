@@ -49,7 +49,7 @@ def of_curve(node: Node, variant: Callable[[str], Node]) -> Node:
 
         if "curve_period" in needs:
             given["curve_period"] = curve_period
-        behind = {name: _with_last_axis(value) for name, value in given.items()}
+        behind = {n: value[..., None] if _varies(value) else value for n, value in given.items()}
         phi = sample_angles(curve_period, given.get("family"))
         samples = np.asarray(values(phi, behind))
         shape = samples.shape[:-1]
@@ -86,10 +86,6 @@ def _follow(
 
 def _varies(value: Any) -> bool:
     return isinstance(value, np.ndarray) and value.ndim > 0
-
-
-def _with_last_axis(value: Any) -> Any:
-    return value[..., None] if _varies(value) else value
 
 
 def root_mean_square(curve: Any) -> Any:

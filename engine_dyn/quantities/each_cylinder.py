@@ -40,10 +40,6 @@ def _of_each(needs: dict[str, Any], of_one: Callable[[Member, Any, Any], Any]) -
     )  # fmt: skip
 
 
-def _stroke(*, double_radius: Any, **needs: Any) -> Any:
-    return double_radius * _of_each(needs, Member.stroke)
-
-
 def _top(*, period: float, **needs: Any) -> Any:
     top = _of_each(needs, lambda member, *crank: -member.phase_of(*crank))
     # An angle that only rounding puts below 0 is 0; other negative angles are moved up by a period.
@@ -93,7 +89,8 @@ def _force(name: str, symbol: str, long_name: str, order: int, turning: bool) ->
 MOTION = (
     Node(
         "cylinder_stroke", "s_k", "m", "stroke of each cylinder", SOURCE,
-        needs=(*_OF_EACH, "double_radius"), make=_stroke,
+        needs=(*_OF_EACH, "double_radius"),
+        make=lambda double_radius, **needs: double_radius * _of_each(needs, Member.stroke),
     ),
     Node(
         "top_dead_centre", r"\varphi_{T,k}", "degree",

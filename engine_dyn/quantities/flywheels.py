@@ -112,10 +112,6 @@ def _step(crank_angle: Any) -> float:
     return float(angle[1] - angle[0])
 
 
-def _excess_energy(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
-    return flywheel.excess_energy(flywheel.net_torque(torque, load_over_angle), _step(crank_angle))
-
-
 def _crossing(which: int) -> Callable[..., Any]:
     def make(*, torque: Any, load_over_angle: Any, crank_angle: Any) -> Any:
         first = float(np.asarray(crank_angle).reshape(-1)[0])
@@ -295,7 +291,10 @@ NODES = (
     Node(
         "excess_energy", "E", "J",
         "work of torque less load since the cycle's mean, which the moment of inertia takes up",
-        _ENERGY, kind="curve", make=_excess_energy,
+        _ENERGY, kind="curve",
+        make=lambda torque, load_over_angle, crank_angle: flywheel.excess_energy(
+            flywheel.net_torque(torque, load_over_angle), _step(crank_angle)
+        ),
     ),
     Node(
         "crossing_angle", r"\varphi_c", "degree",

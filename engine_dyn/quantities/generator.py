@@ -71,15 +71,12 @@ PARAMETERS: tuple[Node, ...] = (
 
 def _electrical(of: Node) -> Node:
     """Node for the generator's voltage: the angle times pole pairs and gear ratio."""
-
-    def make(*, pole_pairs: Any, gear_ratio: Any, **needs: Any) -> Any:
-        return pole_pairs * gear_ratio * needs[of.name]
-
     stem = "grid_angle" if of.name.startswith("grid_angle") else "angle_deviation"
     return Node(
         of.name.replace(stem, f"{stem}_electrical"), f"p {of.symbol}", of.unit,
         of.long_name.replace("angle of", "electrical angle of", 1), of.source,
-        needs=(of.name, "pole_pairs", "gear_ratio"), make=make, si=of.si, kind=of.kind,
+        needs=(of.name, "pole_pairs", "gear_ratio"), si=of.si, kind=of.kind,
+        make=lambda pole_pairs, gear_ratio, **angle: pole_pairs * gear_ratio * angle[of.name],
     )  # fmt: skip
 
 
@@ -172,12 +169,6 @@ def _grid_curve(of: str) -> Callable[..., Any]:
     return make
 
 
-def _half_range(of: str) -> Callable[..., Any]:
-    return lambda *, order, curve_period, **needs: times.half_range(
-        needs[of], np.ravel(order), curve_period
-    )
-
-
 def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: str) -> list[Node]:
     """Nodes of curve, amplitudes and half range that follow from harmonics of any kind."""
     of = f"{what}_harmonics"
@@ -189,9 +180,9 @@ def _swing(what: str, symbol: str, of_orders: str, unit: str, si: float, text: s
              needs=(of,), si=si, make=lambda **needs: np.abs(needs[of])),
         Node(f"{what}_half_range", rf"\hat{{{symbol}}}", unit,
              f"{text}, half of its range over the cycle", SWING,
-             needs=(of, "order", "curve_period"),
-             removes=("order",), si=si, make=_half_range(of), width=12288,
-             extreme_of=(what, "half_range")),
+             needs=(of, "order", "curve_period"), removes=("order",), si=si, width=12288,
+             extreme_of=(what, "half_range"), make=lambda order, curve_period, **needs:
+             times.half_range(needs[of], np.ravel(order), curve_period)),
     ]  # fmt: skip
 
 

@@ -273,7 +273,7 @@ ALONG_SHAFT = frozenset({"throw", "bay", "main_bearing"})
 _by_name: dict[str, tuple[Node, ...]] = {}
 for _node in (
     *_PARAMETERS,
-    # Leaves that hold the values along each dimension.
+    # Nodes without a formula, which hold the values along each dimension.
     *(
         Node(d.name, d.symbol, d.unit, d.long_name, si=d.si, kind="parameter", public=False)
         for d in DIMENSIONS.values()

@@ -36,12 +36,12 @@ EXTREMES = {
 class Dimension:
     """A dimension that quantities have beside the axes of a scene."""
 
-    # Name, symbol, unit and meaning, as of nodes; the leaf of the values has the same name.
+    # Name, symbol, unit and meaning, as of nodes; the node that holds the values has the same name.
     name: str
     symbol: str
     unit: str
     long_name: str
-    si: float = 1.0  # SI value of one file unit
+    si: float = 1.0  # SI value of the unit in files
     whole: bool = False  # Whether the dimension's values are whole numbers
     public: bool = True  # Whether quantities of archives have the dimension
 
@@ -74,7 +74,7 @@ class Node:
     # the needs, by name and in any order. That of a stage also takes `wanted` (the `gives` that
     # are used), `threads` and `progress`, and returns a dict.
     make: Callable[..., Any] | None = None
-    si: float = 1.0  # SI value of one file unit
+    si: float = 1.0  # SI value of the unit in files
     # "parameter", "constant" (handed over whole, no axes), "value" (few numbers, broadcast),
     # "curve" (over crank angle), "stage" (a kernel that gives several results at once).
     kind: str = "value"

@@ -8,7 +8,6 @@ import numpy as np
 
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
-from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import largest_with_factor, peak_of_cylinders, peak_with_factor
 from engine_dyn.quantities.node import Node, balance_of, formula, hidden, quotient, variants
@@ -26,18 +25,6 @@ def _known(load: Any, family: Any) -> Any:
 def _place(load: Any, family: Family) -> Any:
     row, weight = family.locate(_known(load, family))
     return row + weight
-
-
-def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
-    return family.place(_known(load, family), speed)
-
-
-def _cycle_known(row: Any, family: CycleTable) -> Any:
-    return np.where(family.known(row), 1.0, np.nan)
-
-
-def _all_cycles_known(cycle: Any, family: CycleTable) -> Any:
-    return np.where(family.diagrams_known(cycle).all(axis=-1), 1.0, np.nan)
 
 
 def _scale(speed: Any, scale_table: Any) -> Any:
@@ -83,7 +70,10 @@ def _mean_gas_of_unequal_throws(*needs: Any) -> Any:
 NODES: tuple[Node, ...] = (
     *variants(
         Node("place", "", "1", "place of load and speed in the table of one family", public=False),
-        {"over_load": _place, "over_speed": _place_at_speed},
+        {
+            "over_load": _place,
+            "over_speed": lambda load, speed, family: family.place(_known(load, family), speed),
+        },
     ),
     *variants(
         Node("row", "", "1", "place of the diagram in the family's table", public=False),
@@ -95,8 +85,10 @@ NODES: tuple[Node, ...] = (
     *(
         node
         for name, where, make in (
-            ("cycle_known", "", _cycle_known),
-            ("all_cycles_known", " at some load", _all_cycles_known),
+            ("cycle_known", "",
+             lambda row, family: np.where(family.known(row), 1.0, np.nan)),
+            ("all_cycles_known", " at some load", lambda cycle, family: np.where(
+                family.diagrams_known(cycle).all(axis=-1), 1.0, np.nan)),
         )
         for text in (f"1, or NaN where the parameters give no valid cycle{where}",)
         for node in (

@@ -19,10 +19,6 @@ from engine_dyn.quantities.node import Node, formula, hidden, variants
 from engine_dyn.units import CUBIC_CENTIMETRE
 
 
-def _reciprocating_inertia(*, crank_angle: Any, reciprocating_mass: Any, **needs: Any) -> Any:
-    return torque.reciprocating_inertia(crank_angle, train_of(needs), reciprocating_mass)
-
-
 def _volume(ratio: str, when: str) -> Node:
     """Node of cylinder 1's volume, by one of the two keys of the compression ratio."""
 
@@ -151,7 +147,8 @@ NODES: tuple[Node, ...] = (
     hidden(
         "varying_inertia", "kg m2",
         "moment of inertia of the reciprocating masses minus its cycle mean",
-        lambda mean_reciprocating_inertia, **needs: _reciprocating_inertia(**needs)
+        lambda crank_angle, reciprocating_mass, mean_reciprocating_inertia, **needs:
+        torque.reciprocating_inertia(crank_angle, train_of(needs), reciprocating_mass)
         - mean_reciprocating_inertia,
         ("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "cylinder_set",
          "period", "offset_ratio", "cylinders_by_count", "mean_reciprocating_inertia"),

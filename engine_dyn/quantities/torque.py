@@ -53,23 +53,6 @@ def _torque_result(name: str, symbol: str, unit: str, long_name: str, source: st
                 extreme_of=extremes[name])  # fmt: skip
 
 
-def _gas_torque(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
-    return torque.gas_torque(crank_angle, train_of(needs), bore, gas_of(needs))
-
-
-def _inertia_torque(*, crank_angle: Any, reciprocating_mass: Any, speed: Any, **needs: Any) -> Any:
-    return torque.inertia_torque(crank_angle, train_of(needs), reciprocating_mass, speed)
-
-
-def _inertia_torque_actual(
-    *, crank_angle: Any, reciprocating_mass: Any, omega: Any, angular_acceleration: Any,
-    **needs: Any,
-) -> Any:  # fmt: skip
-    return torque.inertia_torque_actual(
-        crank_angle, train_of(needs), reciprocating_mass, omega, angular_acceleration
-    )
-
-
 def _torque_after_throw(*, crank_angle: Any, bore: Any, **needs: Any) -> Any:
     friction = stroke_friction(needs)
     uniform = not any(np.any(level) for level in friction.levels)
@@ -163,7 +146,9 @@ NODES: tuple[Node, ...] = (
         needs=("crank_angle", "crank_ratio", "family", "row", "pressure_scale",
                "crankcase_pressure", "bore", "double_radius", "cylinder_set", "period",
                "offset_ratio", "cylinders_by_count"),
-        make=_gas_torque,
+        make=lambda crank_angle, bore, **needs: torque.gas_torque(
+            crank_angle, train_of(needs), bore, gas_of(needs)
+        ),
     ),
     Node(
         "inertia_torque", "M_l", "N m",
@@ -172,7 +157,9 @@ NODES: tuple[Node, ...] = (
         "Kakaitsas eqs. 2.12, 2.13", kind="curve",
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "speed",
                "cylinder_set", "period", "offset_ratio", "cylinders_by_count"),
-        make=_inertia_torque,
+        make=lambda crank_angle, reciprocating_mass, speed, **needs: torque.inertia_torque(
+            crank_angle, train_of(needs), reciprocating_mass, speed
+        ),
     ),
     Node(
         "inertia_torque_actual", "M_{l,act}", "N m",
@@ -182,7 +169,10 @@ NODES: tuple[Node, ...] = (
         needs=("crank_angle", "crank_ratio", "reciprocating_mass", "double_radius", "omega",
                "angular_acceleration", "cylinder_set", "period", "offset_ratio",
                "cylinders_by_count"),
-        make=_inertia_torque_actual,
+        make=lambda crank_angle, reciprocating_mass, omega, angular_acceleration, **needs:
+        torque.inertia_torque_actual(
+            crank_angle, train_of(needs), reciprocating_mass, omega, angular_acceleration
+        ),
     ),
     Node(
         "torque", "M", "N m", "engine torque at nominal speed, positive in the sense of rotation",

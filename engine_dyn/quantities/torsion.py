@@ -5,14 +5,14 @@ The formulas are those of `engine_dyn.torsion`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.forces.torque import piston_area
 from engine_dyn.loads.laws import LAWS
-from engine_dyn.quantities.node import Node, hidden, quotient, variants
+from engine_dyn.quantities.node import Node, formula, hidden, quotient, variants
 from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import PENDULUMS, WILSON, joined
 from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS, NO_STEADY_STATE
@@ -71,16 +71,13 @@ _OF_SYSTEM = (
 
 
 def _modes(
-    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...],
-    threads: int | None = None, progress: Any = None, **values: Any,
+    *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
+    progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.modes import natural_modes, zero_crossings
 
     del threads, progress
-    system, bad = _system(
-        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness
-    )
+    system, bad = _system(values)
     modes, count, results = natural_modes(system, speed_of_modes), np.size(mode), {}
     if "mode_node" in wanted:
         results["mode_node"] = _first_modes(zero_crossings(system, modes), count, bad, 1)
@@ -91,11 +88,13 @@ def _modes(
     }
 
 
-def _system(
-    shaft: Shaft, values: Mapping[str, Any], reciprocating: Any, excess: Any, of_tables: Any,
-    load_damping: Any = 0.0,
-) -> tuple[ShaftSystem, Any]:  # fmt: skip
-    """The shaft system, and the designs without one, which get a system with other values."""
+def _system(values: dict[str, Any]) -> tuple[ShaftSystem, Any]:
+    """The shaft system, and the designs without one, which get a system with other values.
+
+    `values` are the nodes of `_OF_SYSTEM`, those of the shaft's numbers, and the load's damping.
+    """
+    shaft, reciprocating, excess, of_tables = (values[name] for name in _OF_SYSTEM)
+    load_damping = values.get("load_damping", 0.0)
     unknown = np.asarray(of_tables) == 0.0
     bad: Any = unknown.any(axis=-1) if unknown.ndim else unknown
     of_tables = np.where(unknown, 1.0, of_tables)
@@ -114,17 +113,13 @@ _DAMPED = "damped_natural_omega", "damped_swing_omega", "damping_ratio"
 
 
 def _damping(
-    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, load_damping: Any, speed_of_modes: Any, mode: Any,
-    wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
+    *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
+    progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.modes import damped_modes, modal_damping, natural_modes
 
     del threads, progress
-    system, bad = _system(
-        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
-        load_damping,
-    )  # fmt: skip
+    system, bad = _system(values)
     results = {}
     if "modal_damping_ratio" in wanted:
         modes = natural_modes(system, speed_of_modes)
@@ -146,18 +141,14 @@ def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
 
 
 def _critical_speeds(
-    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, order: Any, mode: Any, wanted: tuple[str, ...],
-    load_damping: Any = 0.0, threads: int | None = None, progress: Any = None, **values: Any,
+    *, order: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
+    progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Critical speeds of a shaft with pendulums, whose stiffness follows the speed."""
     from engine_dyn.torsion.modes import critical_speeds, damped_critical_speeds
 
     del threads, progress
-    system, bad = _system(
-        shaft_system, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
-        load_damping,
-    )  # fmt: skip
+    system, bad = _system(values)
     (name,) = wanted
     speeds = damped_critical_speeds if name.startswith("damped") else critical_speeds
     critical = np.swapaxes(speeds(system, np.ravel(order)), -1, -2)
@@ -186,22 +177,18 @@ _RESULTS = {
 
 
 def _respond(
-    *, shaft_system: Shaft, throw_reciprocating_inertia: Any, flywheel_excess: Any,
-    coupling_stiffness: Any, load_damping: Any, speed: Any, order: Any, every_order: Any,
-    curve_period: float, every_throw_gas_sum: Any, every_throw_speed_sum: Any,
-    every_throw_inertia_sum: Any, every_throw_friction_sum: Any, every_load_harmonics: Any,
-    every_auxiliary_harmonics: Any, load_swing: Any, pressure_scale: Any,
-    crankcase_pressure: Any, bore: Any, reciprocating_mass: Any, double_radius: Any,
-    wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **values: Any,
+    *, speed: Any, order: Any, every_order: Any, curve_period: float, every_throw_gas_sum: Any,
+    every_throw_speed_sum: Any, every_throw_inertia_sum: Any, every_throw_friction_sum: Any,
+    every_load_harmonics: Any, every_auxiliary_harmonics: Any, load_swing: Any,
+    pressure_scale: Any, crankcase_pressure: Any, bore: Any, reciprocating_mass: Any,
+    double_radius: Any, wanted: tuple[str, ...], threads: int | None = None, progress: Any = None,
+    **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.forced import forced_response
     from engine_dyn.torsion.synthesis import half_range
 
-    shaft = shaft_system
-    system, bad = _system(
-        shaft, values, throw_reciprocating_inertia, flywheel_excess, coupling_stiffness,
-        load_damping,
-    )  # fmt: skip
+    shaft: Shaft = values["shaft_system"]
+    system, bad = _system(values)
     # The torques of throws are added up here: a node of them would keep an array for each design.
     radius = 0.5 * double_radius
     lever = piston_area(bore) * radius
@@ -250,7 +237,7 @@ def _respond(
             own = array.ndim - status.ndim
             results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
         status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
-        status = np.where(np.isneginf(load_damping), NO_STEADY_STATE, status)
+        status = np.where(np.isneginf(values["load_damping"]), NO_STEADY_STATE, status)
     return {**results, "torsion_status": status.astype(float)}
 
 
@@ -278,12 +265,10 @@ def _mean_torques(
     return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
 
 
-def _torque_min(
-    shaft_torque_mean: Any, shaft_torque_lowest: Any, shaft_torque_highest: Any
-) -> Any:  # fmt: skip
+def _torque_min(*torques: Any) -> Any:
     from engine_dyn.torsion.synthesis import least_torque
 
-    return least_torque(shaft_torque_mean, shaft_torque_lowest, shaft_torque_highest)
+    return least_torque(*torques)
 
 
 def _reciprocating_share(
@@ -548,6 +533,7 @@ NODES: tuple[Node, ...] = (
     Node(
         "shaft_torque_min", "T_{min}", "N m",
         "least torque in each shaft, mean and vibration, in the direction of the mean: below 0 a "
-        "coupling or a mesh reverses", WILSON, make=_torque_min,
+        "coupling or a mesh reverses", WILSON,
+        **formula(_torque_min, "shaft_torque_mean", "shaft_torque_lowest", "shaft_torque_highest"),
     ),
 )  # fmt: skip

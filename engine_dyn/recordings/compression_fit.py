@@ -81,12 +81,7 @@ class Lines(NamedTuple):
     def until(self, end: float) -> Lines:
         """Points of the compression up to an angle, and of the expansion."""
         keep = ~self.compression | (self.angle <= end)
-        return Lines(
-            self.angle[keep],
-            self.log_pressure[keep],
-            self.deviation[keep],
-            self.compression[keep],
-        )
+        return Lines._make(column[keep] for column in self)
 
 
 class CompressionFit(NamedTuple):
@@ -188,7 +183,9 @@ class _Fit:
         self.compression = lines.compression
         share, constant = priors.pegging
         pegging = share * math.exp(lines.log_pressure[0]) + constant
-        # Two pressure levels, then the unknowns of `CompressionFit`, each scaled to order one.
+        # Unknowns: errors of ln p at the begin of compression and the end of expansion, exponent,
+        # its slope, loss angle, missing pressure, ln of the clearance, exponent of the expansion,
+        # shift.
         self.means = np.array([0.0, 0.0, priors.exponent[0], priors.exponent_slope[0],
                                priors.loss_angle[0], 0.0, priors.clearance[0],
                                priors.expansion_exponent[0], priors.shift[0]])  # fmt: skip
@@ -245,13 +242,8 @@ class _Fit:
             change = np.linalg.lstsq(jacobian, -residuals[0], rcond=None)[0]
             # Largest step of each unknown in one iteration, in its standard deviations: a step of
             # the shift by more than some degrees would leave the range of the tangent.
-            size = float(
-                np.max(
-                    np.abs(change)
-                    / np.maximum(self.deviations, 1e-12)
-                    / np.array([1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 0.5])
-                )
-            )
+            most = np.array([1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 0.5])
+            size = float(np.max(np.abs(change) / np.maximum(self.deviations, 1e-12) / most))
             unknowns = unknowns + change / max(size, 1.0)
             if np.all(np.abs(change) < 1e-3 * self.deviations):
                 break

@@ -88,9 +88,8 @@ class CylinderGeometry:
 
     def displaced(self, angle: ArrayLike) -> Floats:
         """Volume above the smallest one [m3] at crank angles [rad], docs/method.md (121)."""
-        radius = self._radius
         travel = slider_crank.position(angle, self.crank_ratio, self.offset_ratio)
-        return np.asarray(self.area * radius * travel, dtype=np.float64)
+        return np.asarray(self.area * self._radius * travel, dtype=np.float64)
 
     def volume(self, angle: ArrayLike) -> Floats:
         """Volume of the cylinder [m3] at crank angles [rad], docs/method.md (121).
@@ -104,9 +103,8 @@ class CylinderGeometry:
 
     def volume_slope(self, angle: ArrayLike) -> Floats:
         """dV/dphi [m3/rad] at crank angles [rad]."""
-        radius = self._radius
         speed = slider_crank.velocity(angle, self.crank_ratio, self.offset_ratio)
-        return np.asarray(self.area * radius * speed, dtype=np.float64)
+        return np.asarray(self.area * self._radius * speed, dtype=np.float64)
 
     def with_compression_ratio(self, compression_ratio: float) -> CylinderGeometry:
         """Return the same cylinder with another compression ratio."""

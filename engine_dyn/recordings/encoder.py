@@ -94,15 +94,13 @@ def crossings(
         their distance.
     """
     sign = 1.0 if edge == "rising" else -1.0
+    turned, level = sign * signal, sign * threshold
     # States are +1 above the band and -1 below it; samples within the band keep the previous state.
-    above = (
-        signal >= threshold + sign * hysteresis if sign > 0 else signal <= threshold - hysteresis
-    )
-    below = signal <= threshold - hysteresis if sign > 0 else signal >= threshold + hysteresis
+    above, below = turned >= level + hysteresis, turned <= level - hysteresis
     outside = np.flatnonzero(above | below)
     up = above[outside]
     reached = outside[1:][up[1:] & ~up[:-1]]
-    beyond = signal >= threshold if sign > 0 else signal <= threshold
+    beyond = turned >= level
     passed = np.flatnonzero(beyond[1:] & ~beyond[:-1])
     before: Integers = passed[np.searchsorted(passed, reached) - 1] if reached.size else reached
     return Crossings(_passages(signal, before, threshold), threshold, hysteresis, edge)
@@ -184,7 +182,8 @@ def teeth_of_signal(
         raise ValueError(f"encoder signal: sample {place + 1} is not a number")
     if not np.max(np.abs(signal)) < LARGEST:
         raise ValueError(f"encoder signal: values must be below {LARGEST:g}")
-    low, high = _levels(signal)
+    # Some 200 000 samples, evenly spread, tell both levels well enough.
+    low, high = np.percentile(signal[:: max(signal.size // 200_000, 1)], [2.0, 98.0]).tolist()
     swing = high - low
     if not swing > 1.0 / LARGEST:
         raise ValueError(f"encoder signal: is constant at {low:g}")
@@ -227,7 +226,7 @@ def teeth_of_signal(
             f"encoder signal: fewer than {wheel.teeth + 1} pulses between {low:g} and {high:g}; "
             f"a turn of the wheel {wheel.text} has {wheel.teeth}"
         )
-    # A shifted edge may cost the turn that is cut off at an end of the recording, but no more.
+    # Another edge or threshold may cost the turn that an end of the recording cuts off, not more.
     most = max(len(teeth.turn) for teeth, _ in tried)
     good = [one for one in tried if len(one[0].turn) >= most - 1]
     least = min(teeth.lost for teeth, _ in good)
@@ -239,10 +238,13 @@ def teeth_of_signal(
         f"threshold {chosen.threshold:.4g} ± {chosen.hysteresis:.2g} ({chosen.edge} edge; the "
         f"signal swings from {low:.4g} to {high:.4g})",
         *_clipped(signal),
-        *([] if samples >= FEWEST_SAMPLES else [_coarse(samples)]),
-        *teeth.faults,
     ]
-    return EncoderSignal(teeth, chosen, low, high, samples, tuple(remarks))
+    if samples < FEWEST_SAMPLES:
+        remarks.append(
+            f"{samples:.2g} samples from tooth to tooth: below {FEWEST_SAMPLES:g}, teeth may pass "
+            "between samples (aliasing)"
+        )
+    return EncoderSignal(teeth, chosen, low, high, samples, (*remarks, *teeth.faults))
 
 
 def risen(time: Floats, level: Floats, edge: str = "rising") -> Floats:
@@ -261,20 +263,6 @@ def risen(time: Floats, level: Floats, edge: str = "rising") -> Floats:
     if edge == "falling":
         high = ~high
     return time[1:][high[1:] & ~high[:-1]]
-
-
-def _levels(signal: Floats) -> tuple[float, float]:
-    """Lower and upper level; some 200 000 samples, evenly spread, tell them well enough."""
-    some = signal[:: max(signal.size // 200_000, 1)]
-    low, high = np.percentile(some, [2.0, 98.0])
-    return float(low), float(high)
-
-
-def _coarse(samples: float) -> str:
-    return (
-        f"{samples:.2g} samples from tooth to tooth: below {FEWEST_SAMPLES:g}, teeth may pass "
-        "between samples (aliasing)"
-    )
 
 
 def _clipped(signal: Floats) -> list[str]:

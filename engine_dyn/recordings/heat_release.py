@@ -12,7 +12,7 @@ a grid and serve every cycle.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -176,10 +176,10 @@ def _lagrange(nodes: Floats, at: Floats) -> Floats:
     return weights
 
 
-def _around(angle: Floats, period: float) -> tuple[Floats, Integers]:
-    """Angles and indices of the four samples around the step after each sample."""
+def _around(angle: Floats, period: float, places: Sequence[int]) -> tuple[Floats, Integers]:
+    """Angles and indices of samples at some places, counted from each sample."""
     count = len(angle)
-    index = np.arange(count)[:, None] + np.arange(-1, 3)
+    index = np.arange(count)[:, None] + np.array(places)
     turns = np.floor_divide(index, count)
     index = index - count * turns
     return angle[index] + period * turns, index
@@ -205,7 +205,7 @@ def work_weights(
     -------
     ndarray, shape (n,)
     """
-    nodes, index = _around(angle, period)
+    nodes, index = _around(angle, period, (-1, 0, 1, 2))
     weights = np.zeros(len(angle))
     for turn in (-1.0, 0.0, 1.0):
         low = np.clip(nodes[:, 1] + turn * period, start, end)
@@ -257,11 +257,8 @@ def misfit_of_neighbours(cycles: RecordedCycles) -> Floats:
     Divided by the root of the sum of the squared weights: of independent noise it has the standard
     deviation of the noise. Shape (cycles, samples).
     """
-    count = len(cycles.angle)
-    index = np.arange(count)[:, None] + np.array([-2, -1, 1, 2])
-    turns = np.floor_divide(index, count)
-    index = index - count * turns
-    weights = _lagrange(cycles.angle[index] + cycles.period * turns, cycles.angle)
+    nodes, index = _around(cycles.angle, cycles.period, (-2, -1, 1, 2))
+    weights = _lagrange(nodes, cycles.angle)
     misfit = cycles.pressure.copy()
     for k in range(4):
         misfit -= weights[:, k] * cycles.pressure[:, index[:, k]]

@@ -151,9 +151,7 @@ def recorded_level(cycles: RecordedCycles, geometry: CylinderGeometry) -> Level:
     shift = priors.shift if motored else (fit.shift, fit.shift_uncertainty)
     moved = replace(moved, pressure=moved.mean[None])
     change, of_shift = _changes(moved, geometry, missing, shift[0])
-    return Level(
-        -missing, fit.pegging_uncertainty, *shift, motored, start, change, of_shift
-    )  # fmt: skip
+    return Level(-missing, fit.pegging_uncertainty, *shift, motored, start, change, of_shift)
 
 
 def _is_motored(absolute: RecordedCycles) -> bool:

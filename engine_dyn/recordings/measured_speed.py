@@ -382,9 +382,7 @@ def steady_cycles(cycles: Floats, width: Floats) -> SteadySpeeds:
     """
     level, drift = _level(cycles.ravel(), np.tile(width, len(cycles)), width.size)
     level = level.reshape(cycles.shape)
-    if drift is None or _is_little(cycles, level, width, drift):
-        return SteadySpeeds(cycles, None, 0.0)
-    return SteadySpeeds(_without(cycles, level, width), drift, 0.0)
+    return _steady(cycles, level, width, drift, 0.0)
 
 
 def steady_turns(teeth: PassedTeeth, turns: int) -> SteadySpeeds:
@@ -417,9 +415,7 @@ def steady_turns(teeth: PassedTeeth, turns: int) -> SteadySpeeds:
         key=lambda one: abs(one.in_a_cycle),
         default=None,
     )
-    if drift is None or _is_little(cycles, over, width, drift):
-        return SteadySpeeds(cycles, None, left_out)
-    return SteadySpeeds(_without(cycles, over, width), drift, left_out)
+    return _steady(cycles, over, width, drift, left_out)
 
 
 def _level_of_run(teeth: PassedTeeth, run: Integers, n: int) -> tuple[Floats, Drift | None]:
@@ -487,15 +483,15 @@ def _step(values: Floats, width: Floats) -> float:
     return step if abs(step) > 4.0 * float(np.sqrt(np.mean(within**2))) else 0.0
 
 
-def _without(cycles: Floats, level: Floats, width: Floats) -> Floats:
-    """Cycles scaled to the level of their own means."""
+def _steady(
+    cycles: Floats, level: Floats, width: Floats, drift: Drift | None, left_out: float
+) -> SteadySpeeds:
+    """Cycles scaled to the level of their own means, unless that hardly changes their mean."""
     own = level @ width / width.sum()
-    return np.asarray(cycles * np.sqrt(own[:, None] / level))
-
-
-def _is_little(cycles: Floats, level: Floats, width: Floats, drift: Drift) -> bool:
-    """Whether removing a drift would hardly change the periodic speed."""
-    mean = _without(cycles, level, width).mean(axis=0)
+    steady = np.asarray(cycles * np.sqrt(own[:, None] / level))
+    mean = steady.mean(axis=0)
     # A drift is removed if it changes the speed by more than this fraction of the remaining
     # fluctuation in a cycle.
-    return abs(drift.in_a_cycle) < 0.05 * float(np.ptp(mean) / mean.mean())
+    if drift is None or abs(drift.in_a_cycle) < 0.05 * float(np.ptp(mean) / mean.mean()):
+        return SteadySpeeds(cycles, None, left_out)
+    return SteadySpeeds(steady, drift, left_out)

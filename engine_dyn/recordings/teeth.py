@@ -330,7 +330,7 @@ def _what_was_found(time: Floats, wheel: Wheel) -> str:
     else:
         apart = np.diff(long)
         description = f"{long.size} gaps of {int(np.median(pitches[long])) - 1} or so, "
-        description += f"{_places(apart)} teeth apart"
+        description += ", ".join(map(str, apart[:4])) + " ..." * (apart.size > 4) + " teeth apart"
     short = int(np.count_nonzero(ratio < 0.6))
     if short:
         description += f", and {short} pulses closer than 0.6 of a usual interval"
@@ -393,7 +393,3 @@ def _how_often(groups: list[tuple[int, int]], wheel: Wheel) -> str:
     if whole:
         return f" (its {pitches} pitches repeat; a turn has {whole * pitches} as {wheel.text} has)"
     return f" if its {pitches} pitches make a whole turn and not a part of one"
-
-
-def _places(apart: Integers) -> str:
-    return ", ".join(map(str, apart[:4])) + (" ..." if apart.size > 4 else "")

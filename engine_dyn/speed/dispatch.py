@@ -359,7 +359,7 @@ def _solve_piece(sweep: Sweep, piece: Piece) -> int:
             if not (able and card and card.solve(task, columns, designs, results, left)):
                 solve_in_blocks(task, columns, designs, results, left)
             if sweep.second:
-                # Both solutions must come from the same solver to be comparable.
+                # A second solution comes from the same solver as the first, to be comparable.
                 left |= results.deferred[call.piece.chosen.places]
             elif results.deferred.size:
                 results.deferred[call.piece.chosen.places] = left

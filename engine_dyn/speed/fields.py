@@ -104,10 +104,7 @@ INERTIA_MODELS = ("constant", "variable")  # Models of the inertia, in the order
 DEVICES = ("cpu", "cuda")
 """Devices that can solve designs: the processor, or a GPU as far as `engine_dyn.card` can."""
 
-CLOSURES = (
-    "power_mean",
-    "cycle_time",
-)  # Meanings of the nominal speed, in the order of their codes
+CLOSURES = ("power_mean", "cycle_time")  # Meanings of the nominal speed, in order of their codes
 
 POWER_MEAN, CYCLE_TIME = range(len(CLOSURES))
 

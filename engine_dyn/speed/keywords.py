@@ -57,7 +57,9 @@ def check_keywords(**values: float) -> None:
     for name, number in values.items():
         one = KEYWORDS[name]
         if one.whole:
-            _check_whole(name, number)
+            number = given_number(name, number, finite=True)
+            if number < 1.0 or number != int(number):
+                raise ValueError(f"{name} = {number:g}: must be a whole number from 1 on")
         elif one.at_least is None:
             check_positive(**{name: number})
         elif not 0.0 <= number < np.inf:
@@ -69,12 +71,6 @@ def check_positive(**values: float) -> None:
     for name, number in values.items():
         if not 0.0 < number < np.inf:
             raise ValueError(f"{name} = {number:g}: must be a positive number")
-
-
-def _check_whole(name: str, value: float) -> None:
-    number = given_number(name, value, finite=True)
-    if number < 1.0 or number != int(number):
-        raise ValueError(f"{name} = {number:g}: must be a whole number from 1 on")
 
 
 class CylinderGroup(NamedTuple):
@@ -262,7 +258,7 @@ class Load(_Group):
             return gear * float(driven.over_speed(gear * speed))
         law, numbers = LAWS[driven.form.kind], self.inputs(gear)
         assert law.torque is not None
-        with np.errstate(over="ignore"):  # for huge exponents k tends to zero
+        with np.errstate(over="ignore"):  # a huge exponent overflows: k tends to 0
             torque, _ = law.torque(np.float64(speed), *(numbers[name] for name in law.numbers))
         return float(torque) * (self.breakdown_torque if driven.motor else 1.0)
 

@@ -94,8 +94,8 @@ def elastic_modes(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floa
     largest = squares[..., -1]
     angle = np.swapaxes(vectors / root[..., :, None], -1, -2)
     count = squares.shape[-1] - int(free.min())
-    squares = _fromelastic_modes(squares, free)[..., :count]
-    angle = _fromelastic_modes(angle, free)[..., :count, :]
+    squares = _from_first_elastic(squares, free)[..., :count]
+    angle = _from_first_elastic(angle, free)[..., :count, :]
     twist = angle - angle[..., np.maximum(system.parent, 0)]
     if count:
         # Eigenvalues have ten digits up to this ratio of the largest to the least omega^2.
@@ -137,7 +137,6 @@ def free_parts(system: ShaftSystem, speed: Any) -> Integers:
     """Number of parts of each design that nothing holds, by adding up from the ends of the tree."""
     joins = system.stiffness_at(speed) > 0.0
     held = np.broadcast_to(system.ground_stiffness, joins.shape) > 0.0
-    held = held.copy()
     free = np.zeros(joins.shape[:-1], dtype=np.int64)
     for node in range(system.parent.size - 1, 0, -1):
         parent = system.parent[node]
@@ -154,7 +153,7 @@ def count_below(system: ShaftSystem, omega: float) -> int:
     return int(modes_below(system.parent, numbers, math.inf, omega**2, scratch))
 
 
-def _fromelastic_modes(values: Floats, free: Integers) -> Floats:
+def _from_first_elastic(values: Floats, free: Integers) -> Floats:
     """Modes (the axis behind the designs) from the first elastic mode on, then NaN."""
     least = int(free.min())
     if least == free.max():
@@ -222,7 +221,7 @@ def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats
     zeta = (sum eta k (twist)^2 + omega a^T C a)/(2 omega^2 J_m): half the loss factor where all
     shafts have the same. For small damping; no mode of a heavily damped ring.
     """
-    discs = _first_discs(system)
+    discs = np.unique(system.node_of_disc, return_index=True)[1]  # one disc of each node
     angle = modes.shape[..., discs] / system.ratio[..., None, discs]
     stiffness = system.stiffness_at(speed) * system.loss_factor
     lost = np.einsum("...mn,...n->...m", modes.twist**2, stiffness)
@@ -261,11 +260,6 @@ def resonance_angle(modes: Modes, zeta: Any, excitation: Any) -> Floats:
     """
     stiff = 2.0 * np.asarray(zeta) * modes.omega**2 * modes.modal_inertia
     return np.asarray(np.abs(excitation) / stiff[..., None])
-
-
-def _first_discs(system: ShaftSystem) -> Integers:
-    """Index of one disc of each node."""
-    return np.unique(system.node_of_disc, return_index=True)[1]
 
 
 def checked_orders(orders: Any) -> Floats:

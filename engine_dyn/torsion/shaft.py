@@ -299,10 +299,10 @@ def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
 class Pendulum(NamedTuple):
     """A centrifugal pendulum as a disc on a shaft."""
 
-    inertia: Any  # Inertia of the pendulum's disc [kg m2]
-    speed_stiffness: Any  # Stiffness of its shaft over the square of the crank's speed [kg m2]
-    order: Any  # Order to which it is tuned, of its carrier's turns [1]
-    swing: Any  # Swing on the carrier over the twist of the shaft [1]
+    inertia: Any  # Inertia of the disc [kg m2]
+    speed_stiffness: Any  # Stiffness of the shaft over the square of the crank's speed [kg m2]
+    order: Any  # Order to which the pendulum is tuned, of its carrier's turns [1]
+    swing: Any  # Swing of the pendulum on its carrier over the twist of the shaft [1]
 
 
 def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulum:

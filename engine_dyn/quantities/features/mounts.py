@@ -58,7 +58,7 @@ class Mounts:
     # Position of each mount along the shaft [m], from position 0 of the throws, away from the free
     # end. With None, pitch is not computed.
     position: Floats | None
-    stiffness: Floats  # Stiffness of each mount over that of any one [1]
+    stiffness: Floats  # Stiffness of each mount over a value that all have in common [1]
     height: float = 0.0  # Height of all mounts above the crank's axis [m]
 
     def __post_init__(self) -> None:

@@ -47,8 +47,8 @@ class WebWeights:
     """Counterweights, one a place of each array, shape (N,)."""
 
     mass: Floats  # Mass of each counterweight [kg]
-    radius: Floats  # Distance of its centre of gravity from the shaft's axis [m]
-    angle: Floats  # Direction of the counterweight [rad], counted as the angles of throws are
+    radius: Floats  # Distance of each centre of gravity from the shaft's axis [m]
+    angle: Floats  # Direction of each counterweight [rad], counted as the angles of throws are
     # Position along the shaft [m], from position 0 of the throws, away from the free end.
     position: Floats
 
@@ -75,7 +75,7 @@ class Crankshaft(NamedTuple):
 
 def unbalance(shaft: Crankshaft) -> Any:
     """Unbalance of all counterweights [kg m], complex."""
-    ones = [np.ones(())] * _count(shaft)
+    ones = [np.ones(())] * len(_places(shaft))
     return value_of_sets(
         shaft.cylinders, shaft.by_count, lambda engine: _summed(shaft, engine, ones)
     )
@@ -230,10 +230,6 @@ def _vectors(shaft: Crankshaft, engine: Cylinders) -> list[Any]:
 
 def _places(shaft: Crankshaft) -> list[float]:
     return [] if shaft.webs is None else shaft.webs.position.tolist()
-
-
-def _count(shaft: Crankshaft) -> int:
-    return 0 if shaft.webs is None else len(shaft.webs.mass)
 
 
 def middle_of(engine: Cylinders) -> float:

@@ -102,7 +102,7 @@ def fit_laws(
                     q = middle + _POINTS[i, m] / lanes.half[0, k]
                     if lanes.free[0, k] > 0.0:
                         values[m, k] = load_terms(q, one)[0] - 1.0
-                    elif closure == CYCLE_TIME:  # the slope is 1 at q = 1
+                    elif closure == CYCLE_TIME:  # its slope over q is 1 at q = 1
                         values[m, k] = 2.0 - 2.0 / math.sqrt(q)
                     else:
                         values[m, k] = math.log(q)
