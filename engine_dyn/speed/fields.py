@@ -88,7 +88,10 @@ METHODS = (
         steps=True, laws=("power_law",), over_angle=False,
     ),
     Method("newton", "Newton's method on the whole periodic curve"),
-    Method("closed", "closed form of the exponents 0 and 2", exponents=(0.0, 2.0)),
+    Method(
+        "closed", "closed form of the exponents 0 and 2", laws=("power_law",),
+        exponents=(0.0, 2.0),
+    ),
 )  # fmt: skip
 """All methods, in the order of their codes in kernels."""
 

@@ -205,6 +205,11 @@ CROSSINGS = (
         "[[auxiliaries]] or a torque given for the engine, use one of auto, newton",
     ),
     Crossing(
+        "method closed", "another load over speed than a + k omega^alpha",
+        "has a closed form of the loads a + k and a + k omega^2 alone; with load_linear, "
+        "load_square, a load_table over speed or a driver, use one of auto, newton",
+    ),
+    Crossing(
         "closure cycle_time", "method thesis",
         "method 'thesis' does not solve for the load coefficient; use one of auto, newton, closed, "
         "or closure = 'power_mean'",

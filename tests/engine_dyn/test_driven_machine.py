@@ -217,9 +217,10 @@ def test_outcomes_tell_the_truth() -> None:
     assert motor(engine, 1.04, 0.15) == status.NO_STEADY_STATE
     # Beyond the breakdown a little less speed is a little less torque: it does not hold.
     assert motor(design, 1.5, 0.15) == status.NO_STEADY_STATE
-    assert motor(design, 1.04, 0.15, method="closed") == status.INVALID_INPUT
-    linear = solved(engine, load_exponent=None, load_linear=1.0, method="closed")
-    assert linear.status == status.INVALID_INPUT
+    with pytest.raises(ValueError, match="method 'closed' supports only"):
+        motor(design, 1.04, 0.15, method="closed")
+    with pytest.raises(ValueError, match="method 'closed' supports only"):
+        solved(engine, load_exponent=None, load_linear=1.0, method="closed")
 
     def over(low: float, high: float, *torque: float) -> int:
         speeds = np.linspace(low, high, len(torque)) * engine.omega_n

@@ -111,6 +111,8 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
     ("a load_table over speed", "a driver"): {"set": {**FAN, **MOTOR}},
     ("method thesis", "another load than a + k omega^alpha"): {
         "set": FAN, "solver": {"method": "thesis"}},
+    ("method closed", "another load over speed than a + k omega^alpha"): {
+        "set": MOTOR, "solver": {"method": ["auto", "closed"]}},
     ("closure cycle_time", "method thesis"): {
         "solver": {"method": ["auto", "thesis"], "closure": "cycle_time"}},
     ("[[idler_gears]]", "[shaft]"): {

@@ -15,7 +15,7 @@ from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
-from engine_dyn.speed.fields import METHODS, STEPPING
+from engine_dyn.speed.fields import CLOSED, METHODS, STEPPING
 from sweeps.base.dimensions import FIRING_PATTERN, LABELS
 from sweeps.scene.consistency.pressure import burning_less
 from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused
@@ -115,6 +115,10 @@ FEATURES: Mapping[str, Feature] = {
         not set(STEPPING).isdisjoint(scene.methods) and "[solver] method = 'thesis'"
     ),
     "another load than a + k omega^alpha": _other_load,
+    "method closed": lambda scene: "closed" in scene.methods and "[solver] method = 'closed'",
+    "another load over speed than a + k omega^alpha": lambda scene: (
+        scene.driven.law not in METHODS[CLOSED].laws
+    ),
     "variable inertia": lambda scene: (
         "variable" in scene.inertia_models and "[solver] inertia_model = 'variable'"
     ),
