@@ -128,8 +128,9 @@ class Part(NamedTuple):
     # Factor on the harmonics of a cylinder. Where the cylinder's crank radius is rho times the
     # engine's, a force has rho times the lever; an acceleration is rho times as large besides.
     lever: Callable[[Member], float]
-    # The part over a cylinder's own angle, from angle, cylinder, crank ratio, offset ratio and
-    # `more`. A cylinder with an articulated rod gets its harmonics from samples of this curve.
+    # The quantity of one cylinder over the cylinder's own crank angle; arguments are the angle, the
+    # cylinder, the crank ratio, the offset ratio and the further inputs `more`. A cylinder with an
+    # articulated rod gets its harmonics from samples of this curve.
     curve: Callable[..., Any]
     more: tuple[Any, ...] = ()  # Further arguments of `curve`, which broadcast
 

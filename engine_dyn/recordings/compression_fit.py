@@ -166,8 +166,8 @@ def fitted_shift(
     for last in np.arange(-40.0 * DEGREE, LAST_END + 0.5 * STEP, STEP):
         one = _Fit(lines.until(last + 0.5 * STEP), geometry, priors).solved()
         noisy = 1.0 - (MISFIT / lines.deviation[np.searchsorted(angles, last)]) ** 2
-        # A larger rise of the sum of squares by one more average is due to combustion, or to noise
-        # where noise makes up the deviation. The fit then goes back three averages.
+        # Where one more averaged point makes the sum of squares rise by more than this, combustion
+        # has begun, or the noise is large. The fit that ended three points earlier is taken then.
         most = 1.0 + 4.0 * noisy
         if fits and one.misfit - fits[-1].misfit > most:
             return fits[max(len(fits) - 3, 0)]

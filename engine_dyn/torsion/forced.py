@@ -533,8 +533,8 @@ def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Boole
     lost = twist[0] ** 2 @ (stiffness * tree.loss_factor[design])
     viscous = twist[0] ** 2 @ tree.damping[design] + angle[0] ** 2 @ tree.disc_damping[design]
     gap = squares[0] + 1j * (lost + w[:, None] * viscous) - (w**2)[:, None]
-    # Frequencies have ten digits: nearer than this, or than the loss factor, there is no steady
-    # state.
+    # Natural frequencies are known to some ten digits: nearer to one than that, and with a damping
+    # as small, the amplitude has no bound.
     return np.asarray((np.abs(gap) <= 1e-9 * (w**2)[:, None]).any(axis=-1))
 
 

@@ -38,8 +38,8 @@ class Modes(NamedTuple):
     """Elastic modes, from the lowest; NaN where a design has fewer than others."""
 
     omega: Floats  # Natural frequencies [rad/s]; shape (..., m)
-    # Amplitude of each disc, in its own turns, over that of the disc of unit amplitude; shape (...,
-    # m, N)
+    # Amplitude of each disc, as it turns itself and not referred through gears, over that of the
+    # disc of unit amplitude; shape (..., m, N)
     shape: Floats
     # Modal inertia sum J a^2 [kg m2], referred to the disc of unit amplitude; shape (..., m)
     modal_inertia: Floats

@@ -55,7 +55,8 @@ def synthesis(orders: Floats, period: float) -> Synthesis:
     if orders.size and np.abs(harmonic - whole).max() > 1e-9 * whole.max():
         wrong = orders[np.abs(harmonic - whole) > 1e-9 * whole.max()][0]
         raise ValueError(f"orders: {wrong:g}: must have whole periods in the cycle")
-    # Sixteen samples a period of the highest order are always enough for `BEND`.
+    # Sixteen samples a period of the highest order always keep the error of the polynomials between
+    # samples below the bound `BEND`.
     most = math.ceil(16 * whole.max(initial=1.0) / (4.0 * LOW))
     doubled = 2 ** np.arange(math.ceil(math.log2(max(most, 2))))
     quarters = LOW * np.unique(np.concatenate([[1], 2 * doubled, 3 * doubled]))

@@ -214,7 +214,7 @@ CROSSINGS = (
         "method 'thesis' does not solve for the load coefficient; use one of auto, newton, closed, "
         "or closure = 'power_mean'",
     ),
-    # Pairs on shafts and balance.
+    # Pairs of features of which one concerns the shaft or the balance.
     Crossing(
         "inertia or its parts", "[shaft]",
         f"{NOT_WITH} a shaft, whose discs have all inertia; give disc_inertia_N",

@@ -44,9 +44,9 @@ _Chosen = tuple[dict[str, str], dict[str, Integers]]
 class EngineChoice:
     """One engine and one arrangement out of several."""
 
-    raw: dict[str, Any]  # Tables of the ordinary scene
-    name: str  # Name of the ordinary scene in messages
-    # Positions along `engine`, `arrangement` and `design` that belong to this choice.
+    raw: dict[str, Any]  # Tables of a scene of this engine and arrangement alone
+    name: str  # Name of that scene in messages
+    # Positions along `engine`, `arrangement` and `design` that have this engine and arrangement.
     places: Mapping[str, Integers]
 
 

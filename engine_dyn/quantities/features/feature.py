@@ -25,8 +25,8 @@ class Addition(NamedTuple):
     # Parameter to which the amount is added. Its own value stays as given: archives list it, and
     # elasticities vary it.
     parameter: str
-    node: str  # Node that holds the amount, in the parameter's SI unit
-    when: str = ""  # Words that a scene must have for the addition, see `Node.when`
+    node: str  # Node that holds the added amount, in the parameter's SI unit
+    when: str = ""  # Cases in which it is added, in the words of `Node.when`; empty: in all
 
 
 @dataclass(frozen=True)

@@ -43,10 +43,13 @@ class WorkTable(NamedTuple):
     # Work of the pressure P and squared velocity V at the coarse nodes.
     gas: Rows
     square: Rows
-    # Errors of the means of P and V over the interval behind each node, as six nodes give them.
+    # Errors of the means of P and V over the interval that follows each coarse node, estimated
+    # from six nodes.
     gas_missed: Rows
     square_missed: Rows
-    factor: Rows  # Factors of the polynomial columns
+    # Factors by which a design sums its columns of work, which are polynomials in crank ratio and
+    # offset.
+    factor: Rows
     # Scratch: shares of a torque's part, and the shares times the factors.
     share: Rows
     shared: Rows

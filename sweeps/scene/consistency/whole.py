@@ -118,7 +118,8 @@ def _check_speeds(curve: TorqueOverSpeed, what: str, values: GivenValues, name: 
     gears = np.ones(1)
     if curve.own_speed:
         of_gear, gears, _ = values.given_or_own("gear_ratio", UNLESS_GIVEN["gear_ratio"])
-        if not of_gear == table == "designs":  # Unless both are columns, all values meet
+        # Each speed occurs with each gear ratio, unless both are columns of [designs]
+        if not of_gear == table == "designs":
             speeds, gears = np.broadcast_arrays(speeds[:, None], gears)
     there = gears * speeds
     bad = (there < low * (1.0 - 1e-9)) | (there > high * (1.0 + 1e-9))

@@ -48,7 +48,7 @@ def _read(
 
 
 def _words(values: GivenValues) -> tuple[str, ...]:
-    # A fraction in the scene replaces the engine's mass; a fraction of 0 counts as given.
+    # A balanced fraction that the scene gives, also 0, replaces the engine's counterweight mass.
     by_mass = not values.gives(FRACTION) and (values.gives(MASS) or values.engine_gives(MASS))
     on_webs = of(values.engine) is not None
     known = on_webs or by_mass or values.gives(FRACTION) or values.engine_gives(FRACTION)

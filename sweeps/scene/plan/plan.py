@@ -255,7 +255,7 @@ def make_plan(scene: Scene) -> Plan:
 
 def _check_reduced(plan: Plan) -> None:
     """Check that reduced results have one number for each design, and are small enough."""
-    # Raises SceneError for curves; for too many points of the axes that statistics leave.
+    # SceneError refuses curves as results, and statistics that keep axes with too many points.
     scene = plan.scene
     assert scene.reduce is not None
     for name in plan.outputs:

@@ -47,10 +47,11 @@ class Variation:
     dimension: str
     keys: tuple[str, ...]  # Keys of the varied parameters
     quantities: tuple[str, ...]  # Results that are combined
-    # Variables, each with the result whose dimensions it has.
+    # Variables of the archive, such as `delta_elasticity`, each with the result that it belongs to
+    # and whose dimensions it has.
     variables: tuple[tuple[str, Node], ...]
-    # Plans with the changed values. Their type is `Plan` in `sweeps.scene.plan.plan`, which imports
-    # this module.
+    # Plans of the scene with other values of the varied parameters. Their type is `Plan` in
+    # `sweeps.scene.plan.plan`, which imports this module.
     plans: tuple[Any, ...]
     draws: Floats | None = None  # Drawn values in the units of files; shape (plan, key)
 

@@ -188,7 +188,9 @@ def _hodographs(
     axis = view.axis(along)
     places = [axis.place(index) for index in axis.picked(MOST_PANELS)]
     lines = [p for p in places if all(_is_line(*_components(view, n, p)) for n in main)]
-    places = [p for p in places if p not in lines]  # The curves over the angle show such lines well
+    # A vector that keeps its direction has a straight line as path, which another figure shows: its
+    # size over the crank angle.
+    places = [p for p in places if p not in lines]
     curves = _curves(view, main, places)
     share = comparable([[np.concatenate(pair) for pair in panel] for panel in curves])
     columns = columns_for(len(places))

@@ -66,7 +66,8 @@ def family_figure(study: Study, name: str, parameter: str) -> Figure:
     elsewhere = [
         (other, keys)
         for key, other, keys in study.elsewhere
-        if key == parameter and not view.axis(parameter).words  # Families share no places of words
+        # Words, such as names of arrangements, have no place on a common axis of numbers
+        if key == parameter and not view.axis(parameter).words
     ]
     more = [
         line_of(other, name, {}, other.fixed["design"], x=other.axis(parameter).values)
