@@ -46,7 +46,7 @@ class Feature(Generic[Part]):
     # `engine_dyn.quantities.graph`; the reader of a scene decides which word holds.
     words: tuple[Mapping[str, str], ...] = ()
     # Words that people search for, by the quantity that they mean: one of the part, or one that
-    # the part is there for, such as `shaking_force` for mounts.
+    # the part is there for, such as `shaking_force`.
     called: Mapping[str, str] = field(default_factory=dict)
     adds: tuple[Addition, ...] = ()  # Amounts that the part adds to parameters
     # Name of the node that holds the part as a whole; None where no node needs it.
