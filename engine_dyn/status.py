@@ -12,6 +12,7 @@ NOT_CONVERGED = 3
 INVALID_INPUT = 4
 TOLERANCE_NOT_MET = 5
 PASSES_DONE = 6
+TORQUE_NOT_REACHED = 7
 
 MEANINGS = (
     "converged",
@@ -21,7 +22,11 @@ MEANINGS = (
     "invalid_input",
     "tolerance_not_met",
     "passes_done",
+    "torque_not_reached",
 )
+
+OF_SPEED = MEANINGS[:TORQUE_NOT_REACHED]
+"""Outcomes of designs whose load is given; those that hold a torque have the last one too."""
 
 WITH_NUMBERS = (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
 """Outcomes whose designs keep their numbers; those of all others are NaN."""

@@ -170,7 +170,9 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
     "motor_breakdown_slip": (Suspicion("in percent", lambda number: 1e-2 * number),),
     "combustion_start": (Suspicion("in radians", lambda number: number),),
     "combustion_duration": (Suspicion("in radians", lambda number: number),),
-    "rated_power": (_in("kW", 1e3), _in("hp", 745.7), _in("MW", 1e6)),
+    **dict.fromkeys(
+        ("rated_power", "held_power"), (_in("kW", 1e3), _in("hp", 745.7), _in("MW", 1e6))
+    ),
     "flywheel_density": (_in("g/cm3", 1e3),),
 }  # fmt: skip
 """Values that each parameter may have been meant to have, the most usual first."""
@@ -313,6 +315,13 @@ CHECKS: tuple[Check, ...] = (
         ("rated_power", "rated_speed", "period", "bore", "stroke", "cylinders"),
         lambda power, speed, *rest: _mean_pressure(power / speed, *rest),
         ("rated_power", "rated_speed"), si=BAR,
+    ),
+    Check(
+        "held_power", "mean effective pressure of the power that is held", "bar", 0.1, 40.0,
+        "as of the rated power; widened to light loads",
+        ("held_power", "speed", "period", "bore", "stroke", "cylinders"),
+        lambda power, speed, *rest: _mean_pressure(power / speed, *rest),
+        ("held_power", "speed"), si=BAR, zero=True,
     ),
     Check(
         "motor_synchronous_speed", "motor's synchronous speed over its nominal speed", "", 0.9,

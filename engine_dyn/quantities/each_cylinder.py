@@ -190,7 +190,7 @@ FOLLOWED = frozenset({
     "pressure_share", "mean_peak_pressure", "peak_pressure", "pressure", "mean_gas", "gas_torque",
     "inertia_torque", "inertia_torque_actual", "torque_after_throw", "shaft_torque_extremes",
     "torque_solution", "indicated_torque_solution", "speed_solution", "inertia_search",
-    "piston_friction_torque",
+    "piston_friction_torque", "held_load", "torque_to_hold",
     *(f"{whose}_{part}_sum" for whose in ("engine", "cylinder")
       for part in ("gas", "speed", "inertia")),
     # Masses that turn with the crank, and the first crank pin.

@@ -209,6 +209,7 @@ _CONSTANTS = tuple(
         ("scale_table", "factor on the pressure over speed"),
         ("driven", "load over angle, load over speed or driver"),
         ("cylinder_set", "which of the scene's sets of cylinders"),
+        ("undisturbed_set", "the set of which every cylinder burns fully"),
         ("cylinders_by_count", "phases and factors of the cylinders of each set"),
         ("method", "method of the periodic speed"),
         ("inertia_model", "constant or variable inertia"),

@@ -27,6 +27,10 @@ def _place(load: Any, family: Family) -> Any:
     return row + weight
 
 
+def _place_at_speed(load: Any, speed: Any, family: Any) -> Any:
+    return family.place(_known(load, family), speed)
+
+
 def _scale(speed: Any, scale_table: Any) -> Any:
     return np.interp(np.asarray(speed) / RPM, *scale_table)
 
@@ -71,8 +75,12 @@ NODES: tuple[Node, ...] = (
     *variants(
         Node("place", "", "1", "place of load and speed in the table of one family", public=False),
         {
-            "over_load": _place,
-            "over_speed": lambda load, speed, family: family.place(_known(load, family), speed),
+            "over_load not_held": lambda load, family: _place(load, family),
+            "over_load held": lambda held_load, family: _place(held_load, family),
+            "over_speed not_held": lambda load, speed, family: _place_at_speed(load, speed, family),
+            "over_speed held": lambda held_load, speed, family: _place_at_speed(
+                held_load, speed, family
+            ),
         },
     ),
     *variants(
@@ -96,13 +104,23 @@ NODES: tuple[Node, ...] = (
             hidden(name, "1", text, make, when="own_cycles", width=BYTES_OF_CYCLE),
         )
     ),
-    *_scales("pressure_scale", "cycle_known", "given_load"),
-    *_scales("diagram_scale", "all_cycles_known", "characteristic"),
-    Node(
-        "pressure_scale", "", "1",
-        "factor on the diagram, NaN where no diagram gives the torque of the full-load curve",
-        public=False, when="characteristic",
-        make=lambda diagram_scale, load: np.where(np.isnan(load), np.nan, diagram_scale),
+    *_scales("pressure_scale", "cycle_known", "given_load not_held"),
+    *_scales("diagram_scale", "all_cycles_known", "characteristic not_held"),
+    *_scales("diagram_scale", "all_cycles_known", "held"),
+    *variants(
+        Node(
+            "pressure_scale", "", "1",
+            "factor on the diagram, NaN where no diagram gives the torque that the load follows",
+            public=False,
+        ),
+        {
+            "characteristic not_held": lambda diagram_scale, load: np.where(
+                np.isnan(load), np.nan, diagram_scale
+            ),
+            "held": lambda diagram_scale, held_load: np.where(
+                np.isnan(held_load), np.nan, diagram_scale
+            ),
+        },
     ),
     Node(
         "pressure_share", "", "1",

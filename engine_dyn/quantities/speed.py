@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn import time_over_angle
+from engine_dyn import status, time_over_angle
 from engine_dyn.card import card_of
 from engine_dyn.geometry.cylinders import MOST_CYCLES, even_cylinders
 from engine_dyn.loads.laws import LAWS
@@ -148,6 +148,12 @@ def _both_statuses(outcome: Any, search_status: Any) -> Any:
     return np.where(failed, search_status, outcome).astype(np.int8)
 
 
+def _held_status(outcome: Any, held_load: Any, diagram_scale: Any) -> Any:
+    """Status of the speed, unless the diagrams do not reach the torque that is held."""
+    missed = np.isnan(held_load) & ~np.isnan(diagram_scale)
+    return np.where(missed, status.TORQUE_NOT_REACHED, outcome).astype(np.int8)
+
+
 _ANGLES_OF_CURVES = ("crank_angle", "close_angle")
 
 _LAWS = {law.name: law.needs for law in LAWS}  # Nodes that each law over speed needs
@@ -267,9 +273,22 @@ NODES: tuple[Node, ...] = (
         extreme_of=("omega", "of_cycles"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
-    _result("status", "", "1", "outcome of the design", "this project", when="given_inertia"),
+    _result(
+        "status", "", "1", "outcome of the design", "this project", when="given_inertia not_held"
+    ),
     Node(
-        "status", "", "1", "outcome of the design", "this project", when="wanted_delta",
+        "status", "", "1", "outcome of the design", "this project", when="wanted_delta not_held",
         make=_both_statuses,
+    ),
+    Node(
+        "status", "", "1", "outcome of the design", "this project", when="given_inertia held",
+        make=_held_status, meanings=status.MEANINGS,
+    ),
+    Node(
+        "status", "", "1", "outcome of the design", "this project", when="wanted_delta held",
+        make=lambda outcome, search_status, held_load, diagram_scale: _held_status(
+            _both_statuses(outcome, search_status), held_load, diagram_scale
+        ),
+        meanings=status.MEANINGS,
     ),
 )  # fmt: skip

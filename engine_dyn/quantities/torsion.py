@@ -15,7 +15,7 @@ from engine_dyn.loads.laws import LAWS
 from engine_dyn.quantities.node import Node, formula, hidden, quotient, variants
 from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import PENDULUMS, WILSON, joined
-from engine_dyn.status import CONVERGED, INVALID_INPUT, MEANINGS, NO_STEADY_STATE
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, OF_SPEED
 from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws, reciprocating_inertia_of_throws
 from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.units import DEGREE, RPM
@@ -510,7 +510,7 @@ NODES: tuple[Node, ...] = (
             "coefficient of speed fluctuation of the flywheel's disc on the elastic shaft, linear; "
             "delta is that of the rigid engine"),
     _result("torsion_status", r"\chi_T", "1", "outcome of the torsional vibration",
-            meanings=MEANINGS),
+            meanings=OF_SPEED),
     hidden(
         "throw_torque_mean", "N m",
         "mean torque on each throw, less its share of the friction without auxiliaries over angle",

@@ -39,8 +39,8 @@ METHOD, INERTIA_MODEL = "method", "inertia_model"
 """Dimensions of [solver] method and inertia_model where they are lists: axes of words."""
 
 NOT_CHOSEN = (
-    "speed", "load", "characteristic_share", "recorded_cycle", "cycle_number", "misfire",
-    "wanted_delta", METHOD, INERTIA_MODEL, "truncation",
+    "speed", "load", "characteristic_share", "held_torque", "held_power", "recorded_cycle",
+    "cycle_number", "misfire", "wanted_delta", METHOD, INERTIA_MODEL, "truncation",
 )  # fmt: skip
 """Axes and columns that do not belong to a design: operating points, recorded cycles, misfires,
 what is wanted of the design and how it is computed. A search takes none of their values for the

@@ -81,6 +81,8 @@ def read_axes(
 
 def _parameter(key: str, table: str, name: str) -> Node:
     """Parameter that a key of [set] or [axes] names."""
+    if key in KEYS_OF_SET and KEYS_OF_SET[key].scenes_only:
+        raise SceneError(f"{name}: [{table}] {key}: must be in [set], one for all designs")
     if key in CYLINDER_KEYS or key in KEYS_OF_SET:
         one = f"{key.removesuffix('s')}_2"  # Parameter of the second cylinder
         instead = f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"

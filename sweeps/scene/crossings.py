@@ -14,6 +14,7 @@ from collections.abc import Collection, Container
 from typing import NamedTuple
 
 from engine_dyn.loads.laws import LOAD_LAWS
+from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from sweeps.base.errors import SceneError
 from sweeps.scene.features import GIVEN_FEATURES
@@ -29,6 +30,7 @@ class Crossing(NamedTuple):
 
 
 SEVERAL = "several engines or arrangements"
+HOLDING = "hold, held_torque or held_power"
 NOT_WITH = "not allowed together with"
 _NOT_OF_TORQUE = "not allowed: engine {engine} gives its torque in place of a pressure"
 _EXTREME_OF_TORQUE = (
@@ -103,6 +105,32 @@ CROSSINGS = (
         "which has no load to find",
     ),
     Crossing("load", "[characteristic]", f"{NOT_WITH} [characteristic], which determines it"),
+    Crossing(
+        "hold", "held_torque or held_power",
+        "takes the torque of the undisturbed engine; leave it out where a number is given",
+    ),
+    *(
+        Crossing(HOLDING, other, says)
+        for other, says in (
+            ("[characteristic]", f"{NOT_WITH} [characteristic], whose torque the load follows"),
+            ("[indicator]", f"{NOT_WITH} [indicator], whose diagram holds for every design"),
+            (
+                "an engine that gives its torque",
+                "not allowed: engine {engine} gives its torque, which no load changes",
+            ),
+            (
+                "double-acting cylinders",
+                "not allowed: the double-acting cylinders of engine {engine} are a machine that is "
+                "driven, which has no load to find",
+            ),
+            ("a driver", f"{NOT_WITH} a driver, which turns the engine whatever its torque is"),
+            (
+                "diagrams for one load",
+                "not allowed: engine {engine} has diagrams for one load alone; there is no load "
+                "with another torque",
+            ),
+        )
+    ),
     Crossing("[indicator]", "an engine that gives its torque", _NOT_OF_TORQUE),
     Crossing(
         "variable inertia", "an engine that gives its torque",
@@ -273,6 +301,8 @@ REPLACED = (
 
 KEYS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("crank_ratio", ("rod_length",), "both determine the rod length; give one of them"),
+    ("load", HELD_KEYS, "the load follows from what is held; give one of them"),
+    ("held_torque", ("held_power",), "both determine the torque that is held; give one of them"),
     ("speed", ("largest_speed", "smallest_speed"), "the nominal speed follows; give one of them"),
     ("largest_speed", ("smallest_speed",), "each determines the nominal speed; give one of them"),
     (

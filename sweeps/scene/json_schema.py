@@ -15,6 +15,7 @@ from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.file_fields import MEANINGS, FileField
 from engine_dyn.pressure.first_law_formulas import FIELDS_OF_WALL
 from engine_dyn.quantities.features.characteristic import CHARACTERISTICS
+from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
     CURVE_MEANS,
@@ -344,7 +345,7 @@ def _one_or_several(words: tuple[str, ...]) -> Schema:
 def engine_schema() -> Schema:
     """JSON schema (draft 2020-12) of an engine file, in JSON's types."""
     schema, tables = model_schema(EngineFile)
-    others = {*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, "wanted_delta"}
+    others = {*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, *HELD_KEYS, "wanted_delta"}
     parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in others}
     properties = schema["properties"]
     properties["values"] |= closed({name: reference(name) for name in parameters})

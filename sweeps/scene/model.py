@@ -237,6 +237,11 @@ class Scene(GivenValues):
         """Torque over speed that the load follows, where the scene has one."""
         return characteristic.of(self.engine)
 
+    @property
+    def load_follows(self) -> bool:
+        """Whether the load of a design follows from a torque."""
+        return self.characteristic is not None or "held" in self.words
+
     @cached_property
     def driven(self) -> DrivenMachine:
         """Loads and driver of the crankshaft."""

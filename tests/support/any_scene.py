@@ -295,6 +295,19 @@ def _characteristic(draw: Draw, given: Given) -> None:
     }  # fmt: skip
 
 
+def _hold(draw: Draw, given: Given) -> None:
+    """A torque that is held, of the undisturbed engine or a number."""
+    size = given.cylinders * given.own["bore"] ** 3
+    key = draw(st.sampled_from(["hold", "held_torque", "held_power"]))
+    if key == "hold":
+        given.settings[key] = draw(st.sampled_from(["brake_torque", "brake_power"]))
+    elif key == "held_torque":
+        given.values[key] = near(2e4 * size, 6e4 * size)
+    else:
+        omega = given.own["speed"] * RPM
+        given.values[key] = near(2e4 * size * omega, 6e4 * size * omega)
+
+
 def _layout(draw: Draw, given: Given) -> None:
     """Another arrangement, one for each design, or described in full."""
     kind = draw(st.sampled_from(["text", "axis", "table"]))
@@ -467,7 +480,7 @@ def _stepping(draw: Draw, given: Given) -> None:
 
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
-    _indicator, _characteristic, _layout, _each_cylinder, _master_rods, _firing_angles,
+    _indicator, _characteristic, _hold, _layout, _each_cylinder, _master_rods, _firing_angles,
     _firing_pattern, _balance, _shaft, _stepping, _webs, _mounts, _auxiliaries,
     _idler_gears,
 )  # fmt: skip
@@ -479,8 +492,8 @@ SIMPLE = (
 """Features whose scenes `oracle` solves too."""
 
 _EXCLUDE = [{*group.split()} for group in (
-    "inertia flywheel", "load_law load_table driver", "load driver characteristic",
-    "cycle indicator characteristic driver", "count layout each_cylinder misfire",
+    "inertia flywheel", "load_law load_table driver", "load driver characteristic hold",
+    "cycle indicator characteristic driver", "indicator hold", "count layout each_cylinder misfire",
     "count layout firing_angles master_rods", "master_rods each_cylinder misfire",
     "master_rods shaft", "master_rods balance", "master_rods friction_over_stroke",
     "master_rods characteristic",
@@ -514,6 +527,7 @@ def _fits(feature: str, engine: Any) -> bool:
         "indicator": four_stroke,
         "load": several_loads,
         "characteristic": several_loads and engine.pressure_scale is None and not driven,
+        "hold": several_loads and not driven,
         "driver": not driven, "load_law": not driven, "load_table": not driven,
         "components": four_stroke,
         "rod_inertia": "rod_mass" in values and "reciprocating_mass" not in values,

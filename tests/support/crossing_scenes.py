@@ -123,6 +123,8 @@ FRAGMENTS: dict[str, list[Fragment]] = {
     "characteristic": [
         {"characteristic": {"kind": "diesel"},
          "set": {"rated_power": 60e3, "rated_speed": 6000.0, "characteristic_share": 0.7}}],
+    "hold": [  # Engines reach one of the torques, and the other with other cylinders
+        {"set": {"hold": "brake_power"}}, {"axes": {"held_torque": [90.0, 150.0]}}],
     "auxiliary torque": [{"set": {"auxiliary_torque": 3.0}}],
     "auxiliaries": [
         {"auxiliaries": [{"ratio": 0.5, "phase": 20.0, "mean": 4.0,

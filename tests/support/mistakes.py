@@ -133,6 +133,7 @@ MISTAKES: tuple[Mistake, ...] = (
         more={"characteristic": {"kind": "diesel"},
               "designs": {"rated_power": [25.0], "rated_speed": [1500.0]}},
     ),
+    _set("held power in kW", "si_four_87x101", speed=3000.0, held_power=30.0),
     Mistake(
         "start speed in rpm", "ntua",
         more={"solver": {"method": "thesis", "passes": 1, "start_speed": 1200.0}},

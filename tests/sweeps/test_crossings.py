@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from sweeps.scene.consistency.features import FEATURES
-from sweeps.scene.crossings import CROSSINGS, KEYS, SEVERAL, Crossing
+from sweeps.scene.crossings import CROSSINGS, HOLDING, KEYS, SEVERAL, Crossing
 from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, indicator_text, points, written
@@ -32,6 +32,7 @@ MEASURED = {"file": "speed.csv", "kind": "speed"}
 FAN = {"load_table": "fan.csv"}
 BY_COMPONENTS = {"friction_law": "patton_nitschke_heywood"}
 HEAT = {"heat": 12.0}
+HOLD = {"hold": "brake_torque"}
 EXTREME = {"largest_speed": 1210.0}
 WEBS = [{"mass": 2.1, "radius": 0.06, "angle": 170, "position": -0.03}]
 SAMPLE = {"number": 2, "inertia": {"low": 1.0, "high": 2.0}}
@@ -68,6 +69,14 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
     ("[characteristic]", DOUBLED): {
         "engine": "double.toml", "characteristic": {"kind": "diesel"}},
     ("load", "[characteristic]"): {"set": {"load": 50}, "characteristic": {"kind": "diesel"}},
+    ("hold", "held_torque or held_power"): {"set": HOLD | {"held_power": 1e4}},
+    (HOLDING, "[characteristic]"): {"set": HOLD, "characteristic": {"kind": "diesel"}},
+    (HOLDING, "[indicator]"): {
+        "axes": {"held_power": [1e4, 2e4]}, "indicator": {"file": "pressure.csv"}},
+    (HOLDING, OF_TORQUE): {"engine": "torque.toml", "set": HOLD},
+    (HOLDING, DOUBLED): {"engine": "double.toml", "set": HOLD},
+    (HOLDING, "a driver"): {"set": HOLD | MOTOR},
+    (HOLDING, "diagrams for one load"): {"set": HOLD},
     ("[indicator]", OF_TORQUE): {"engine": "torque.toml", "indicator": {"file": "pressure.csv"}},
     ("variable inertia", OF_TORQUE): {
         "engine": "torque.toml", "solver": {"inertia_model": ["constant", "variable"]}},
@@ -181,6 +190,7 @@ SIZES = {
     "throw_radius": 0.05, "synchronising_torque": 1e4, "synchronising_power": 6e4,
     "load_damping": 2.0, "load_damping_factor": 10.0, "auxiliary_inertia": 0.1,
     "load_inertia": 0.2, "load_exponent": 2.0, "load_linear": 0.1, "load_square": 1e-3,
+    "load": 50.0, "held_torque": 90.0, "held_power": 1e4,
 }  # fmt: skip
 
 

@@ -52,7 +52,7 @@ ATTRIBUTES = {
 }
 STATUS = {
     "long_name": "outcome of the design", "units": "1",
-    "flag_values": np.arange(7, dtype=np.int8), "flag_meanings": " ".join(status.MEANINGS),
+    "flag_values": np.arange(7, dtype=np.int8), "flag_meanings": " ".join(status.OF_SPEED),
 }  # fmt: skip
 NOMINAL = {
     "reciprocating_mass": 6.67, "inertia": 2.0, "crank_ratio": 0.25, "speed": 1200.0,

@@ -23,7 +23,7 @@ MORE = {
 }
 """Keys that more files name, and how many."""
 
-WORDS = {"auxiliaries", "characteristic", "indicator", "measured", "shaft"}
+WORDS = {"auxiliaries", "characteristic", "hold", "indicator", "measured", "shaft"}
 """Keys that are words of the field too: only where they are written as keys do they count."""
 
 FILES = [

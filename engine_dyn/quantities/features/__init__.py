@@ -11,6 +11,7 @@ from typing import Any
 from engine_dyn.quantities.features import (
     auxiliaries,
     characteristic,
+    hold,
     idler_gears,
     indicator,
     mounts,
@@ -25,6 +26,6 @@ __all__ = ["FEATURES"]
 FEATURES: tuple[Feature[Any], ...] = (
     shaft.FEATURE, web_weights.FEATURE, mounts.FEATURE, auxiliaries.FEATURE,
     indicator.FEATURE, characteristic.FEATURE, torque_tables.LOAD, torque_tables.DRIVER,
-    idler_gears.FEATURE,
+    idler_gears.FEATURE, hold.FEATURE,
 )  # fmt: skip
 """All features, in the order of their dimensions in archives."""

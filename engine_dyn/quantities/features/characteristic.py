@@ -152,43 +152,63 @@ def load_for_torque(
     return solution.reshape(shape)
 
 
-def _load_of_characteristic(
-    *, characteristic_torque: Any, characteristic_share: Any, variant_of: Callable[[str], Node],
-    **needs: Any,
-) -> Any:  # fmt: skip
-    """Load with the characteristic's mean torque; NaN where no diagram gives a torque as large."""
-    wanted = np.asarray(characteristic_torque) * characteristic_share
+def made_of(name: str, known: dict[str, Any], variant_of: Callable[[str], Node]) -> Any:
+    """Value of a node that formulas alone make of known ones; all on the way is then known too."""
+    if name not in known:
+        node = variant_of(name)
+        assert node.make is not None
+        known[name] = node.make(**{need: made_of(need, known, variant_of) for need in node.needs})
+    return known[name]
+
+
+def load_with_torque(
+    wanted: Any, load: str, needs: Mapping[str, Any], variant_of: Callable[[str], Node]
+) -> Floats:  # fmt: skip
+    """Load with a mean brake torque, for every design; NaN where no diagram gives it.
+
+    Parameters
+    ----------
+    wanted : array_like
+        [N m]; broadcasts with the arrays among `needs`.
+    load : str
+        Name of the node of the load whose diagram the graph takes.
+    needs : mapping
+        Values of the nodes in `OF_TORQUE`, and in `OF_FRICTION` of the scene's law.
+    variant_of : callable
+        Variant of a node that the scene has.
+    """
     arrays = {n: v for n, v in needs.items() if isinstance(v, np.ndarray) and v.ndim}
     wanted = np.broadcast_to(
-        wanted, np.broadcast_shapes(wanted.shape, *(v.shape for v in arrays.values()))
+        wanted, np.broadcast_shapes(np.shape(wanted), *(v.shape for v in arrays.values()))
     )
 
-    def torque_of(load: Any, which: Any) -> Any:
+    def torque_of(loads: Any, which: Any) -> Any:
         places = np.unravel_index(which, wanted.shape) if wanted.shape else ()
-        known = {**needs, "load": load}
+        known = {**needs, load: loads}
         known |= {n: np.broadcast_to(v, wanted.shape)[places] for n, v in arrays.items()}
-
-        def value(name: str) -> Any:
-            if name not in known:
-                node = variant_of(name)
-                assert node.make is not None
-                known[name] = node.make(**{need: value(need) for need in node.needs})
-            return known[name]
-
-        return value("torque_mean")
+        return made_of("torque_mean", known, variant_of)
 
     family = needs["family"]
     return load_for_torque(torque_of, family.loads, wanted, family.resolution)
 
 
-_OF_TORQUE = (
-    "characteristic_torque", "characteristic_share", "variant_of", "speed", "family", "cycle",
+def _load_of_characteristic(
+    *, characteristic_torque: Any, characteristic_share: Any, variant_of: Callable[[str], Node],
+    **needs: Any,
+) -> Any:  # fmt: skip
+    wanted = np.asarray(characteristic_torque) * characteristic_share
+    return load_with_torque(wanted, "load", needs, variant_of)
+
+
+OF_TORQUE = (
+    "variant_of", "speed", "family", "cycle",
     "crank_ratio", "offset_ratio", "pressure_share", "diagram_scale", "bore",
     "double_radius", "cylinders", "cylinder_set", "cylinders_by_count", "displacement", "period",
     "stroke_share", "all_cycles_known", "auxiliary_torque", "auxiliary_mean",
 )  # fmt: skip
+"""Nodes of the mean brake torque that do not depend on the load, whatever the law of friction."""
 
-_OF_FRICTION = {
+OF_FRICTION = {
     "chen_flynn": (
         "mean_piston_speed", "friction_constant", "friction_peak_pressure",
         "friction_mean_piston_speed", "friction_mean_piston_speed_square",
@@ -217,9 +237,10 @@ PARAMETERS = (
         parameter(
             "load", "L", "percent", "engine load",
             "Power units, lecture 18", low=0.0, low_included=True, when=f"characteristic {law}",
-            needs=(*_OF_TORQUE, *needs), make=_load_of_characteristic,
+            needs=("characteristic_torque", "characteristic_share", *OF_TORQUE, *needs),
+            make=_load_of_characteristic,
         )
-        for law, needs in _OF_FRICTION.items()
+        for law, needs in OF_FRICTION.items()
     ),
 )  # fmt: skip
 

@@ -91,7 +91,8 @@ def firing_patterns(
     tables = _tables(given, name, dict(settings or {}), by)
     idle = "d" if valves_shut else "0"
     factor = 1.0
-    if keep_torque:
+    # A load that follows a torque keeps it without any factor
+    if keep_torque and not read_scene(given, **tables).load_follows:
         factor = _factor_of_torque(given, name, tables, words[0], idle, float(share))
     texts = [_text(word, factor, idle) for word in words]
     tables["axes"] = {FIRING_PATTERN: texts, **tables["axes"]}

@@ -207,6 +207,7 @@ LEFT_OUT: Mapping[str, str] = {
         for word in tuple(one.feature.words[0])[1:]
     },
     "wanted_delta": "wanted_delta is not allowed; inertia must be given",
+    "held": "hold, held_torque and held_power are not allowed; load must be given",
 }
 """Words of scenes (`engine_dyn.quantities.graph`) with which an engine is refused here."""
 

@@ -111,7 +111,8 @@ def describe(
     for name in plan.outputs:
         node, dims = plan.computed[name].node, plan.dims(name)
         if name == "status":
-            variables[name] = Variable(dims, flags(node.long_name, status.MEANINGS), kind="i1")
+            words = node.meanings or status.OF_SPEED
+            variables[name] = Variable(dims, flags(node.long_name, words), kind="i1")
         elif name.endswith(KIND):
             variables[name] = Variable(dims, flags(node.long_name, KINDS), kind="i1")
         else:

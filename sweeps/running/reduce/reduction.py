@@ -202,7 +202,10 @@ class Reduction:
         KeyError, ValueError, IndexError
             For what is no state of this plan.
         """
-        self.outcomes = self.outcomes + state["outcomes"].reshape(self.outcomes.shape)
+        # Earlier versions knew fewer outcomes
+        counts = state["outcomes"].reshape(*self.outcomes.shape[:-1], -1)
+        self.outcomes = self.outcomes.copy()
+        self.outcomes[..., : counts.shape[-1]] += counts
         self.within = self.within + state["within"].reshape(self.within.shape)
         for name, one in self._parts.items():
             begin = f"{name}: "

@@ -14,11 +14,12 @@ from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.pressure.diagram import never_burns
 from engine_dyn.pressure.double_acting import OF_EFFECTIVE_PRESSURE
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER
+from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE_SHARES
 from engine_dyn.speed.fields import CLOSED, METHODS, STEPPING
 from sweeps.base.dimensions import FIRING_PATTERN, LABELS
 from sweeps.scene.consistency.pressure import burning_less
-from sweeps.scene.crossings import CROSSINGS, SEVERAL, refused
+from sweeps.scene.crossings import CROSSINGS, HOLDING, SEVERAL, refused
 from sweeps.scene.derived_quantities import elasticities_in
 from sweeps.scene.features import GIVEN_FEATURES, shaft, web_weights
 from sweeps.scene.features.feature import GivenFeature
@@ -65,6 +66,15 @@ FEATURES: Mapping[str, Feature] = {
     "load": lambda scene: scene.gives("load") and "load",
     "a load that varies": lambda scene: (
         scene.table_of("load") != "set" and f"[{scene.table_of('load')}] load"
+    ),
+    "held_torque or held_power": _keys(*HELD_KEYS),
+    HOLDING: lambda scene: (
+        "held" in scene.words
+        and next((f"[{scene.table_of(k)}] {k}" for k in HELD_KEYS if scene.gives(k)), "hold")
+    ),
+    "diagrams for one load": lambda scene: (
+        len(scene.engine.family.diagrams) > 0
+        and scene.engine.family.low == scene.engine.family.high
     ),
     "parameters of the modelled cycle": _keys(*CYCLE_KEYS),
     "an engine without diagrams": lambda scene: not scene.engine.family.diagrams,

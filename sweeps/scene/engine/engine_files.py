@@ -30,6 +30,7 @@ from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.family_grid import FamilyGrid, grid_from_diagrams
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER
+from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import CYCLE_KEYS
 from engine_dyn.quantities.shaft_numbers import OF_SHAFT
@@ -252,9 +253,10 @@ def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
             raise SceneError(f"{where}: not allowed; the file has {what}, one for each cylinder")
         if key in OF_SHAFT or key in SHAFT_KEYS:
             raise SceneError(f"{where}: not allowed here; belongs to [shaft]")
-        if key == "wanted_delta":
+        if key == "wanted_delta" or key in HELD_KEYS:
+            other = "the inertia" if key == "wanted_delta" else "the load"
             raise SceneError(
-                f"{where}: not allowed; belongs to a scene; an engine file gives the inertia"
+                f"{where}: not allowed; belongs to a scene; an engine file gives {other}"
             )
         node = known_key(key, f"{name}: [values]")
         assert node is not None

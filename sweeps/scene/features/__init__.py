@@ -18,6 +18,7 @@ from sweeps.base.checks import Strict
 from sweeps.scene.features import (
     auxiliaries,
     characteristic,
+    hold,
     idler_gears,
     indicator,
     measured,
@@ -48,6 +49,7 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
             characteristic.GIVEN,
             measured.GIVEN,
             idler_gears.GIVEN,
+            hold.GIVEN,
         )
     }
 )

@@ -220,7 +220,7 @@ def diagram_count(plan: Plan) -> int:
         return 1
     needed = 2 * math.prod(plan.sizes[d] for d in plan.dims("row"))
     load = plan.leaves.get("load")
-    if load is not None and plan.dims("row") == load.dims and plan.scene.characteristic is None:
+    if load is not None and plan.dims("row") == load.dims and not plan.scene.load_follows:
         needed = 2 * np.unique(load.data).size
     return int(min(plan.leaves["family"].data.row_count, needed))
 

@@ -116,13 +116,16 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
             family = FamilyStack.of([family_from_diagrams(load, [cycle]) for cycle in cycles])
     family, leaves["cycle"] = _with_cycles(scene, family, leaves)
     if not scene.cycle_keys and (engine.pressure_scale is None or scene.indicator is not None):
-        # The scale of a characteristic tells whether its load is reached
-        follows = scene.characteristic is not None
-        leaves["diagram_scale" if follows else "pressure_scale"] = Value(np.float64(1.0))
+        # The scale shows whether a load that follows is reached
+        scale = "diagram_scale" if scene.load_follows else "pressure_scale"
+        leaves[scale] = Value(np.float64(1.0))
     driven = scene.driven
     if not driven.geared:
         leaves["load_gear"] = Value(np.float64(1.0))
-    leaves["cylinder_set"], sets = _cylinder_sets(scene, leaves)
+    leaves["cylinder_set"], sets, whole = _cylinder_sets(scene, leaves)
+    leaves["undisturbed_set"] = leaves["cylinder_set"]
+    if "held" in scene.words:
+        leaves["undisturbed_set"], sets = _undisturbed_sets(leaves["cylinder_set"], sets, whole)
     patterns = scene.firing_patterns
     if patterns is not None:
         leaves[CYCLES] = Value(patterns.cycles_of_each(scene.counts), patterns.dims)
@@ -176,8 +179,8 @@ def _with_cycles(
         family = family.at_speeds(leaves["speed"].si)
     keys = scene.cycle_keys
     if not keys:
-        if scene.characteristic is not None and type(family) is Family:
-            # The load of a characteristic may vary along several axes: a stack serves for these.
+        if scene.load_follows and type(family) is Family:
+            # A load that follows may vary along several axes: a stack serves for these.
             family = FamilyStack.of([family])
         return family, Value(np.zeros(()))
     dims, distinct, number = _combinations(scene, [leaves[key] for key in keys])
@@ -219,13 +222,17 @@ def _combinations(scene: Scene, values: list[Value]) -> tuple[tuple[str, ...], F
     return dims, *distinct_combinations(*shaped)
 
 
-def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, dict[int, Cylinders]]:
-    """Number of each design's set of cylinders, and the sets by these numbers."""
+Sets = dict[int, Cylinders]
+"""Sets of cylinders by their numbers."""
+
+
+def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, Sets, Sets]:
+    """Number of each design's set, the sets, and the same without misfires and patterns."""
     # Where sets differ only in how many cylinders they have, that count is the number of the set.
     count, misfire = leaves["cylinders"], leaves["misfire"]
     arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
     if not (arrangements or keys or np.any(misfire.data) or patterns):
-        return count, scene.cylinders_by_count
+        return count, scene.cylinders_by_count, scene.cylinders_by_count
     which = Value(np.zeros(()))
     if arrangements:
         which = Value(np.arange(len(arrangements), dtype=float), ("arrangement",))
@@ -234,19 +241,41 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, di
         fires = Value(patterns.which.astype(float), patterns.dims)
     of_keys = [leaves[key] for key in keys]
     dims, distinct, number = _combinations(scene, [count, which, misfire, fires, *of_keys])
-    sets = {}
+    sets, whole = {}, {}
     # Numbers of sets of cylinders begin here, so that none is a number of cylinders
     first_set = MOST_CYLINDERS + 1
     for i, (cylinders, place, silent, pattern, *values) in enumerate(distinct.tolist()):
         engine = (
             arrangements[int(place)] if arrangements else scene.cylinders_by_count[int(cylinders)]
         )
-        engine = with_values(engine, dict(zip(keys, values, strict=True)))
+        engine = whole[first_set + i] = with_values(engine, dict(zip(keys, values, strict=True)))
         engine = engine.without(int(silent))
         if patterns:
             engine = engine.with_pattern(patterns.each[int(pattern)].of(engine.count))
         sets[first_set + i] = engine
-    return Value(first_set + number, dims), sets
+    return Value(first_set + number, dims), sets, whole
+
+
+def _undisturbed_sets(numbers: Value, sets: Sets, whole: Sets) -> tuple[Value, Sets]:
+    """Number of each design's set where all its cylinders burn fully, and the sets with these."""
+    sets, places = dict(sets), {engine: number for number, engine in sets.items()}
+    full: dict[int, int] = {}
+    for number, engine in whole.items():
+        burning = engine.with_factors(pressure_factor=(1.0,) * engine.count)
+        if burning == sets[number]:
+            full[number] = number
+        else:
+            full[number] = places.setdefault(burning, max(MOST_CYLINDERS, *sets) + 1)
+            sets[full[number]] = burning
+    distinct, place = np.unique(numbers.data, return_inverse=True)
+    those = np.array([full[int(number)] for number in distinct])[place]
+    those, dims = those.reshape(np.shape(numbers.data)), numbers.dims
+    for dim in numbers.dims:  # Misfires and patterns do not count here
+        axis = dims.index(dim)
+        first = np.take(those, [0], axis)
+        if (those == first).all():
+            those, dims = first.squeeze(axis), dims[:axis] + dims[axis + 1 :]
+    return Value(those, dims), sets
 
 
 # --- modes of shafts ------------------------------------------------------------------------------

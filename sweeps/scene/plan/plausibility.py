@@ -152,7 +152,8 @@ class _Given:
             if name in PARAMETERS:
                 return (name,)
             return None if leaf.dims or isinstance(leaf.data, CycleTable) else ()
-        if name in ("inertia_required", "load"):  # Both need a solution, unless given
+        # Unless they are given, these need a solution
+        if name in ("inertia_required", "load", "held_load"):
             return None
         node = self.plan.scene.node(name)
         if node.make is None or node.kind == "stage" or node.threaded or node.adds:
@@ -277,7 +278,8 @@ def _of_speeds(plan: Plan, off: frozenset[str]) -> list[str]:
     if DIAGRAM_SPEEDS in off or speed is None or not any(given):
         return []
     # A load between the loads of two diagrams uses both diagrams.
-    load, loads = plan.leaves.get("load"), engine.family.loads
+    load = None if plan.scene.load_follows else plan.leaves.get("load")
+    loads = engine.family.loads
     first, last = 0, len(given)
     if not measured and load is not None and load.data.size:
         first = max(int(np.searchsorted(loads, load.data.min(), "right")) - 1, 0)

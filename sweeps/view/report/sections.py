@@ -147,6 +147,7 @@ OUTCOMES: Mapping[str, str] = {
     "invalid_input": "the input values do not describe a possible engine",
     "tolerance_not_met": "result found, but less accurate than requested",
     "passes_done": PASSES,
+    "torque_not_reached": "no diagram of the engine gives the torque that is held",
 }
 """Meanings of the outcomes of designs."""
 
