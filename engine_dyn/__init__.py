@@ -36,4 +36,8 @@ def __getattr__(name: str) -> Any:
         from engine_dyn.speed import api
 
         return getattr(api, name)
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("engine-dyn")
     raise AttributeError(f"module 'engine_dyn' has no attribute {name!r}")

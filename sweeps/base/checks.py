@@ -403,7 +403,9 @@ def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
             raise SceneError(f"{where} = {value:.12g}: {BEYOND}")
         if 0.0 == node.low < value < 1.0 / LARGEST:
             raise SceneError(f"{where} = {value:.12g}: must be at least {1.0 / LARGEST:g}")
-        raise SceneError(f"{where} = {value:.12g}: must be {allowed(node)}")
+        spoken = node.name == "wanted_delta" and value > 1.0  # A delta of 1/250 is called 250
+        meant = f"; did you mean '1/{value:g}'?" if spoken else ""
+        raise SceneError(f"{where} = {value:.12g}: must be {allowed(node)}{meant}")
 
 
 def mentioned(error: Exception) -> str:

@@ -54,11 +54,29 @@ def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
         if os.path.lexists(path) and not overwrite:
             raise SceneError(f"{path}: exists; use --overwrite to replace it")
         _check_name(path)
+        _check_near(path.parent, path)
         _try_writing(path.parent)
     except SceneError:
         raise
     except (OSError, ValueError) as error:
         raise not_written(path, error) from None
+
+
+OTHER_FORMATS = {
+    "engine-dyn export writes tables": (".csv", ".xlsx", ".parquet", ".mat"),
+    "engine-dyn report writes pages": (".html",),
+    "engine-dyn plot draws figures": (".png", ".pdf", ".svg"),
+    "archives end in .nc": (".json", ".toml", ".txt"),
+}
+"""Endings of files that are no archives, with what the user may have wanted."""
+
+
+def check_archive_output(path: Path, overwrite: bool, *inputs: Path) -> None:
+    """Refuse what `check_output` refuses, and the ending of another format than netCDF."""
+    for meant, endings in OTHER_FORMATS.items():
+        if path.suffix.lower() in endings:
+            raise SceneError(f"{path}: -o names a netCDF archive, such as out.nc; {meant}")
+    check_output(path, overwrite, *inputs)
 
 
 def same_file(one: Path, other: Path) -> bool:
@@ -75,6 +93,7 @@ def check_folder(folder: Path) -> None:
         if folder.exists() and not folder.is_dir():
             raise SceneError(f"{folder}: is a file; -o must name a folder for the figures")
         _check_name(folder)
+        _check_near(folder.parent, folder)
         _try_writing(folder)
     except SceneError:
         raise
@@ -86,6 +105,15 @@ def _check_name(path: Path) -> None:
     """Raise OSError for a name that no file can have; Python 3.14 calls such a file absent."""
     with suppress(FileNotFoundError, NotADirectoryError):
         path.lstat()
+
+
+def _check_near(folder: Path, path: Path) -> None:
+    """Refuse a missing folder of `path` that is not below the current one: a slip of the pen."""
+    if not folder.exists() and not folder.resolve().is_relative_to(Path.cwd()):
+        raise SceneError(
+            f"{path}: the folder {folder} does not exist; only folders below the current one are "
+            "created"
+        )
 
 
 def _try_writing(folder: Path) -> None:

@@ -21,7 +21,15 @@ from sweeps.cli.arguments import (
     quiet_option,
 )
 from sweeps.cli.exits import announce_compiling, guarded, say, tell, warn
-from sweeps.cli.files import check_folder, check_output, files_of, same_file, write_archive, writing
+from sweeps.cli.files import (
+    check_archive_output,
+    check_folder,
+    check_output,
+    files_of,
+    same_file,
+    write_archive,
+    writing,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,6 +161,7 @@ def _value(name: str, text: Any) -> Any:
 
 def _read(scene: str, output: Path, overwrite: bool) -> Scene:
     """Read the scene, after a check that its output can be written."""
+    check_archive_output(output, overwrite, Path(scene))
     from sweeps.scene.reading import read_scene
 
     read = read_scene(scene)
@@ -306,7 +315,7 @@ def identify(
     well each recording is predicted from the others.
     """
     if output is not None:
-        check_output(output, overwrite, Path(scene))
+        check_archive_output(output, overwrite, Path(scene))
     wanted = _wanted(vary, own, priors)
     perfect = teeth in ("estimated", "perfect")
     deviation = None if perfect else _deviation(teeth)

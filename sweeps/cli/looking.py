@@ -408,6 +408,9 @@ def report(
         raise SceneError(f"{output}: unknown extension; must be .html")
     check_file(archive)
     check_output(output, overwrite, archive)
+    from sweeps.base.files.libraries import library
+
+    library("bokeh", "bokeh", "report", extra="report")  # A missing one is said at once
     from sweeps.view.report.page import report as write
 
     with opened(archive) as dataset, writing(output):

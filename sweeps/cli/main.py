@@ -7,6 +7,7 @@ imported by the commands that need them, so that help is quick.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
@@ -29,6 +30,16 @@ def _in_one_line(ctx: click.Context) -> Iterator[None]:
     except click.UsageError as error:
         path = ctx.command_path if error.ctx is None else error.ctx.command_path
         end(f"{one_line(error.format_message()).rstrip('.')}; see `{path} --help`", BAD_INPUT)
+
+
+COMMANDS = {
+    "Compute": (run, plan, extend, merge, rerun),
+    "Look": (show, plot, report, info, compare),
+    "Decide": (best, optimise, sensitivities, firing_orders, firing_patterns),
+    "Measure": (import_, measured, train, cylinders, identify, calibrate),
+    "Files and names": (new, list_, export, schema),
+}
+"""Commands by what they are for, as the help lists them."""
 
 
 class _Commands(click.Group):
@@ -60,6 +71,14 @@ class _Commands(click.Group):
                     end(f"{option.opts[-1]}: given {count} times; must be given once", BAD_INPUT)
         return name, command, rest
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by what they are for, each with its whole first sentence."""
+        for purpose, commands in COMMANDS.items():
+            with formatter.section(purpose):
+                formatter.write_dl(
+                    [(str(one.name), one.get_short_help_str(limit=1000)) for one in commands]
+                )
+
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="engine-dyn", prog_name="engine-dyn")
@@ -76,9 +95,5 @@ def main() -> None:
         warn([reason])
 
 
-for command in (
-    run, extend, merge, rerun, import_, measured, train, cylinders, identify, calibrate, show,
-    best, optimise, sensitivities, firing_orders, firing_patterns, compare, export, info, plot,
-    report, plan, list_, schema, new,
-):  # fmt: skip
+for command in itertools.chain(*COMMANDS.values()):
     main.add_command(command)

@@ -37,7 +37,7 @@ from sweeps.cli.exits import (
     terminal_width,
     warn,
 )
-from sweeps.cli.files import check_output, files_of, writing
+from sweeps.cli.files import check_archive_output, check_output, files_of, writing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -122,6 +122,8 @@ def run(
             raise SceneError(
                 "--threads: not allowed with --scheduler, whose workers have one thread each"
             )
+    # This check comes before the imports, which take seconds
+    check_archive_output(output, overwrite or resume, Path(scene))
     from sweeps.base.checks import usable_device
     from sweeps.scene.reading import read_scene, with_uncertainty
 
@@ -243,7 +245,7 @@ def merge(
     """
     for path in archives:
         _check_archive(path)
-    check_output(output, overwrite)
+    check_archive_output(output, overwrite)
     from sweeps.running.compute.options import Options
     from sweeps.running.join.merge import merge as join
 
@@ -279,7 +281,7 @@ def rerun(
     If its pressure diagram is confidential, --indicator names the file; its hash is checked.
     """
     _check_archive(archive)
-    check_output(output, overwrite or resume, archive)
+    check_archive_output(output, overwrite or resume, archive)
     from sweeps.running.compute.options import Options
     from sweeps.running.join.extend import rerun as run_again
 

@@ -37,7 +37,7 @@ from sweeps.cli.exits import (
     terminal_width,
     warn,
 )
-from sweeps.cli.files import check_output, check_slices, opened, write_archive
+from sweeps.cli.files import check_archive_output, check_slices, opened, write_archive
 from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
 
 
@@ -188,7 +188,7 @@ def optimise(
     import warnings
 
     if output is not None:
-        check_output(output, overwrite, Path(scene))
+        check_archive_output(output, overwrite, Path(scene))
     from sweeps.base.dimensions import FOUND
     from sweeps.decide.optimise.optimise import optimise as search
     from sweeps.view.texts.optimised import optimised_text
@@ -253,7 +253,7 @@ def sensitivities(
     level = number_of(confidence, "--confidence")
     check_file(archive)
     if output is not None:
-        check_output(output, overwrite)
+        check_archive_output(output, overwrite)
     with opened(archive) as dataset:
         from sweeps.decide.explore.sensitivities import sensitivities as indices_of
         from sweeps.view.texts.sensitivities import sensitivities_text
@@ -330,7 +330,7 @@ def firing_orders(
     """
     given = _settings(settings)
     if output is not None:
-        check_output(output, overwrite, Path(what))
+        check_archive_output(output, overwrite, Path(what))
     announce_compiling(quiet)
     from sweeps.decide.explore.firing_orders import firing_orders as ranked
     from sweeps.view.texts.firing_orders import orders_text
@@ -415,7 +415,7 @@ def firing_patterns(
     """
     given = _settings(settings)
     if output is not None:
-        check_output(output, overwrite, Path(what))
+        check_archive_output(output, overwrite, Path(what))
     announce_compiling(quiet)
     from sweeps.decide.explore.firing_patterns import firing_patterns as ranked
     from sweeps.view.texts.firing_orders import patterns_text

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypedDict, TypeVar
 
+from engine_dyn.parameters import PARAMETERS
 from sweeps.base.errors import SceneError, did_you_mean, one_line
 
 OPTIONS = (
@@ -90,6 +91,11 @@ def changed(raw: Mapping[str, Any], tables: Mapping[str, Any], base: Path) -> di
         For a keyword that is no table of a scene.
     """
     for key in tables:
+        if key in PARAMETERS:
+            raise SceneError(
+                f"{key}: is a parameter and no table; give several values as axes={{'{key}': "
+                f"[...]}}, one value as set={{'{key}': ...}}"
+            )
         if key not in _TABLES:
             hint = did_you_mean(key, [*_TABLES, *OPTIONS]) or "."
             raise SceneError(

@@ -7,6 +7,7 @@ everything that holds for a table of designs holds for them, and archives keep t
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -182,11 +183,12 @@ def _number(raw: Any, sample: Sample, most: int, where: str) -> int:
         raise SceneError(
             f"{where} = {shown_for_whole(raw)}: must be a whole number from 2 to {most}{each}"
         )
-    if sample.method != "latin_hypercube" and raw & (raw - 1):
+    # Confidence intervals of Sobol' indices take the sequence as balanced.
+    if sample.method == "saltelli" and raw & (raw - 1):
         below = 1 << int(math.log2(raw))
         raise SceneError(
-            f"{where} = {raw}: must be a power of two with method = '{sample.method}', such as "
-            f"{below} or {2 * below}; otherwise the sequence is not balanced"
+            f"{where} = {raw}: must be a power of two with method = 'saltelli', such as {below} or "
+            f"{2 * below}; otherwise the sequence is not balanced"
         )
     return raw
 
@@ -250,7 +252,10 @@ class Drawing:
         if begin > self.next:
             self.sequence.fast_forward(begin - self.next)
         self.next = begin + count
-        return np.asarray(self.sequence.random(count))
+        with warnings.catch_warnings():
+            # SciPy warns that only powers of two are balanced; the page on samples says so.
+            warnings.filterwarnings("ignore", message="The balance properties of Sobol' points")
+            return np.asarray(self.sequence.random(count))
 
 
 def sample(
@@ -269,7 +274,8 @@ def sample(
     number : int
         Designs; for "saltelli" base points.
     method : str, optional
-        "sobol" (a power of two), "latin_hypercube" or "saltelli" (for Sobol' indices).
+        "sobol" (balanced if `number` is a power of two), "latin_hypercube" or "saltelli" (for
+        Sobol' indices; a power of two).
     seed : int, optional
         Of the random numbers: equal seeds give equal samples.
 

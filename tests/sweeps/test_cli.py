@@ -19,10 +19,10 @@ from numpy.testing import assert_array_equal
 import sweeps
 from engine_dyn.quantities.graph import NUMBERED, PARAMETERS, PATTERNS, QUANTITIES, SOURCES
 from engine_dyn.status import MEANINGS
-from sweeps.cli.main import main
+from sweeps.cli.main import COMMANDS, main
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
-from sweeps.scene.features import KEYS_OF_SET
+from sweeps.scene.features import GIVEN_FEATURES, KEYS_OF_SET
 from sweeps.scene.features.shaft import built_in_shafts
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.lists import symbol_text
@@ -256,6 +256,7 @@ def test_info_of_an_engine_lists_what_is_assumed_and_why(name: str, tmp_path: Pa
                 *CYLINDER_KEYS,
                 "firing_pattern",
                 *KEYS_OF_SET,
+                *(name for name, one in GIVEN_FEATURES.items() if not one.key),
             ],
         ),
         ("engines", list(catalogue())),
@@ -287,6 +288,11 @@ def test_quantities_are_found_by_other_words(words: str, name: str) -> None:
     lines = ok("list", "quantities", *words.split()).splitlines()
     assert name in [line.split()[0] for line in lines if line]
     assert len(lines) < 60  # of 190
+
+
+def test_words_that_no_line_has_together_find_either() -> None:
+    assert {"inertia", "stroke", "idler_gears"} <= {*names("keys", "stroke", "inertia")}
+    assert names("keys", "idler") == ["idler_gears"]
 
 
 """Beginnings of sources that are no publication: definitions, and laws of all textbooks."""
@@ -410,6 +416,28 @@ def test_plot_takes_slices_and_refuses_bad_ones(tmp_path: Path) -> None:
 def test_wrong_options_are_refused_in_one_line(arguments: tuple[str, ...], said: str) -> None:
     told = refused(*arguments)
     assert said in told and "--help`" in told
+
+
+def test_outputs_and_archives_of_another_kind_are_refused(tmp_path: Path) -> None:
+    scene = tmp_path / "mine.toml"
+    scene.write_text("")
+    for arguments, said in (
+        (("run", "first", "-o", "x.csv"), "x.csv: -o names a netCDF archive"),
+        (("merge", scene, "-o", "x.html"), "mine.toml: is a TOML file"),
+        (("show", scene), "mine.toml: is a TOML file, such as a scene, and no archive"),
+        (("run", "first", "-o", tmp_path / "a" / "b.nc"), "a does not exist; only folders below"),
+        (("plot", scene, "-o", tmp_path / "a" / "b"), "mine.toml: is a TOML file"),
+    ):
+        assert said in refused(*arguments)
+    assert not (tmp_path / "a").exists()
+
+
+def test_each_command_is_in_one_group_of_the_help_with_its_whole_sentence() -> None:
+    told = " ".join(ok("--help").split())
+    assert told.count("...") == 1  # Only that of the usage, COMMAND [ARGS]...
+    for purpose, commands_of in COMMANDS.items():
+        assert f"{purpose}: {commands_of[0].name} " in told
+    assert sorted(str(c.name) for each in COMMANDS.values() for c in each) == sorted(main.commands)
 
 
 def listed(*words: str) -> list[str]:

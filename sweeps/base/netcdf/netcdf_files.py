@@ -59,6 +59,11 @@ def check_file(path: Path) -> None:
     if not is_file:
         problem = "is not a file" if exists else "no such file"
         raise SceneError(f"{path}: {problem}; expected a netCDF archive written by `run`")
+    if path.suffix.lower() == ".toml":
+        raise SceneError(
+            f"{path}: is a TOML file, such as a scene, and no archive; engine-dyn run {path} -o "
+            "out.nc computes a scene and writes its archive"
+        )
 
 
 @contextmanager

@@ -95,6 +95,26 @@ class ArchiveAccessor:
 
         return outcome_counts(self._archive)
 
+    @property
+    def load(self) -> xr.DataArray:
+        """Loads of the archive [percent]: ``archive.load`` is a method of xarray.
+
+        Raises
+        ------
+        SceneError
+            For an archive without loads.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run("first")
+        >>> archive.dyn.load.values.tolist()
+        [20.0, 50.0, 80.0]
+        """
+        if "load" not in self._archive.variables:
+            raise SceneError("load: the archive has no axis and no quantity of this name")
+        return self._archive["load"]
+
     def best(
         self, *, least: str | None = None, most: str | None = None,
         within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),

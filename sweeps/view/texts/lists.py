@@ -42,7 +42,7 @@ from sweeps.base.ratios import ratio_text
 from sweeps.scene.axes import WORD_KEYS
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.engine_files import catalogue
-from sweeps.scene.features import KEYS_OF_SET
+from sweeps.scene.features import GIVEN_FEATURES, KEYS_OF_SET
 from sweeps.scene.features.shaft import built_in_shafts
 from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.key_texts import WORDS_OF_KEYS, key_line
@@ -94,6 +94,10 @@ def matching_lines(words: str, texts: Mapping[str, str], of: str) -> Found:
     near = {part: _nearest(part, known) for part in _typed(words)}
     if all(near.values()):
         names = named_by(" ".join(near.values()), texts)
+    if not names:
+        each = {name: None for part in near for name in named_by(part, texts)}
+        if each and all(near.values()):
+            return Found([*each], "nothing has all of these words; what has one of them:")
     if not names:
         raise SceneError(f"list {of} {shown(words)}: nothing found; engine-dyn list {of} lists all")
     said = "; ".join(
@@ -332,7 +336,9 @@ def _keys() -> Lines:
     nodes = {k: node for k, node in PARAMETERS.items() if k not in NUMBERED} | dict(PATTERNS)
     keys = [(key, key_line(node)) for key, node in nodes.items()]
     others = {**CYLINDER_KEYS, **{k: w.says for k, w in WORD_KEYS.items() if w.read is not None}}
-    return [*keys, *others.items(), *((key, one.says) for key, one in KEYS_OF_SET.items())]
+    of_set = ((key, one.says) for key, one in KEYS_OF_SET.items())
+    tables = ((n, f"{one.written}: {one.says}") for n, one in GIVEN_FEATURES.items() if not one.key)
+    return [*keys, *others.items(), *of_set, *tables]
 
 
 def _classes() -> Lines:

@@ -98,8 +98,8 @@ WRONG: list[tuple[Any, ...]] = [
      "scene: [sample] number = 1000.0: must be a whole number from 2 to 16777216"),
     (scene({"number": 1 << 25, "inertia": RANGE}),
      "scene: [sample] number = 33554432: must be a whole number from 2 to 16777216"),
-    (scene({"number": 1000, "inertia": RANGE}),
-     "scene: [sample] number = 1000: must be a power of two with method = 'sobol', such as 512 "
+    (scene({"method": "saltelli", "number": 1000, "inertia": RANGE}),
+     "scene: [sample] number = 1000: must be a power of two with method = 'saltelli', such as 512 "
      "or 1024"),
     (scene({"inertia": RANGE}), "scene: [sample]: number is missing"),
     (scene({"number": 4}), "scene: [sample]: no parameter"),

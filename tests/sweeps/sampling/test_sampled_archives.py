@@ -119,7 +119,7 @@ def test_an_extension_that_would_draw_other_values_is_refused(
     ("number", "method", "expected"),
     [
         ("16", "sobol", "--number 16: must be above 16, which the archive has"),
-        ("24", "sobol", "number = 24: must be a power of two"),
+        ("24", "saltelli", "number = 24: must be a power of two"),
         ("32", "latin_hypercube", "--number 32: a Latin hypercube cannot be extended"),
     ],
 )
