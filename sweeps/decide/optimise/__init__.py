@@ -6,8 +6,11 @@ judges designs, and `optimise.py` looks for better ones, or has the exact invers
 
 from __future__ import annotations
 
-__all__ = ["DESIGNS", "GENERATIONS", "RESTARTS"]
+__all__ = ["ATTRIBUTE_OF_SEARCH", "DESIGNS", "GENERATIONS", "RESTARTS"]
 
-# These defaults stand in a file that imports nothing, so that the command's help is quick.
+# These stand in a file that imports nothing, so that help, and texts on archives, are quick.
+ATTRIBUTE_OF_SEARCH = "optimisation"
+"""Attribute of the archive of a search: its task and its settings, as JSON."""
+
 DESIGNS, GENERATIONS, RESTARTS = 1024, 30, 3
 """Designs of a generation, generations of a search, and searches from new first designs."""

@@ -34,7 +34,7 @@ from sweeps.base.dimensions import DESIGN, FOUND, FULFILLING
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.fronts import front_of
-from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
+from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH, DESIGNS, GENERATIONS, RESTARTS
 from sweeps.decide.optimise.evaluation import Designs, Judgement
 from sweeps.decide.optimise.task import Task, plan_of_designs, read_task
 from sweeps.running.archive.labels import flags
@@ -51,9 +51,6 @@ from sweeps.scene.sample import LARGEST
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ATTRIBUTE_OF_SEARCH = "optimisation"
-"""Attribute of the archive of a search: its task and its settings, as JSON."""
 
 
 @tables_in_signature

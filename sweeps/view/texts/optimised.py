@@ -14,7 +14,7 @@ from sweeps.base.dimensions import DESIGN, FOUND
 from sweeps.base.errors import counted, one_line
 from sweeps.base.ratios import ratio_text
 from sweeps.decide.explore.rows import fixed_of, rows
-from sweeps.decide.optimise.optimise import ATTRIBUTE_OF_SEARCH
+from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH
 from sweeps.running.reduce.every_point import TEXT
 from sweeps.scene.conditions import Constraint, constraint, units_of
 from sweeps.view.texts.readable_units import converted

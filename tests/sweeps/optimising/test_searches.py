@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.testing import assert_array_equal
 
 import sweeps
-from sweeps.decide.optimise.optimise import ATTRIBUTE_OF_SEARCH
+from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH
 from sweeps.view.texts.optimised import optimised_text
 from tests.support.commands import invoke, ok
 
