@@ -79,10 +79,15 @@ def read_axes(
     return axes, words
 
 
+def _check_of_scene(key: str, where: str) -> None:
+    """Refuse a key that holds for a whole scene where values of single designs stand."""
+    if key in KEYS_OF_SET and KEYS_OF_SET[key].scenes_only:
+        raise SceneError(f"{where}: must be in [set], one for all designs")
+
+
 def _parameter(key: str, table: str, name: str) -> Node:
     """Parameter that a key of [set] or [axes] names."""
-    if key in KEYS_OF_SET and KEYS_OF_SET[key].scenes_only:
-        raise SceneError(f"{name}: [{table}] {key}: must be in [set], one for all designs")
+    _check_of_scene(key, f"{name}: [{table}] {key}")
     if key in CYLINDER_KEYS or key in KEYS_OF_SET:
         one = f"{key.removesuffix('s')}_2"  # Parameter of the second cylinder
         instead = f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
@@ -151,6 +156,7 @@ def read_designs_table(
         return _designs_from_file(raw, name, base)
     for key, item in raw.items():
         where = f"{name}: [designs] {key}"
+        _check_of_scene(key, where)
         node = known_key(key, f"{name}: [designs]", LABELS)
         if node is None:
             labels[key] = _labels(item, where)

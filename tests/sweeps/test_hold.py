@@ -278,6 +278,8 @@ def test_states_of_reductions_from_before_are_merged() -> None:
          "the engine whose cylinders all burn; a number belongs in held_torque [N m] or "
          "held_power [W]"),
         ({"axes": {"hold": ["brake_power"]}}, "[axes] hold: must be in [set], one for all designs"),
+        ({"designs": {"hold": ["brake_power"], "load": [50]}},
+         "[designs] hold: must be in [set], one for all designs"),
         ({"set": {"held_torque": -50}},
          "[set] held_torque = -50: must be a finite number 0 or more [N m]"),
         ({"set": {"held_power": "38 kw"}}, "[set] held_power = '38 kw': must be a finite number in "
