@@ -24,13 +24,14 @@ from engine_dyn.pressure.motored import motored
 from engine_dyn.status import MEANINGS, TORQUE_NOT_REACHED
 from engine_dyn.units import RPM
 from sweeps.base.dimensions import OF_PATTERNS
+from sweeps.lab.speed.computed_speeds import engine_of
 from sweeps.running.reduce.reduction import Reduction
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.commands import invoke, ok
 from tests.support.engine_files import ENGINES
-from tests.support.scenes import computed, refusal, toml, write_scene
+from tests.support.scenes import computed, refusal, refusal_of, toml, write_scene
 
 pytestmark = pytest.mark.filterwarnings("ignore::engine_dyn.ImplausibleWarning")
 
@@ -320,3 +321,26 @@ def test_patterns_of_a_density_hold_by_their_load() -> None:
     without = sweeps.firing_patterns({**scene, "set": NUMBERS}, 0.75, longest=4)
     assert json.loads(without.attrs[OF_PATTERNS])["pressure_factor"] > 1.3
     assert_allclose(without.torque_mean, whole, rtol=1e-3)
+
+
+def test_deviations_of_cylinders_need_a_load() -> None:
+    """They compare cycles at one load, which `hold` would change with a missing cylinder."""
+    scene = read_scene({"engine": FOUR, "set": HELD, "output": {"quantities": ["delta"]}})
+    assert refusal_of(lambda: engine_of(scene, "scene")) == (
+        "scene: hold, held_torque and held_power are not allowed; load must be given"
+    )
+
+
+def test_shards_of_a_scene_that_holds_are_the_whole(tmp_path: Path) -> None:
+    """Bit by bit, also where only one of them has the misfire."""
+    scene = write_scene(
+        tmp_path, ("delta", "held_load", "torque_to_hold"), engine=FOUR, set=NUMBERS | HELD,
+        axes={"misfire": [0, 1, 2, 3]},
+    )  # fmt: skip
+    ok("run", scene, "-o", tmp_path / "whole.nc")
+    for number in (1, 2):
+        ok("run", scene, "--shard", f"{number}/2", "-o", tmp_path / f"{number}.nc")
+    ok("merge", tmp_path / "1.nc", tmp_path / "2.nc", "-o", tmp_path / "merged.nc")
+    whole, merged = (sweeps.open(tmp_path / f"{name}.nc") for name in ("whole", "merged"))
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(whole[name], merged[name])
