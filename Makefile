@@ -217,8 +217,8 @@ $(python):
 	fi
 
 $(VENV)/.installed: $(python) pyproject.toml $(CONSTRAINTS)
-	@echo "installing engine-dyn and what it needs"
-	@$(pip_install) --editable .
+	@echo "installing engine-dyn and what the README needs"
+	@$(pip_install) --editable '.[study,optimise,report]'
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed

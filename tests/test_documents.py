@@ -22,6 +22,7 @@ from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.view.figures.kinds import KINDS, figures_of
 from sweeps.view.figures.study import study_of
+from tests.support.commands import invoke
 from tests.support.scenes import asking
 from tests.support.tools import ROOT, tool
 
@@ -175,6 +176,16 @@ def test_commands_of_the_pages_exist() -> None:
         program, name = line.split()[:2]
         known = targets if program == "make" else set(command.commands)
         assert name in known, line
+
+
+def test_which_command_has_every_command_with_options_that_exist() -> None:
+    lines = re.findall(r"`engine-dyn ([^`]+)`", DOCUMENTS["which_command.md"])
+    assert {line.split()[0] for line in lines} == {*command.commands, "COMMAND"}
+    for line in lines:
+        name, *words = line.split()
+        given = [word for word in words if re.match(r"--?[a-z]", word)]
+        told = set(re.findall(r"--?[a-z-]+", invoke(name, "--help").stdout)) if given else set()
+        assert told.issuperset(given) or name == "COMMAND", line
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if not page.endswith("index.md")])
