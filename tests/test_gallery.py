@@ -1,10 +1,15 @@
 """The gallery: every kind of figure, drawn by the commands that stand beside it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from sweeps.view.figures.kinds import KINDS
+from sweeps.view.figures import drawing
+from sweeps.view.figures.kinds import KINDS, figures_of
+from sweeps.view.figures.sheet import NamedFigures
+from sweeps.view.figures.study import Study
+from tests.support.figures import assert_filled
 from tests.support.tools import tool
 
 gallery = tool("gallery")
@@ -21,11 +26,20 @@ def test_the_page_is_current() -> None:
     assert gallery.DOCUMENT.read_text(encoding="utf-8") == gallery.page()
 
 
+def filled(study: Study, only: Sequence[str] = ()) -> NamedFigures:
+    """Figures of an archive, each of which must have something in all panels."""
+    for stem, figure in figures_of(study, only):
+        figure.canvas.draw()
+        assert_filled(stem, figure)
+        yield stem, figure
+
+
 @pytest.mark.slow
 def test_every_picture_can_be_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pictures = tmp_path / "pictures"
     pictures.mkdir()
     monkeypatch.setattr(gallery, "PICTURES", pictures)
+    monkeypatch.setattr(drawing, "figures_of", filled)
     done: dict[tuple[str, ...], Path] = {}
     for entry in DRAWN:
         gallery.draw(entry, done, tmp_path)

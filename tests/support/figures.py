@@ -5,8 +5,10 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from sweeps.view.figures.kinds import figures_of
@@ -47,11 +49,51 @@ def words(figure: Figure) -> str:
     return " | ".join(texts(figure)).replace("\n", " ")
 
 
+def assert_filled(stem: str, figure: Figure) -> None:
+    """No panel of a figure that is laid out is empty, and every log axis has two numbers or more.
+
+    Lines across a panel, such as at zero, fill none; marks and texts that say why a curve is
+    missing do.
+    """
+    for panel in (axes for axes in figure.axes if axes.get_visible() and axes.axison):
+        curves = [line for line in panel.get_lines() if _has_points(line)]
+        more = [*panel.collections, *panel.patches, *panel.images, *panel.texts, *panel.artists]
+        assert curves or more, f"{stem}: a panel without anything in it"
+        for axis in (panel.xaxis, panel.yaxis):
+            if axis.get_scale() == "linear":
+                continue
+            shared = panel._shared_axes[axis.axis_name].get_siblings(panel)
+            numbers = max(len(_numbers(getattr(one, f"{axis.axis_name}axis"))) for one in shared)
+            assert numbers >= 2, f"{stem}: a logarithmic axis with {numbers} numbers"
+
+
+def _has_points(line: Line2D) -> bool:
+    """Whether a line has numbers in the units of its panel, or marks."""
+    marked = str(line.get_marker()) not in ("", " ", "None", "none")
+    spread = line.get_transform() == line.axes.transData  # type: ignore[union-attr]
+    values = np.asarray(line.get_ydata(), dtype=float)
+    return (marked or spread) and bool(np.isfinite(values).any())
+
+
+def _numbers(axis: Any) -> list[str]:
+    """Numbers that can be read at the ticks of an axis."""
+    low, high = sorted(axis.get_view_interval())
+    ticks = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+    # The second label of a tick is on the other side, as those of a scale of colours.
+    labels = [(tick.get_loc(), one) for tick in ticks for one in (tick.label1, tick.label2)]
+    return [
+        label.get_text()
+        for place, label in labels
+        if low <= place <= high and label.get_visible() and label.get_text()
+    ]
+
+
 def assert_inside(stem: str, figure: Figure, apart: bool = True) -> None:
     """Nothing is written outside a figure that is laid out, nor has a legend anything in its box.
 
     `apart` is False where panels of equal scale reach into the empty edge of the legend's box.
     """
+    assert_filled(stem, figure)
     renderer, page = figure.canvas.get_renderer(), figure.bbox  # type: ignore[attr-defined]
     panels = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
     boxes = [panel.get_tightbbox(renderer) for panel in panels]

@@ -311,6 +311,29 @@ def test_shapes_nodes_and_marks_of_modes(drawn: dict) -> None:
     assert "1500" in words(one) and "mode 1: 75 Hz" in words(one) and "mode 2" not in words(one)
 
 
+def test_parts_without_a_limit_have_no_panel_and_the_limit_is_a_line() -> None:
+    data = shaft((0.0, 1.0)).drop_vars("mode_vector_sum")
+    half = shaft((0.0, 1.0))["shaft_torque_half_range"].values / 2000.0
+    half[:, :, 1] = np.nan  # The ring's shaft has no limit
+    data["shaft_torque_over_limit"] = variable(
+        ("speed", "misfire", "shaft"), half, "torque over its limit", "1"
+    )
+    data["damping_ratio"] = variable("mode", [0.01, 0.03], "damping ratio", "1")
+    found = plates(data, laid_out=True)
+    for stem, one in found.items():
+        assert_inside(stem, one)
+    over = found["shaft_torque_over_limit_speed_by_shaft"]
+    (panel,) = over.axes
+    assert "1 of 2 values of shaft without numbers left out" in words(over)
+    levels = [line for line in panel.get_lines() if list(line.get_ydata()) == [1.0, 1.0]]
+    assert len(levels) == 1 and "Limit" in words(over)
+    # Nothing lies between two modes, and without vector sums the diagram says what is missing.
+    (points,) = found["damping_ratio_mode"].axes[0].get_lines()
+    assert points.get_linestyle() == "None"
+    assert "mode_vector_sum to [output] quantities" in words(found["campbell"])
+    assert "mode_vector_sum" not in words(plates(shaft())["campbell"])
+
+
 def test_orders_meet_modes_where_their_frequencies_are_equal() -> None:
     speeds = np.array([1000.0, 1500.0, 2400.0])
     level = np.full((1, 3), 100.0)

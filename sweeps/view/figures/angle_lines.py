@@ -13,7 +13,7 @@ from engine_dyn.types import Floats
 from sweeps.base.dimensions import COUNTED
 from sweeps.view.figures.marks import line_style, lost_handle, mark_lost, target_lines
 from sweeps.view.figures.scales import crank_axis, set_log
-from sweeps.view.figures.sheet import WIDTH, Entries, multiples, no_ordinate, y_label
+from sweeps.view.figures.sheet import WIDTH, Entries, multiples, no_ordinate, rc, y_label
 from sweeps.view.figures.views import FROM_SPEED, NO_VALUE, StudyAxis, View
 from sweeps.view.figures.wording import with_unit
 
@@ -142,6 +142,20 @@ def line_or_mark(
     else:
         (line,) = panel.plot(x, y, **style)
         entries.setdefault(text, line)
+
+
+def torque_look(name: str) -> dict[str, Any]:
+    """Colour, dashes and width of each torque, the same in all figures."""
+    # Lightness differs as well as hue; the colour that is empty is that of text.
+    torques = {
+        "torque": ("", "-", 1.6),
+        "gas_torque": ("#d1541b", (0, (6, 1.5)), 1.2),
+        "inertia_torque": ("#1b4f9c", (0, (4, 1.2, 1, 1.2)), 1.2),
+        FRICTION: ("#c79a1e", (0, (1.2, 1)), 1.4),
+        "load_torque": ("#2f7d55", (0, (3, 1, 1, 1, 1, 1)), 1.6),
+    }
+    colour, dashes, width = torques[name]
+    return {"color": colour or rc("text.color"), "linestyle": dashes, "linewidth": width}
 
 
 def _rms_text(view: View, name: str, place: Mapping[str, int]) -> str:

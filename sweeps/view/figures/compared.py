@@ -179,7 +179,7 @@ def _line_figure(whole: View, name: str, along: str) -> Figure:
         parameter_ticks(panel, axis, "x", 5.0)
     free_scale(panels[0], every)
     x_label(panels[1], axis.label, 5.0)
-    if axis.words:  # Nothing lies between two words, so no line joins them
+    if not axis.joined:
         for line in (line for panel in panels for line in panel.lines):
             line.set_linestyle("none")
     return _finished(view, name, panels, entries, False)
@@ -230,7 +230,10 @@ def published(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw computed against published: differences case by case, and one against the other."""
     view = study.view
     known = {name: np.isfinite(_both(view, name)[1]) for name in published_names(view)}
-    several = [name for name, there in known.items() if there.sum() > 2]
+    several = [
+        name for name, there in known.items()
+        if there.sum() > 2 and np.isfinite(_percent(view, name)).any()
+    ]  # fmt: skip
     if several:
         yield "published_parity", _parity(view, several)
     dims = {view.array(name + PUBLISHED).dims for name in known}
@@ -285,24 +288,27 @@ def _differences(
     """Chart of the percent by which computed values differ from published ones, by case."""
     from matplotlib.ticker import FuncFormatter, NullLocator, SymmetricalLogLocator
 
-    figure, (panel,) = new_sheet(1, 1, 0.7 + 0.22 * rows.size)
+    # Marks of several quantities stand below each other in a row.
+    figure, (panel,) = new_sheet(1, 1, 0.7 + max(0.22, 0.045 * len(names)) * rows.size)
     entries: Entries = {}
     every = [np.zeros(1)]
     for rank, name in enumerate(names):
         percent = _percent(view, name)[rows]
-        shift = 0.5 * ((rank + 0.5) / len(names) - 0.5)
-        style = line_style(rank, len(names)) | {"linestyle": "none", "markersize": 4.5}
+        shift = 0.8 * ((rank + 0.5) / len(names) - 0.5)
+        style = line_style(rank, len(names)) | {"linestyle": "none"}
         (entries[view.title(name)],) = panel.plot(percent, np.arange(rows.size) + shift, **style)
         every.append(percent[np.isfinite(percent)])
     _rows(panel, [axis.tag(int(row)) for row in rows])
     size = np.abs(np.concatenate(every))
-    if size.max() > 5 and size.max() > 20 * np.median(size):
+    notes = view.notes(names, units=False)
+    if size.max() > 1 and size.max() > 20 * np.median(size):
         panel.set_xscale("symlog", linthresh=0.1, linscale=0.6)
         panel.xaxis.set_major_locator(SymmetricalLogLocator(base=10, linthresh=0.1))
         panel.xaxis.set_minor_locator(NullLocator())
         panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
+        notes.append("scale linear to 0.1 %, logarithmic beyond")
     title = "Difference from the published values"
-    return finish(figure, title, view.notes(names, units=False), entries)
+    return finish(figure, title, notes, entries)
 
 
 def _parity(view: View, names: Sequence[str]) -> Figure:
@@ -314,8 +320,6 @@ def _parity(view: View, names: Sequence[str]) -> Figure:
         good = np.isfinite(computed) & np.isfinite(known)
         panel.set_title(wrap(view.label(name), int(72 / sheet.columns)))
         panel.set_box_aspect(1)
-        if not good.any():
-            continue
         both = np.concatenate([computed[good], known[good]])
         low, high = float(both.min()), float(both.max())
         log = low > 0 and high > 20 * low
@@ -326,7 +330,7 @@ def _parity(view: View, names: Sequence[str]) -> Figure:
             pad = 0.08 * (high - low) or 1.0
             low, high = low - pad, high + pad
         (line,) = panel.plot([low, high], [low, high], color=GREY, linewidth=0.8)
-        look = {"color": shade(0.15), "markerfacecolor": "none"}
+        look = {"color": shade(0.15), "markerfacecolor": "none", "markersize": 3.0}
         (dots,) = panel.plot(known[good], computed[good], "o", **look)
         sheet.entries.update({"Equal": line, "Case": dots})
         panel.set(xlim=(low, high), ylim=(low, high))

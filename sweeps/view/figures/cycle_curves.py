@@ -20,12 +20,12 @@ from sweeps.view.figures.angle_lines import (
     over_angle,
     set_cycle,
     shade_work,
+    torque_look,
     trace,
 )
-from sweeps.view.figures.marks import DASHES, lost_handle, mark_lost
+from sweeps.view.figures.marks import MEAN_LOOK, lost_handle, mark_lost
 from sweeps.view.figures.scales import comparable
 from sweeps.view.figures.sheet import (
-    GREY,
     OWN_ORDINATES,
     Entries,
     NamedFigures,
@@ -174,7 +174,7 @@ def curve_figure(view: View, name: str, along: str | None) -> Figure:
     # Parts of the engine, such as its throws, always have a panel each.
     parts = [dim for dim in COUNTED if dim in view.array(name).dims]
     facet = parts[0] if parts else facet_of(view, [name], [along]) if along else None
-    view = view.only([name], [along, facet])
+    view = view.only([name], [along, facet]).with_values([name], along, facet)
     axis, across = view.axis(along), view.axis(facet)
     places = [across.place(index) for index in across.picked(MOST_PANELS)]
     traced = [[trace(view, name, place | axis.place(i))[1] for i in axis.picked()]
@@ -302,9 +302,7 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
             draw_curves(panel, view, name, axis, entries=entries, change=change)
             if alone and name == "gas_torque":
                 x, y, _ = trace(view, once, {along: 0})
-                (entries[view.title(once)],) = panel.plot(
-                    x, y, color=GREY, linestyle=":", linewidth=1.4
-                )
+                (entries[view.title(once)],) = panel.plot(x, y, **torque_look(once))
 
         return AnglePanel(draw, changed if apart else view.label(name))
 
@@ -317,20 +315,6 @@ def load_curves(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 # ---- torques -------------------------------------------------------------------------------------
-
-
-def _torque_look(name: str) -> dict[str, Any]:
-    # Colour (that of text if empty), dashes and width of each torque, in all figures; lightness
-    # differs as well as hue
-    torques = {
-        "torque": ("", "-", 1.6),
-        "gas_torque": ("#d1541b", (0, (6, 1.5)), 1.2),
-        "inertia_torque": ("#1b4f9c", (0, (4, 1.2, 1, 1.2)), 1.2),
-        FRICTION: ("#c79a1e", (0, (1.2, 1)), 1.4),
-        "load_torque": ("#2f7d55", (0, (3, 1, 1, 1, 1, 1)), 1.6),
-    }
-    colour, dashes, width = torques[name]
-    return {"color": colour or rc("text.color"), "linestyle": dashes, "linewidth": width}
 
 
 def component_names(view: View) -> list[str]:
@@ -346,12 +330,12 @@ def torque_components(study: Study, names: Sequence[str]) -> NamedFigures:
     sums = [name for name in names if name != "load_torque"]
     load = [name for name in names if name == "load_torque" and over_angle(study.view, name)]
     title, base = "Components of the torque", "torque_components"
-    yield base, _together(study.view, sums, None, title, "Torque", _torque_look)
+    yield base, _together(study.view, sums, None, title, "Torque", torque_look)
     for whole, along in study.views_by_axis([*sums, *load]):
         if along is None:
             continue
         if whole.varies(sums, along):
-            drawn = _together(whole, [*sums, *load], along, title, "Torque", _torque_look)
+            drawn = _together(whole, [*sums, *load], along, title, "Torque", torque_look)
             yield stem_of(base, whole, along), drawn
         elif load and along in ("load_exponent", "load_offset"):
             yield stem_of(base, whole, along), _load_law(whole, sums, along, title)
@@ -370,7 +354,7 @@ def _load_law(whole: View, sums: Sequence[str], along: str, title: str) -> Figur
 
     unchanged = f"the same for every {axis.called}"
     place = axis.place(axis.nominal or 0)
-    components = partial(draw_lines, view=view, names=sums, index=place, look=_torque_look)
+    components = partial(draw_lines, view=view, names=sums, index=place, look=torque_look)
     panels = [AnglePanel(components, "Torque" + view.unit(sums[0]), unchanged),
               AnglePanel(loads, view.label("load_torque"))]  # fmt: skip
     notes = [*view.notes([*sums, "load_torque"]), axis.picked_text()]
@@ -393,7 +377,7 @@ def torque_and_speed(study: Study, names: Sequence[str]) -> NamedFigures:
     figure, (left,) = new_sheet(1, 1, 3.3)
     right = left.twinx()
     entries: Entries = {}
-    draw_lines(left, entries, view, [n for n in names if n != "omega"], {}, _torque_look)
+    draw_lines(left, entries, view, [n for n in names if n != "omega"], {}, torque_look)
     x, torque, _ = trace(view, "torque", {})
     load = load_at(view, x) if "load_torque" in names else None
     if load is not None:
@@ -458,6 +442,5 @@ def _with_mean(
     if lost:
         mark_lost(panel, lost)
         return
-    panel.plot(x, y, color="black", linewidth=1.1)
-    look: dict[str, Any] = {"color": "#c05a1c", "linewidth": 0.9, "linestyle": DASHES[1]}
-    entries["Mean over the cycle"] = panel.axhline(float(np.nanmean(y[:-1])), **look)
+    panel.plot(x, y, color=rc("text.color"), linewidth=1.1)
+    entries["Mean over the cycle"] = panel.axhline(float(np.nanmean(y[:-1])), **MEAN_LOOK)

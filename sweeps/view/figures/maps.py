@@ -15,11 +15,10 @@ from sweeps.base.dimensions import REDUCTION
 from sweeps.view.figures.marks import (
     LOST,
     LOST_OTHERWISE,
-    TARGET_LOOK,
     doubt_look,
     target_lines,
     target_places,
-    target_text,
+    targets_of,
 )
 from sweeps.view.figures.scales import parameter_ticks
 from sweeps.view.figures.sheet import GREY, Entries, Multiples, NamedFigures, columns_for, multiples
@@ -65,7 +64,7 @@ def map_panels(
 
 def map_figure(view: View, name: str, along: str, up: str, facet: str | None = None) -> Figure:
     """A variable over two axes: colours with labelled contours; designs without one hatched."""
-    view = view.only([name], [along, up, facet])
+    view = view.only([name], [along, up, facet]).with_values([name], facet)
     x, y, across = view.axis(along), view.axis(up), view.axis(facet)
     places = across.picked(MOST_PANELS)
     values, reasons = _tables(view, name, (along, up, facet), places)
@@ -151,12 +150,12 @@ def _target_contours(
     from matplotlib.lines import Line2D
 
     x, y, table = shown
-    for text, value in view.options.targets.get(name, ()):
+    for text, value, own in targets_of(view, name):
         masked = np.ma.masked_invalid(table)
         if min(table.shape) > 1 and masked.min() < value < masked.max():
-            look = {"colors": TARGET_LOOK["color"], "linestyles": [TARGET_LOOK["linestyle"]]}
+            look = {"colors": own["color"], "linestyles": [own["linestyle"]]}
             panel.contour(x.values, y.values, masked, [value], linewidths=1.8, **look)
-            entries.setdefault(target_text(view, name, text), Line2D([], [], **TARGET_LOOK))
+            entries.setdefault(text, Line2D([], [], **own))
     target_places(panel, view, x, entries)
     if not y.words and y.name in view.options.targets:
         target_lines(panel, view, [y.name], entries)

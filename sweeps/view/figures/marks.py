@@ -108,6 +108,16 @@ def doubt_look(size: float = 4.0) -> dict[str, Any]:
 TARGET_LOOK: dict[str, Any] = {"color": "#c1272d", "linestyle": (0, (7, 2)), "linewidth": 1.1}
 
 
+LIMIT_LOOK: dict[str, Any] = TARGET_LOOK | {"linestyle": DASHES[1], "linewidth": 1.3}
+"""Look of the limit of what a panel shows; of several, the first."""
+
+MEAN_LOOK: dict[str, Any] = {"color": "#c05a1c", "linestyle": DASHES[1], "linewidth": 1.1}
+"""Look of a mean over the cycle, in all figures."""
+
+LIMITED = ("_over_limit", "_over_stop")
+"""Endings of the names of ratios that are 1 where the limit is reached."""
+
+
 def target_text(view: View, name: str, text: str) -> str:
     """Text of the legend for a target: ``Target δ = 1/200``."""
     variable = view.array(name)
@@ -115,16 +125,20 @@ def target_text(view: View, name: str, text: str) -> str:
     return f"Target {symbol_of(variable) or name_of(variable, name)} = {text} {unit}".rstrip()
 
 
+def targets_of(view: View, name: str) -> list[tuple[str, float, dict[str, Any]]]:
+    """Text, value and look of each target of a variable, and of the limit of a ratio to it."""
+    limits = [("Limit", 1.0, LIMIT_LOOK)] if name.endswith(LIMITED) else []
+    targets = view.options.targets.get(name, ())
+    return limits + [(target_text(view, name, text), v, TARGET_LOOK) for text, v in targets]
+
+
 def target_lines(
     panel: Axes, view: View, names: Sequence[str], entries: Entries, *, upright: bool = False
 ) -> None:
     """Lines over a panel at the targets of what its ordinate (`upright`: its abscissa) shows."""
-    for name in names:
-        for text, value in view.options.targets.get(name, ()):
-            draw = panel.axvline if upright else panel.axhline
-            entries.setdefault(
-                target_text(view, name, text), draw(value, zorder=1.5, **TARGET_LOOK)
-            )
+    draw = panel.axvline if upright else panel.axhline
+    for text, value, look in (one for name in names for one in targets_of(view, name)):
+        entries.setdefault(text, draw(value, zorder=1.5, **look))
 
 
 def target_places(panel: Axes, view: View, axis: StudyAxis, entries: Entries) -> None:

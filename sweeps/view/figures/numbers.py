@@ -362,7 +362,9 @@ def _study_figures(view: View, name: str) -> NamedFigures:
     # Over an axis of few values lines show more than a map, and a map would colour the room between
     # whole numbers, where no design lies.
     whole = (*COUNTED, "cylinders", "passes", "truncation")
-    wide = [d for d in numbers if view.data.sizes[d] >= 5 and d not in whole]
+    wide = [
+        d for d in numbers if view.data.sizes[d] >= 5 and d not in whole and view.axis(d).joined
+    ]
     stem = name
     if len(wide) >= 2:
         # The two longest axes, in the order of the archive

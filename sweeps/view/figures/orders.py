@@ -45,14 +45,14 @@ def orders(study: Study, names: Sequence[str]) -> NamedFigures:
 
 
 def order_figure(view: View, name: str, along: str | None) -> Figure | None:
-    """Orders as bars at their order: one in front of the other, or a panel for each value.
+    """Orders as bars at their order: side by side, or a panel for each value.
 
     None where every order is zero.
     """
     facet = facet_of(view, [name], [along]) if along else None
     if along and view.data.sizes[along] > 3:
-        facet, along = along, None  # Bars of many values would hide each other
-    view = view.only([name], [along, facet])
+        facet, along = along, None  # Bars of many values would be too narrow
+    view = view.only([name], [along, facet]).with_values([name], along, facet)
     axis, across = view.axis(along), view.axis(facet)
     places = [
         [{**across.place(i), **axis.place(j)} for j in axis.picked()]
@@ -62,29 +62,37 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
     least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for row in values for y in row)
     if least == 0.0:
         return None
-    share = comparable(values)
-    base, each = (0.5, 1.75) if across else (3.3, 0.0)
-    sheet = multiples(len(places), base, each, sharex=True, sharey=share)
     order = view.numbers("order")
     angles = view.array(name).attrs.get("units") == "degree"
+    rows, zero = [], []
+    for row, curves in zip(places, values, strict=True):
+        known = [
+            _has_amplitude(view, name, place, y) if angles else np.abs(y) > least
+            for place, y in zip(row, curves, strict=True)
+        ]
+        if np.any(known):
+            rows.append((row, curves, known))
+        else:
+            zero.append(across.tag(row[0].get(across.name, 0)))
+    if not rows:
+        return None
+    share = comparable([curves for _, curves, _ in rows])
+    base, each = (0.5, 1.75) if len(rows) > 1 else (3.3, 0.0)
+    sheet = multiples(len(rows), base, each, sharex=True, sharey=share)
     there = order[np.any([np.abs(y) > least for row in values for y in row], axis=0)]
     room = float(np.min(np.diff(there if there.size > 1 else order), initial=1.0))
-    for panel, row, curves in zip(sheet.panels, places, values, strict=True):
-        any_drawn = False
+    for panel, (row, curves, known) in zip(sheet.panels, rows, strict=True):
         for rank, (place, y) in enumerate(zip(row, curves, strict=True)):
-            known = _has_amplitude(view, name, place, y) if angles else np.abs(y) > least
-            any_drawn |= bool(known.any())
-            draw = _marks if angles else _bars
-            handle = draw(panel, order[known], y[known], room, (rank, len(row)))
+            draw, some = _marks if angles else _bars, known[rank]
+            handle = draw(panel, order[some], y[some], room, (rank, len(row)))
             if np.isfinite(y).any():
                 sheet.entries.setdefault(axis.text(place.get(axis.name, 0)), handle)
-        if not any_drawn:
-            panel.text(0.5, 0.6, "zero at every order", transform=panel.transAxes, ha="center")
         panel.set_title(across.tag(row[0].get(across.name, 0)))
         _frame(panel, order, view.array(name))
     sheet.label_x(view.label("order"), 6.3 / sheet.columns)
-    sheet.label_y(view.label(name), 1.5 if across else 2.8)
+    sheet.label_y(view.label(name), 1.5 if len(rows) > 1 else 2.8)
     notes = [*view.notes([name]), axis.picked_text(), across.picked_text(MOST_PANELS)]
+    notes += [f"zero at every order: {', '.join(zero)}"] if zero else []
     return sheet.finish(
         (axis or across).by(view.title(name)),
         [*notes, "" if share else OWN_ORDINATES], view.caption,
@@ -100,23 +108,27 @@ def _frame(panel: Axes, order: Floats, variable: xr.Variable) -> None:
     whole_ticks(panel)
 
 
-def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
-    """Draw bars at their orders, narrower from value to value so that all are visible."""
+def _side_by_side(places: Floats, room: float, of: tuple[int, int]) -> tuple[Floats, float]:
+    """Middles and width of the bars of one of several values, beside those of the others."""
     rank, count = of
-    width = room * (0.34 if count == 1 else 0.8 * (1.0 - rank / count))
-    colour = line_style(rank, count)["color"]
-    look = {"color": colour, "edgecolor": rc("axes.facecolor"), "linewidth": 0.3}
-    return panel.bar(places, y, width, zorder=2.0 + 0.1 * rank, **look)  # type: ignore[return-value]
+    width = room * (0.34 if count == 1 else 0.8 / count)
+    return places + (rank - 0.5 * (count - 1)) * width, width
+
+
+def _bars(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
+    """Draw bars at their orders."""
+    middles, width = _side_by_side(places, room, of)
+    look = {"color": line_style(*of)["color"], "edgecolor": rc("axes.facecolor"), "linewidth": 0.2}
+    return panel.bar(middles, y, width, zorder=2.0, **look)  # type: ignore[return-value]
 
 
 def _marks(panel: Axes, places: Floats, y: Floats, room: float, of: tuple[int, int]) -> Artist:
-    """Draw marks at their orders, smaller from value to value so that all are visible."""
-    rank, count = of
-    style = line_style(rank, count)
+    """Draw marks at their orders."""
+    style = line_style(*of)
+    middles, _ = _side_by_side(places, room, of)
     (points,) = panel.plot(
-        places, y, linestyle="none", color=style["color"], marker=style["marker"],
-        markersize=3.5 + 2.0 * (count - 1 - rank),
-        markerfacecolor=style["color"] if rank == count - 1 else "none",
+        middles, y, linestyle="none", color=style["color"], marker=style["marker"],
+        markersize=3.5, markerfacecolor=style["markerfacecolor"],
     )  # fmt: skip
     return points
 

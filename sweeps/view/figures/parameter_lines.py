@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import COUNTED, HIGH, LOW
 from sweeps.view.figures.marks import (
+    LIMITED,
     doubt_look,
     line_style,
     lost_handle,
@@ -80,7 +81,7 @@ def draw_points(panel: Axes, axis: StudyAxis, lines: Sequence[Line], entries: En
         x = axis.values if line.x is None else line.x
         if not axis.joined:
             style |= {"linestyle": "none", "markersize": 5.0}
-            if axis.words or axis.name in COUNTED:  # Lines have points side by side, often equal
+            if axis.name != "cylinders":  # Lines have points side by side, often equal
                 x = x + 0.5 * ((rank + 0.5) / len(lines) - 0.5)
         elif x.size < 5 and not line.look:
             style["linewidth"] = 0.7  # Between so few points the curve is not known
@@ -156,7 +157,7 @@ def line_figure(
     facet: str | None = None, more: Sequence[Line] = (), text: str = COMPUTED,
 ) -> Figure:  # fmt: skip
     """Numbers against one axis: a line for each variable, or for each value of a second axis."""
-    view = view.only(names, [along, over, facet])
+    view = view.only(names, [along, over, facet]).with_values(names, over, facet)
     axis, other, across = view.axis(along), view.axis(over), view.axis(facet)
 
     def lines_at(at: Mapping[str, int]) -> list[Line]:
@@ -201,6 +202,8 @@ def parameter_figure(
         target_places(panel, view, axis, sheet.entries)
         panel.set_title(content.title)
     every = [line.y for content in panels for line in content.lines]
+    limited = any(name.endswith(LIMITED) for name in names)
+    every += [np.ones(1)] if limited else []  # The line of the limit has room on the scale
     room = 5.0 / sheet.columns
     for panel in sheet.panels:
         parameter_ticks(panel, axis, "x", room)

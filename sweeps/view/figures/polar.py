@@ -60,7 +60,7 @@ def _polar_figure(view: View, names: Sequence[str], along: str | None) -> Figure
     facet = "main_bearing" if "main_bearing" in view.array(right).dims else None
     if facet is None and along is not None:
         facet = facet_of(view, names, [along])
-    view = view.only(names, [along, facet])
+    view = view.only(names, [along, facet]).with_values(names, facet)
     axis, across = view.axis(along), view.axis(facet)
     shown = across.picked(MOST_PANELS)
     columns = columns_for(len(shown))

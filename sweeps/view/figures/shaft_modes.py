@@ -211,6 +211,9 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     y_label(panel, f"Frequency{view.unit(drawn_name)}", 3.4)
     which = "of damped modes" if damped else "without damping"
     notes = [*view.notes(used), f"natural frequencies {which}", "rays are orders"]
+    if crossed and sums is None and not damped:
+        alike = "all crossings look alike: for their strength add mode_vector_sum to "
+        notes.append(f"{alike}[output] quantities")
     if crossed:
         area = f", area by the vector sum: here {number_text(largest, 3)}"
         entries["crossing" + area * ("mode_vector_sum" in used)] = panel.scatter(

@@ -12,7 +12,7 @@ import xarray as xr
 
 from engine_dyn.types import Floats
 from sweeps.view.figures.angle_lines import line_or_mark, set_cycle, trace
-from sweeps.view.figures.marks import DASHES, TARGET_LOOK, line_style
+from sweeps.view.figures.marks import DASHES, LIMIT_LOOK, line_style
 from sweeps.view.figures.options import with_angle_from_zero
 from sweeps.view.figures.parameter_lines import (
     COMPUTED,
@@ -161,7 +161,7 @@ def _draw_limits(
     for rank, (limit, values) in enumerate(bounds.items()):
         if values is None:
             continue
-        look = TARGET_LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]], "linewidth": 1.3}
+        look = LIMIT_LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]]}
         entries[view.title(limit)] = panel.plot(speed, values, **look)[0]
         if (worst > values).any():
             barred = "above the limit: barred"

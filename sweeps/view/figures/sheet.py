@@ -110,7 +110,12 @@ def x_label(axes: Axes, text: str, width: float) -> None:
 
 
 def no_ordinate(panel: Axes) -> None:
-    """Where nothing could be drawn there are no numbers to read off."""
+    """Where nothing could be drawn there are no numbers to read off.
+
+    A panel of a row with one ordinate may have the numbers of all.
+    """
+    if len(panel.get_shared_y_axes().get_siblings(panel)) > 1:
+        return
     panel.tick_params("y", left=False, labelleft=False)
     panel.grid(False, axis="y")
 

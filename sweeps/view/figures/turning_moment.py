@@ -20,8 +20,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine_dyn.types import Floats
-from sweeps.view.figures.angle_lines import load_at, over_angle, set_cycle, shade_work, trace
-from sweeps.view.figures.marks import lost_handle, mark_lost
+from sweeps.view.figures.angle_lines import (
+    load_at,
+    over_angle,
+    set_cycle,
+    shade_work,
+    torque_look,
+    trace,
+)
+from sweeps.view.figures.marks import MEAN_LOOK, lost_handle, mark_lost
 from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, y_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import View
@@ -32,6 +39,8 @@ if TYPE_CHECKING:
 
 JOULES = {"N m": 1.0, "kN m": 1e3, "MN m": 1e6, "ft lbf": 1.3558179483, "lbf ft": 1.3558179483}
 """Joules of a torque of one over an angle of one radian, by the torque's unit."""
+
+MEAN_TORQUE = "Mean torque"
 
 
 @dataclass(frozen=True)
@@ -118,14 +127,15 @@ def _resistance(view: View, names: Sequence[str], x: Floats, torque: Floats) -> 
     if load is not None and abs(np.mean(load[:-1]) - mean) <= 1e-3 * np.ptp(torque):
         load = load + (mean - np.mean(load[:-1]))  # Differences of the means would add up
         return load, view.title("load_torque")
-    return np.full(x.size, mean), "Mean torque"
+    return np.full(x.size, mean), MEAN_TORQUE
 
 
 def _areas(panel: Axes, diagram: Turning, entries: Entries, text: str, label: str) -> None:
     """Draw torque and resistance with the areas between them and their sizes."""
     x, torque, resistance = diagram.angle, diagram.torque, diagram.resistance
-    (line,) = panel.plot(x, torque, color="black", linewidth=1.6)
-    (other,) = panel.plot(x, resistance, color="#2f7d55", linewidth=1.6, linestyle=(0, (6, 1.5)))
+    (line,) = panel.plot(x, torque, **torque_look("torque"))
+    mean = text == MEAN_TORQUE
+    (other,) = panel.plot(x, resistance, **(MEAN_LOOK if mean else torque_look("load_torque")))
     entries |= {label: line, text: other}
     shade_work(panel, x, torque, resistance, entries)
     sizes = np.abs(diagram.areas)

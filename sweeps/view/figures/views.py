@@ -78,6 +78,11 @@ class StudyAxis:
         """Name of the axis in the middle of a sentence."""
         return dimension_text(self.name)
 
+    @property
+    def plural(self) -> str:
+        """Its values, after their number."""
+        return "cases" if self.name == "design" else f"values of {self.called}"
+
     def picked(self, most: int = MOST_LINES) -> list[int]:
         """Indices of the values that are drawn."""
         return pick(self.size, most, self.nominal)
@@ -86,8 +91,7 @@ class StudyAxis:
         """Say how many values are drawn where they are not all."""
         if self.size <= most:
             return ""
-        what = "cases" if self.name == "design" else f"values of {self.called}"
-        return f"{len(self.picked(most))} of {self.size} {what} shown"
+        return f"{len(self.picked(most))} of {self.size} {self.plural} shown"
 
     def place(self, index: int) -> dict[str, int]:
         """The index of a value by the name of the axis."""
@@ -107,7 +111,7 @@ class StudyAxis:
     @property
     def joined(self) -> bool:
         """Whether there is something between its values, so that a line may run there."""
-        others = ("cylinders", "direction", "valve_train", MISFIRE)
+        others = ("cylinders", "direction", "valve_train", "mode", MISFIRE)
         return not self.words and self.name not in (*COUNTED, *others)
 
     def mark(self, index: int) -> str:
@@ -298,6 +302,43 @@ class View:
             for dim in idle
         }
         return replace(view, fixed={**view.fixed, **same})
+
+    def with_values(self, names: Iterable[str], *dims: str | None) -> View:
+        """Leave out the places of axes at which no variable has a number or a known outcome.
+
+        A note says so, except of parts that an engine of fewer cylinders does not have.
+        """
+        view = self
+        for dim in dims:
+            arrays = [name for name in names if dim is None or dim in view.array(name).dims]
+            if dim is None or len(arrays) < len(list(names)):
+                continue
+            there = np.zeros(view.data.sizes[dim], dtype=bool)
+            for name in arrays:
+                array = view.array(name)
+                said = view.outcomes(name, array, {}) != NO_VALUE
+                there |= said.any(axis=tuple(i for i, d in enumerate(array.dims) if d != dim))
+            kept = np.flatnonzero(there)
+            if 0 < kept.size < there.size:
+                view = view._kept(dim, kept)
+        return view
+
+    def _kept(self, dim: str, places: NDArray[np.intp]) -> View:
+        """The view with some places of an axis, and a note of the others."""
+        axis, nominal = self.axis(dim), self.nominal.get(dim)
+        fixed, others = dict(self.fixed), {d: n for d, n in self.nominal.items() if d != dim}
+        if nominal in places:
+            others[dim] = int(np.flatnonzero(places == nominal)[0])
+        if dim not in COUNTED:
+            left = f"{axis.size - places.size} of {axis.size}"
+            fixed[dim] = f"{left} {axis.plural} without numbers left out"
+        remarks = dict(self.remarks)
+        if remarks.get(dim):
+            remarks[dim] = tuple(remarks[dim][place] for place in places)
+        return replace(
+            self, data=self.data.isel({dim: places}), fixed=fixed, had=self.former_dims(),
+            nominal=others, remarks=remarks,
+        )  # fmt: skip
 
     def default(self, dim: str) -> int:
         """The slice when none is chosen: nominal, the engine's own, middle or first."""
