@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import ALONG_SHAFT, DIMENSIONS, PARAMETERS
+from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from sweeps.base.checks import names_given
 from sweeps.base.dimensions import words_of
 from sweeps.base.errors import SceneError, not_known, one_line, shown
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 Units = Callable[[str], str | None]  # Function from a name to its unit; None for an unknown name
 
 LONGEST = 500  # Largest number of characters of a condition
+
+PARTS = frozenset(name for name, dimension in DIMENSIONS.items() if dimension.whole)
+"""Dimensions that count parts, such as main bearings, shafts, discs and modes: of a quantity with a
+value for each of them the worst one counts."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +125,7 @@ def units_of(archive: xr.Dataset) -> Units:
 
 
 def check_name(archive: xr.Dataset, name: str) -> None:
-    """Check that a name has one number for each design, or one for each of its bearings.
+    """Check that a name has one number for each design, or one for each part (`PARTS`).
 
     Raises
     ------
@@ -135,7 +139,7 @@ def check_name(archive: xr.Dataset, name: str) -> None:
     if name not in known:
         known = [each for each in known if each not in words]
         raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
-    curve = [str(d) for d in archive[name].dims if d in DIMENSIONS and d not in ALONG_SHAFT]
+    curve = [str(d) for d in archive[name].dims if d in DIMENSIONS and d not in PARTS]
     if curve:
         raise SceneError(
             f"{name}: not one number per design, because it varies over {', '.join(curve)}; "
@@ -150,17 +154,16 @@ class Asked:
 
     # Variables by key; the outcome as "status" where every value has one
     variables: dict[str, xr.Variable]
-    # Function that takes the value of the bearing that counts, for each variable with a value for
-    # each bearing
+    # Function that takes the value of the part that counts, for each variable with a value for each
+    # part, such as a bearing or a shaft
     parts: dict[str, Callable[[npt.NDArray[Any], tuple[int, ...]], npt.NDArray[Any]]]
     wanted: list[str]  # Keys of the quantities that are minimised or maximised
     limited: list[str]  # Keys of the quantities in conditions
 
     @property
     def dims(self) -> set[str]:
-        """Dimensions over which all these lie, but for bearings."""
-        every = {str(d) for v in self.variables.values() for d in v.dims}
-        return every - ALONG_SHAFT if self.parts else every
+        """Dimensions over which all these lie, but for those of parts."""
+        return {str(d) for v in self.variables.values() for d in v.dims} - PARTS
 
 
 def asked_of(
@@ -168,9 +171,10 @@ def asked_of(
 ) -> Asked:
     """Look up what a search is about: names, each with 1 for less or -1 for more, and conditions.
 
-    Of a quantity with a value for each bearing the worst one counts: the largest where less is
-    wanted or where the limit is one from above, else the smallest. Engines with fewer bearings
-    than others of their archive have NaN at those that they lack, which do not count.
+    Of a quantity with a value for each part, such as a bearing or a shaft, the worst one counts:
+    the largest where less is wanted or where the limit is one from above, else the smallest.
+    Engines with fewer parts than others of their archive have NaN at those that they lack, which
+    do not count.
 
     Raises
     ------
@@ -183,7 +187,7 @@ def asked_of(
     for number, (name, largest) in enumerate(zip(names, above, strict=True)):
         check_name(archive, name)
         variable, key = archive[name].variable, name
-        if not ALONG_SHAFT.isdisjoint(map(str, variable.dims)):
+        if not PARTS.isdisjoint(map(str, variable.dims)):
             key = f"{name}, {'largest' if largest else 'smallest'}"
             asked.parts[key] = np.fmax.reduce if largest else np.fmin.reduce
         asked.variables[key] = variable

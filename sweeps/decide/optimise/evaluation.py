@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.quantities.graph import ALONG_SHAFT
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.base.dimensions import DESIGN, GENERATION, RESTART
 from sweeps.decide.optimise.space import Space
@@ -192,7 +191,7 @@ def _judged(
         for key in task.names if key in columns
     }  # fmt: skip
     dataset = xr.Dataset(variables, coordinates)
-    dims = {str(d) for v in variables.values() for d in v.dims} - ALONG_SHAFT
+    dims = {str(d) for v in variables.values() for d in v.dims}
     points = [d for d in task.points if d in dims]
     codes = task.not_counted if "status" in dataset else ()
     search = EveryPoint(dataset, task.wanted, task.conditions, points, codes)

@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from engine_dyn.quantities.graph import ALL_QUANTITIES, ALONG_SHAFT, DIMENSIONS, PARAMETERS
+from engine_dyn.quantities.graph import ALL_QUANTITIES, DIMENSIONS, PARAMETERS
 from sweeps.base.checks import names_given
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.decide.optimise.space import Space, read_space
 from sweeps.running.reduce.every_point import outcomes_given
-from sweeps.scene.conditions import Constraint, conditions_of
+from sweeps.scene.conditions import PARTS, Constraint, conditions_of
 from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import GivenScene, scene_of
 from sweeps.scene.sample import SEARCH
@@ -167,12 +167,12 @@ def _check_known(name: str, space: Space, raw: Mapping[str, Any]) -> None:
 
 
 def _curve(name: str, plan: Plan) -> list[str]:
-    """Dimensions of a quantity besides those of designs and bearings."""
-    return [d for d in plan.dims(name) if d in DIMENSIONS and d not in ALONG_SHAFT]
+    """Dimensions of a quantity besides those of designs and parts."""
+    return [d for d in plan.dims(name) if d in DIMENSIONS and d not in PARTS]
 
 
 def _check_number(name: str, plan: Plan) -> None:
-    """Check that a quantity has one number for each design and bearing."""
+    """Check that a quantity has one number for each design, or one for each part."""
     curve = _curve(name, plan)
     if curve:
         largest = f"{name}_max"
