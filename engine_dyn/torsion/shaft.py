@@ -374,14 +374,17 @@ def mean_torques_of_throws(
     cylinder_set, by_count, throws
         As of `reciprocating_inertia_of_throws`.
     """
-    from engine_dyn.speed.torque import mean_gas_of_member
+    from engine_dyn.speed.torque import mean_gas_torque
 
-    known: dict[Member, Any] = {}
+    known: dict[tuple[Any, ...], Any] = {}
 
     def of_one(member: Member) -> Any:
-        key = member._replace(phase=0.0, mass_factor=1.0)
+        key = member.pressure_factor, member.radius_factor, member.side
         if key not in known:
-            known[key] = mean_gas_of_member(member, crank_ratio, offset, row, family)
+            own = member.own(crank_ratio, offset)
+            known[key] = member.radius_factor * mean_gas_torque(
+                own.crank_ratio, row, family, own.offset, member.pressure_factor
+            )
         return known[key]
 
     friction = value_of_sets(cylinder_set, by_count, lambda engine: 1.0 / engine.count)

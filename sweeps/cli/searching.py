@@ -66,8 +66,8 @@ from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
 @click.option(
     "--at-every",
     metavar="AXES",
-    help="Axes at whose every value the conditions must hold, such as load,speed. Needed for speed "
-    "and load, which are not chosen with a design, unless --select or a condition names them.",
+    help="Axes at all values of which a design must work, such as load,speed: the conditions hold "
+    "at each of them, and the worst value counts.",
 )
 @click.option(
     "--not-counted",
@@ -95,16 +95,16 @@ def best(
     check_file(archive)
     with opened(archive) as dataset:
         from sweeps.decide.explore.opening import nearest
-        from sweeps.decide.explore.search import best as best_of
+        from sweeps.decide.explore.search import search_best
         from sweeps.view.texts.optimised import best_text
 
         check_slices(dataset, select)
         part = nearest(dataset, **select)
-        designs = best_of(
+        found = search_best(
             part, least=least, most=most, within=within, at_every=names_of(at_every) or (),
             not_counted=names_of(not_counted) or (),
         )  # fmt: skip
-        text = best_text(dataset, designs, names_of(quantities), units, terminal_width(), within)
+        text = best_text(dataset, found, names_of(quantities), units, terminal_width())
     say(text)
 
 

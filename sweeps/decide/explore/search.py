@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,10 +83,12 @@ def best(
         which must hold. Without a unit, a number is in the unit of the archive, here W.
     at_every : str or sequence of str
         Axes at all values of which the conditions must hold, such as ["load", "speed"]. Where
-        `least` depends on them, its largest value there counts, of `most` the smallest. Axes that
-        are not chosen with a design (speed, load and others, `sweeps.base.dimensions.NOT_CHOSEN`)
-        must stand here, be cut before (`sweeps.nearest`), or be named by `least`, `most` or
-        `within`.
+        `least` depends on them, its largest value there counts, of `most` the smallest. A design
+        works at all values of some axes (speed, load and others,
+        `sweeps.base.dimensions.NOT_CHOSEN`), so that none is chosen with it: they must stand here,
+        be cut before (`sweeps.nearest`), or be named by `least`, `most` or `within`. If the archive
+        has no other axes, there is no design to choose, and the case with the least or the most is
+        found: `most="inertia_required"` is the largest that any load and speed needs.
     not_counted : str or sequence of str
         Only with `at_every`: outcomes such as "no_steady_state" (of an engine at idle, say). Points
         that have one of them are left out; all others must fulfil the conditions.
@@ -101,9 +104,10 @@ def best(
     Raises
     ------
     SceneError
-        For names that the archive does not have, or that have more than one value for each design;
-        where speed or load would be chosen that are not named; and where no design fulfils the
-        conditions: then it says how near the designs come.
+        For names that the archive does not have, and for curves (of a quantity with a value for
+        each bearing, shaft or other part the worst one counts); where speed or load would be chosen
+        with a design and are not named; and where no design fulfils the conditions: then it says
+        how near the designs come.
 
     Examples
     --------
@@ -119,6 +123,40 @@ def best(
     >>> float(found.inertia)
     20.0
     """
+    return search_best(
+        archive, least=least, most=most, within=within, at_every=at_every, not_counted=not_counted
+    ).design
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What `best` has found, and how."""
+
+    archive: xr.Dataset  # Designs that were searched; of a reduced archive those that it kept
+    design: xr.Dataset  # The archive at the design, as `best` returns it
+    place: Mapping[str, int]  # Its place along the dimensions that tell designs apart
+    name: str  # Quantity or axis that is optimised
+    least: bool  # Whether less of it is wanted
+    conditions: Sequence[Constraint]
+    at_every: Sequence[str]  # Axes at all values of which the design was judged
+    told: str  # How many designs fulfil the conditions, and what was left out
+    # Whether there was no design to choose: what was found is the case with the most or the least.
+    cases: bool
+    designs: int  # Number of designs, or of cases
+    unsolved: int  # Number of those without a result
+
+    @property
+    def ranked(self) -> bool:
+        """Whether all cases are compared, and the one with the most or the least was asked for."""
+        return self.cases and not self.at_every and not self.conditions
+
+
+def search_best(
+    archive: xr.Dataset, *, least: str | None = None, most: str | None = None,
+    within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+    not_counted: str | Sequence[str] = (),
+) -> Found:  # fmt: skip
+    """Find a design as `best` does, and say how it was found."""
     check_dataset(archive)
     if (least is None) == (most is None):
         raise SceneError("best: needs either least or most")
@@ -147,9 +185,57 @@ def best(
         kept = "; these are the designs that [reduce] kept, and not all"
         raise SceneError(search.nothing() + (kept if REDUCTION in archive.attrs else ""))
     best = archive.isel(best_place)
+    told = told or search.text(equal)
     if at_every:
-        best.attrs[TEXT] = told or search.text(equal)
-    return best
+        best.attrs[TEXT] = told
+    return Found(
+        archive, best, best_place, name, sign > 0.0, conditions, search.asked, told, search.cases,
+        search.designs, search.unsolved,
+    )  # fmt: skip
+
+
+INERTIAS = ("inertia", "flywheel_inertia")
+"""Keys of which delta falls nearly in inverse proportion."""
+
+
+def least_between(found: Found) -> tuple[float, float] | None:
+    """Least inertia between the values of the grid that meets the limit of delta, and its error.
+
+    None where nothing is known: where something else than inertia was asked for or something else
+    in the question changes with it, where no lighter design is in the archive, or has no result.
+
+    At each point the product of delta and inertia changes little with the inertia (constant energy
+    swing: Kakaitsas, section 3.2.2). Between the two values of the grid it is interpolated, linear
+    in the logarithms. With a product that tends to a constant as Theta^-n, n at most 2, the
+    relative error is at most n/8 of the step times the change of the product, both in logarithms;
+    n = 2 is assumed. Computing the inertia exactly (`optimise`) takes seconds, this nothing.
+    """
+    name, archive = found.name, found.archive
+    own = [d for d in found.place if archive.sizes[d] > 1]
+    limits = [c.limit for c in found.conditions if c.name == "delta" and c.above]
+    others = [c.name for c in found.conditions if not (c.name == "delta" and c.above)]
+    if not found.least or name not in INERTIAS or own != [name] or not limits or min(limits) <= 0:
+        return None
+    if name in others or any(name in archive[other].dims for other in others):
+        return None
+    values = archive[name].values
+    heavy = float(values[found.place[name]])
+    lighter = np.flatnonzero(values < heavy)
+    if not lighter.size:
+        return None
+    near = int(lighter[np.argmax(values[lighter])])
+    light = float(values[near])
+    before = archive["delta"].isel({**found.place, name: near}).values
+    after, limit = found.design["delta"].values, min(limits)
+    counts = np.isfinite(after) & ~(before <= limit)  # Points that need more than the lighter one
+    before, after = before[counts], after[counts]
+    if not light > 0.0 or not before.size or not (before > after).all() or not (after > 0.0).all():
+        return None
+    step, change = math.log(heavy / light), np.log(before / after)
+    needed = light * np.exp(step * np.log(before / limit) / change)
+    error = step * np.abs(step - change) / 4.0
+    worst = int(np.argmax(needed))
+    return float(needed[worst]), float(error[worst])
 
 
 def pareto(

@@ -165,7 +165,8 @@ def optimise(
     inverse = least_inertia_of(task, threads)
     search = _Search(task, inverse, number, generations, restarts, threads)
     search.run(progress)
-    if inverse is not None and not search.designs.all.fulfilling.any():
+    judged = search.designs.all
+    if inverse is not None and not judged.fulfilling.any() and inverse.more_may_help(judged):
         # The least inertia may leave some points of the axes without results, so that no design
         # meets the conditions. Then the inertia is searched as any other parameter.
         inverse = None
@@ -284,6 +285,7 @@ class _Search:
             "generations": self.generations,
             "restarts": of_restarts,
             "seed": self.task.seed,
+            "needed": None if self.inverse is None else self.inverse.needed,
             "left_out": list(self.task.left_out),
             "seconds": round(seconds, 3),
             "computing": round(self.designs.computing, 3),
@@ -376,13 +378,16 @@ def _partitions(names: int, designs: int) -> int:
     return parts
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class LeastInertia:
     """Designs of all other parameters, each with the least inertia that meets the wanted delta."""
 
     task: Task  # Search that asks for designs
     limit: float  # Largest delta that all conditions on delta allow
     threads: int | None  # Number of threads that the kernels use
+    # Of the designs so far that need more inertia than its range allows, the one that needs least:
+    # its inertia, the end of the range, and its point that decides, as places along the axes.
+    needed: dict[str, Any] | None = None
 
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
         """Columns of all parameters: those given, and the inertia."""
@@ -392,18 +397,47 @@ class LeastInertia:
         dims = plan.dims("inertia_required")
         inertia = results["inertia_required"]
         if DESIGN in dims:
-            inertia = np.moveaxis(inertia, dims.index(DESIGN), 0).reshape(count, -1)
+            inertia = np.moveaxis(inertia, dims.index(DESIGN), 0)
+        points = inertia.reshape(count if DESIGN in dims else 1, -1)
         # A point has no least inertia (NaN) where every inertia meets the wanted delta, or none.
         # `fmax` skips such points; a design without any other point gets the lower bound.
-        axis = -1 if DESIGN in dims else None
-        largest = np.fmax.reduce(inertia, axis=axis, initial=-np.inf)
-        law = self.task.space.parameters["inertia"]
-        assert not isinstance(law, Choice)
-        least = np.clip(np.broadcast_to(largest, count), law.low, law.high)  # type: ignore[attr-defined]
+        largest = np.fmax.reduce(points, axis=-1, initial=-np.inf)
+        low, high = self.range
+        self._note(points, largest, [d for d in dims if d != DESIGN], plan.sizes)
+        least = np.clip(np.broadcast_to(largest, count), low, high)
         return {
             key: np.array(least, dtype=np.float64) if key == "inertia" else columns[key]
             for key in self.task.space.parameters
         }
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the largest inertia that is searched."""
+        law: Any = self.task.space.parameters["inertia"]
+        return float(law.low), float(law.high)
+
+    def _note(
+        self, points: Floats, largest: Floats, dims: Sequence[str], sizes: Mapping[str, int]
+    ) -> None:
+        """Keep the design that needs least of those that need more than the range allows."""
+        high = self.range[1]
+        beyond = np.where(largest > high, largest, np.inf)
+        least = int(np.argmin(beyond))
+        known = math.inf if self.needed is None else self.needed["inertia"]
+        if beyond[least] >= known:
+            return
+        deciding = int(np.nanargmax(points[least]))
+        at = np.unravel_index(deciding, [sizes[d] for d in dims]) if dims else ()
+        self.needed = {
+            "inertia": float(beyond[least]), "most": high,
+            "at": {d: int(i) for d, i in zip(dims, at, strict=True)},
+        }  # fmt: skip
+
+    def more_may_help(self, judged: Judgement) -> bool:
+        """Whether a design may meet the conditions with more inertia: where results are missing."""
+        delta = [i for i, c in enumerate(self.task.conditions) if c.name == "delta" and c.above]
+        return bool(((judged.violation[:, delta] <= 0.0).all(axis=1)
+                     & (judged.violation[:, -1] > 0.0)).any())  # fmt: skip
 
     def plan(self, columns: Mapping[str, Any], count: int) -> Plan:
         """Plan of the inertia that some designs of all other parameters need."""

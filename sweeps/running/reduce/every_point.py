@@ -18,8 +18,8 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.base.checks import names_given
-from sweeps.base.dimensions import DESIGN, NOT_CHOSEN
-from sweeps.base.errors import SceneError, counted, not_known, shown
+from sweeps.base.dimensions import DESIGN, LABELS, NOT_CHOSEN
+from sweeps.base.errors import SceneError, counted, listed, not_known, shown
 from sweeps.base.netcdf.netcdf_files import slabs
 from sweeps.running.reduce.ranges import chunks_of, ranges
 from sweeps.scene.conditions import Constraint, asked_of, units_of
@@ -74,12 +74,14 @@ class EveryPoint:
         Dimensions that tell the designs apart.
     sizes : dict of int
         Lengths of these and of the axes.
+    cases : bool
+        Whether there is no design to choose: all that differs is under which conditions one works.
 
     Raises
     ------
     SceneError
-        For names and axes that the archive does not have, and for `NOT_CHOSEN` ones that neither
-        the conditions nor `at_every` name.
+        For names and axes that the archive does not have, and where designs are chosen for
+        `NOT_CHOSEN` ones that neither the conditions nor `at_every` name.
     """
 
     def __init__(
@@ -112,7 +114,9 @@ class EveryPoint:
         self.asked = axes
         self.own = [d for d in dims if d in used and d not in axes]
         self.sizes = {d: archive.sizes[d] for d in (*self.own, *self.axes)}
-        _check_choice(archive, self.own, {*self.names, *(c.name for c in conditions)})
+        self.cases = _only_cases(archive, self.own)
+        if not self.cases:
+            _check_choice(archive, self.own, {*self.names, *(c.name for c in conditions)})
         self.units = units_of(archive)
         self.nearest = [math.inf] * len(conditions)
         self.fulfilling = self.unsolved = self.without = 0
@@ -191,7 +195,7 @@ class EveryPoint:
 
     @property
     def _everywhere(self) -> str:
-        return f"at every {' and '.join(self.asked)}" if self.asked else ""
+        return f"at every {listed(self.asked)}" if self.asked else ""
 
     def text(self, equal: int = 1) -> str:
         """How many designs fulfil the conditions, and what was left out.
@@ -269,23 +273,36 @@ def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:
     return f"not an axis{not_known(name, list(dims))}"
 
 
+def _only_cases(archive: xr.Dataset, own: Sequence[str]) -> bool:
+    """Whether nothing differs but what is not chosen with a design (`NOT_CHOSEN`)."""
+    columns = {n for n, v in archive.coords.items() if DESIGN in own and v.dims == (DESIGN,)}
+    chosen = [n for n in columns if archive[n].dtype.kind in "iuf" or n in LABELS[1:]]
+    several = [d for d in own if d != DESIGN and archive.sizes[d] > 1]
+    return set(NOT_CHOSEN).issuperset({*several, *chosen} - {DESIGN}) and (
+        DESIGN not in own or bool(set(chosen) - {DESIGN})
+    )
+
+
 def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> None:
     """Check that designs differ only in what can be chosen, or in the axes that a person named."""
     # Raises SceneError with a line that says how to name the axes.
     points = [d for d in own if d in NOT_CHOSEN and d not in named and archive.sizes[d] > 1]
     if points:
         axes, first = ",".join(points), points[0]
+        them = "them" if points[1:] else "it"
         raise SceneError(
-            f"{' and '.join(points)}: not chosen with a design. --at-every {axes} (at_every) "
-            f"counts the worst value over {'them' if points[1:] else 'it'}, --select {first}=VALUE "
-            f"(sweeps.nearest) takes one value, and a condition on {first} lets it be chosen"
+            f"{listed(points)}: a design works at all values of {them}, so none is chosen "
+            f"with it. Say which count: --at-every {axes} (at_every) takes all, with the worst "
+            f"result; --select {first}=VALUE (sweeps.nearest) takes one; a condition such as "
+            f"--within '{first} >= VALUE' lets the search choose"
         )
     for name in NOT_CHOSEN if DESIGN in own else ():
         if name not in named and name in archive.coords and _varies(archive[name].variable):
             raise SceneError(
-                f"{name}: not chosen with a design, but each design has its own. With {name} in "
-                f"the scene's [axes] instead, --at-every {name} (at_every) counts the worst value; "
-                f"a condition on {name} lets it be chosen"
+                f"{name}: each design has its own, and it is not chosen with a design. With {name} "
+                f"in the scene's [axes] instead, --at-every {name} (at_every) takes the worst "
+                f"result at all its values; a condition such as --within '{name} >= VALUE' lets "
+                "the search choose"
             )
 
 

@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 class ArchiveAccessor:
     """Methods of `sweeps` on an archive: ``archive.dyn``.
 
-    `plot` draws its figures, `show` and `table` give numbers, `best` and `pareto` find designs,
-    `status_words` and `outcomes` tell what became of them, `to_excel` and `export` write files.
+    `plot` draws its figures, `show` and `table` give numbers, `best`, `show_best` and `pareto` find
+    designs, `status_words` and `outcomes` tell what became of them, `to_excel` and `export` write
+    files.
 
     Examples
     --------
@@ -136,6 +137,40 @@ class ArchiveAccessor:
             self._archive, least=least, most=most, within=within, at_every=at_every,
             not_counted=not_counted,
         )  # fmt: skip
+
+    def show_best(
+        self, *, least: str | None = None, most: str | None = None,
+        within: str | Sequence[str] = (), at_every: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (), quantities: str | Sequence[str] | None = None,
+        units: str | Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
+        """Print which design is the best and what decides it, as ``engine-dyn best`` does.
+
+        The parameters are those of `best`, and `quantities` and `units` those of `show`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run("first")
+        >>> archive.dyn.show_best(least="inertia", within="delta <= 1/50", at_every="load")
+        ... # doctest: +ELLIPSIS
+        least inertia = 12 kg m²
+        conditions at every load, each with its worst value:
+          delta <= 1/50: 1/50.96 at load = 80 %, a margin of 1.9 %
+        ...
+        """
+        from sweeps.base.checks import names_given
+        from sweeps.decide.explore.search import search_best
+        from sweeps.view.texts.optimised import best_text
+
+        found = search_best(
+            self._archive, least=least, most=most, within=within, at_every=at_every,
+            not_counted=not_counted,
+        )  # fmt: skip
+        names = None if quantities is None else names_given(quantities, "quantities")
+        with said_in_python():
+            text = best_text(self._archive, found, names, units_text(units), python=True)
+        print(printable(text))
 
     def pareto(
         self, first: str, second: str, *more: str, most: str | Sequence[str] = (),

@@ -1,4 +1,4 @@
-"""Results of searches for designs, as texts."""
+"""Decisions as texts: the best design of an archive, and the result of a search for designs."""
 
 from __future__ import annotations
 
@@ -10,45 +10,262 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.base.dimensions import DESIGN, FOUND
-from sweeps.base.errors import counted, one_line
+from sweeps.base.dimensions import DESIGN, FOUND, SEARCHED, STATUS
+from sweeps.base.errors import counted, listed, one_line
 from sweeps.base.ratios import ratio_text
-from sweeps.decide.explore.rows import fixed_of, rows
+from sweeps.decide.explore.rows import Rows, fixed_of, rows
+from sweeps.decide.explore.search import INERTIAS, Found, least_between
 from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH
-from sweeps.running.reduce.every_point import TEXT
-from sweeps.scene.conditions import Constraint, constraint, units_of
-from sweeps.view.texts.readable_units import converted
+from sweeps.scene.conditions import PARTS, Constraint, constraint, units_of
+from sweeps.view.texts.readable_units import asked_units, converted, unit_choices
 from sweeps.view.texts.tables import aligned, number_text, rows_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
+MOST_ROWS = 10  # Largest number of rows below a decision
+
+AT_LIMIT = 5e-5  # Share of a limit; a value that is as near is said to be at it
+
+
+class _Wording:
+    """Numbers of one archive with their units, as people read them; `units` is what they ask for.
+
+    SceneError refuses units that do not fit, and names that the archive does not have.
+    """
+
+    def __init__(self, archive: xr.Dataset, units: str | None = None) -> None:
+        self.units = units
+        self._units = {
+            str(name): str(variable.attrs.get("units", "1"))
+            for name, variable in archive.variables.items() if variable.dtype.kind in "fiu"
+        }  # fmt: skip
+        self._choices = unit_choices(units, self._units)
+
+    def number(self, name: str, value: float, digits: int = 4) -> str:
+        """A value of a name with its unit."""
+        factor, unit = self._converted(name)
+        return f"{number_text(float(value) * factor, digits)} {unit}".rstrip()
+
+    def cell(self, name: str, value: Any) -> str:
+        """A value of a name without its unit, or a word."""
+        if isinstance(value, str):
+            return one_line(value, 60)
+        return number_text(float(value) * self._converted(name)[0])
+
+    def both(self, name: str, value: Any) -> str:
+        """A value of a name with its unit, or a word."""
+        if isinstance(value, str):
+            return f"'{self.cell(name, value)}'" if "," in value else self.cell(name, value)
+        return self.number(name, value)
+
+    def bracket(self, name: str) -> str:
+        """The unit of a name in the head of a column."""
+        _, unit = self._converted(name)
+        return f" [{unit}]" if unit else ""
+
+    def condition(self, condition: Constraint) -> str:
+        """A condition with the unit of its limit."""
+        factor, unit = self._converted(condition.name)
+        if condition.written or not unit:
+            return str(condition)
+        return f"{condition.name} {condition.sign} {condition.limit * factor:.6g} {unit}"
+
+    def value(self, condition: Constraint, value: float) -> str:
+        """A value that is compared with a limit, as a ratio where the limit is one."""
+        if 0.0 < value < 0.1 and ratio_text(condition.limit).startswith("1/"):
+            return f"1/{number_text(1.0 / value)}"
+        return self.number(condition.name, value)
+
+    def worst(self, one: xr.Dataset, name: str, largest: bool) -> tuple[float, str]:
+        """The worst value of a name over the points and parts of one design, and its place."""
+        array = one[name]
+        values = np.asarray(array.values, dtype=float)
+        if not values.ndim:
+            return float(values), ""
+        if not np.isfinite(values).any():
+            return math.nan, ""
+        flat = int(np.nanargmax(values) if largest else np.nanargmin(values))
+        at = np.unravel_index(flat, values.shape)
+        place = self.place(one, dict(zip(map(str, array.dims), map(int, at), strict=True)))
+        return float(values[at]), f" at {place}"
+
+    def place(self, one: xr.Dataset, at: Mapping[str, int]) -> str:
+        """A place along some dimensions in words."""
+        said = []
+        for dim, index in at.items():
+            words = f"{dim}_name"
+            home = words if words in one.coords else dim
+            value = one[home].values[index] if home in one.coords else index
+            said.append(f"{dim} = {self.both(home, value)}")
+        return ", ".join(said)
+
+    def conditions(
+        self, one: xr.Dataset, conditions: Sequence[Constraint], at_every: Sequence[str]
+    ) -> list[str]:
+        """Lines on conditions: the worst value of each, where it is, and what is left to the limit.
+
+        `at_every` are the axes at all values of which they hold.
+        """
+        if not conditions:
+            return []
+        worst = ", each with its worst value" if any(one[c.name].ndim for c in conditions) else ""
+        lines = [f"conditions{_everywhere(at_every)}{worst}:"]
+        for condition in conditions:
+            value, place = self.worst(one, condition.name, condition.above)
+            text = f"  {self.condition(condition)}: {self.value(condition, value)}{place}"
+            margin = margin_of(condition, value)
+            if math.isfinite(margin):
+                near = abs(margin) < AT_LIMIT
+                text += ", at the limit" if near else (
+                    f", a margin of {number_text(100.0 * margin, 2)} %"
+                )  # fmt: skip
+            lines.append(text)
+        return lines
+
+    def of_table(self, names: Sequence[str]) -> str | None:
+        """What was asked of the units of some columns."""
+        if self.units in (None, "archive"):
+            return self.units
+        asked = asked_units(self.units, self._units)
+        return ",".join(f"{n}={unit}" for n, unit in asked.items() if n in names) or None
+
+    def _converted(self, name: str) -> tuple[float, str]:
+        return converted(self._units.get(name, "1"), self._choices.get(name))
+
+
+def margin_of(condition: Constraint, value: float) -> float:
+    """What a value leaves to a limit, as a share of the limit; NaN where the limit is zero."""
+    room = condition.limit - value if condition.above else value - condition.limit
+    return room / abs(condition.limit) if condition.limit else math.nan
+
 
 def best_text(
-    archive: xr.Dataset, design: xr.Dataset, quantities: Sequence[str] | None = None,
-    units: str | None = None, width: int | None = None, within: Sequence[str] = (),
+    archive: xr.Dataset, found: Found, quantities: Sequence[str] | None = None,
+    units: str | None = None, width: int | None = None, *, python: bool = False,
 ) -> str:  # fmt: skip
-    """Describe what `sweeps.best` found in an archive: its conditions with units, and a table.
+    """Describe what `sweeps.best` found: the decision, its conditions, and at most ten rows.
 
-    `quantities`, `units` and `width` are those of the table (`rows`, `rows_text`), `within` are the
-    conditions of the search.
+    `archive` is the whole one, before it was cut. `quantities`, `units` and `width` are those of
+    the table (`rows`, `rows_text`); what more could be shown is named by keywords if `python`.
     """
-    place = fixed_of(archive, design)
-    lines = [one_line(design.attrs[TEXT])] if TEXT in design.attrs else []
-    if within:
-        lines.append(f"conditions: {', '.join(_condition(text, archive) for text in within)}")
-    shown = rows(design, quantities=quantities, limit=50)
-    shown = replace(shown, fixed={**place, **shown.fixed})
-    lines.append(rows_text(shown, units, width))
-    return "\n".join(lines)
+    one, name = found.design, found.name
+    say = _Wording(archive, units)
+    value, worst = say.worst(one, name, found.least)
+    place = {k: at for k, at in fixed_of(archive, one).items() if k not in (name, *SEARCHED)}
+    fixed = ", ".join(f"{key} = {say.both(key, at)}" for key, at in place.items())
+    first = f"{'least' if found.least else 'most'} {name} = {say.number(name, value)}"
+    if found.ranked:
+        at = ", ".join(filter(None, (fixed, worst.removeprefix(" at "))))
+        lines = [f"{first} at {at}" if at else first]
+    else:
+        lines = [f"{first}{worst}", *([f"  with {fixed}"] if fixed else [])]
+    lines += say.conditions(one, found.conditions, found.at_every)
+    lines += _of_how_many(found)
+    lines += _near_the_grid(found, say)
+    return "\n".join([*lines, _few_rows(found, say, quantities, width, python)])
 
 
-def _condition(text: str, archive: xr.Dataset) -> str:
-    """A condition with the unit of its limit."""
-    units = units_of(archive)
-    condition = constraint(text, units)
-    _, unit = converted(units(condition.name) or "", None)
-    return str(condition) if condition.written else f"{condition} {unit}".rstrip()
+def _of_how_many(found: Found) -> list[str]:
+    """Lines on the designs, or the cases, that the answer was taken from."""
+    if not found.conditions and not found.at_every:
+        lacking = f", {found.unsolved} of them without a result" if found.unsolved else ""
+        what = counted(found.designs, "case" if found.cases else "design")
+        return [f"of {what}{lacking}"] if found.designs > 1 else []
+    alone = found.designs == 1 and ";" not in found.told
+    lines = [] if alone else [one_line(found.told)]
+    if found.cases and found.at_every and not found.least:
+        lines.append(
+            "no design to choose, so the smallest value over these axes counts; the largest is "
+            "found without --at-every (at_every)"
+        )
+    return lines
+
+
+def _near_the_grid(found: Found, say: _Wording) -> list[str]:
+    """A line on how near the least inertia of a grid is to what is needed."""
+    name = found.name
+    if not found.least or name not in INERTIAS or name not in found.place:
+        return []
+    between = least_between(found)
+    if between is None:
+        values = found.archive[name].values
+        lightest = values.size > 1 and float(found.design[name]) == values.min()
+        return ["the lightest of this archive; a lighter one may do"] if lightest else []
+    needed, error = between
+    digits = next((n for n, most in ((4, 1e-4), (3, 1e-3), (2, 1e-2)) if error <= most), 0)
+    if not digits:
+        return ["on the grid of this archive; a finer one may have a lighter design"]
+    return [
+        f"on the grid of this archive; interpolated between its values: "
+        f"{say.number(name, needed, digits)}"
+    ]
+
+
+def _few_rows(
+    found: Found, say: _Wording, quantities: Sequence[str] | None, width: int | None, python: bool
+) -> str:
+    """The points of a design, the worst first, or the cases with the most or the least."""
+    if found.ranked:
+        one, key, largest = found.archive, found.name, not found.least
+    else:
+        one = _with_worst_parts(found, quantities or ())
+        key, largest = _deciding(found, one)
+    asked = [found.name, *(c.name for c in found.conditions), key]
+    asked = [n for n in dict.fromkeys(asked) if n in one.data_vars]
+    names: Sequence[str] | None = asked if found.ranked and asked else None
+    if quantities:
+        names = [*quantities, *(n for n in asked if n == key and n not in quantities)]
+    sort = f"{'-' if largest else ''}{key}" if key else None
+
+    def table(names: Sequence[str] | None) -> tuple[str, Rows]:
+        shown = rows(one, quantities=names, sort=sort, limit=MOST_ROWS)
+        few = replace(shown, fixed={}, designs=shown.number, curves=(), several={}, elasticities=())
+        text = rows_text(few, say.of_table(list(few.table)), width, python=python)
+        if shown.number < shown.designs:
+            order = f"with the {'largest' if largest else 'smallest'} {key}" if key else "in order"
+            text += f"\nthe {shown.number} of {shown.designs:,} rows {order}"
+        return text, shown
+
+    text, shown = table(names)
+    more = [n for several in shown.several.values() for n in several]
+    if names is None and "\n\n" in text and asked:  # Several tables: only what the answer is about
+        text, few = table([*asked, *(n for n in shown.table if n == STATUS)])
+        more = [*(n for n in shown.table if n not in few.table), *more]
+    if more:
+        how = "quantities" if python else "--quantities"
+        text += f"\nmore quantities ({how}): {', '.join(more)}"
+    return text
+
+
+def _with_worst_parts(found: Found, but: Sequence[str]) -> xr.Dataset:
+    """The design, with the worst value of each quantity of parts that the search is about."""
+    one = found.design
+    largest = {c.name: c.above for c in found.conditions} | {found.name: found.least}
+    for name, above in largest.items():
+        over = tuple(i for i, d in enumerate(one[name].dims) if d in PARTS)
+        if over and name not in but:
+            left = [d for d in one[name].dims if d not in PARTS]
+            values = (np.fmax if above else np.fmin).reduce(one[name].values, axis=over)
+            one = one.drop_vars(name).assign({name: (left, values, one[name].attrs)})
+    return one
+
+
+def _deciding(found: Found, one: xr.Dataset) -> tuple[str, bool]:
+    """Quantity whose worst points come first, and whether its largest values are the worst.
+
+    It is that of the condition that is nearest to its limit, else what is optimised; "" where a
+    design has only one point.
+    """
+    say = _Wording(one)
+    near = sorted(
+        (margin_of(c, say.worst(one, c.name, c.above)[0]), number)
+        for number, c in enumerate(found.conditions) if one[c.name].ndim
+    )  # fmt: skip
+    if near:
+        condition = found.conditions[near[0][1]]
+        return condition.name, condition.above
+    return (found.name, found.least) if one[found.name].ndim else ("", False)
 
 
 MOST_OF_FRONT = 12  # Largest number of designs of a front that are printed, spread over it
@@ -62,7 +279,7 @@ def optimised_text(archive: xr.Dataset) -> str:
     wanted += [("most", name) for name in about["most"]]
     lines: list[str] = []
     if not best.size:
-        lines += _nothing(about)
+        lines += _nothing(archive, about)
     elif len(wanted) == 1:
         lines += _one(archive, int(best[0]), *wanted[0], about)
     else:
@@ -76,26 +293,23 @@ def _one(
     archive: xr.Dataset, design: int, kind: str, name: str, about: Mapping[str, Any]
 ) -> list[str]:
     """Lines on the best design: its parameters, and quantities that are optimised or limited."""
-    one = archive.isel({DESIGN: design})
-    value, place = _worst(one, name, kind == "least")
+    one, say = archive.isel({DESIGN: design}), _Wording(archive)
+    value, place = say.worst(one, name, kind == "least")
     certain = {"": "best found: ", "inertia": "best found: "}.get(about["exact"], "")
-    lines = [f"{certain}{kind} {name} = {_with_unit(archive, name, value)}{place}"]
+    end = _end_of_range(value, about["over"].get(name))
+    lines = [f"{certain}{kind} {name} = {say.number(name, value)}{place}{end}"]
     lines += [f"  {text}" for text in _parameters(archive, design, about, name)]
-    if about["within"]:
-        lines.append(f"conditions{_everywhere(about)}, each with its worst value:")
-    for text in about["within"]:
-        condition = constraint(text, units_of(archive))
-        value, place = _worst(one, condition.name, condition.above)
-        lines.append(f"  {text}: {_value(condition, archive, value)}{place}")
-    return lines
+    conditions = [constraint(text, units_of(archive)) for text in about["within"]]
+    return lines + say.conditions(one, conditions, about["at_every"])
 
 
 def _front(
     archive: xr.Dataset, front: np.ndarray, wanted: list[tuple[str, str]], about: Mapping[str, Any]
 ) -> list[str]:
     """Table of the front, the best in the first quantity first."""
+    say = _Wording(archive)
     worst = {
-        name: [_worst(archive.isel({DESIGN: int(i)}), name, kind == "least")[0] for i in front]
+        name: [say.worst(archive.isel({DESIGN: int(i)}), name, kind == "least")[0] for i in front]
         for kind, name in wanted
     }
     kind, name = wanted[0]
@@ -104,11 +318,11 @@ def _front(
     if len(order) > MOST_OF_FRONT:
         picked = order[np.unique(np.linspace(0, len(order) - 1, MOST_OF_FRONT).round().astype(int))]
     keys = [key for key in about["over"] if key not in worst]
-    heads = [f"{kind} {name}{_bracket(archive, name)}" for kind, name in wanted]
-    heads += [f"{key}{_bracket(archive, key)}" for key in keys]
+    heads = [f"{kind} {name}{say.bracket(name)}" for kind, name in wanted]
+    heads += [f"{key}{say.bracket(key)}" for key in keys]
     rows = [
-        [number_text(worst[name][i]) for _, name in wanted]
-        + [_cell(archive[key].values[front[i]]) for key in keys]
+        [say.cell(name, worst[name][i]) for _, name in wanted]
+        + [say.cell(key, archive[key].values[front[i]]) for key in keys]
         for i in picked
     ]
     table = [f"  {line}" for line in aligned([heads, *rows])]
@@ -116,11 +330,22 @@ def _front(
     best = "" if about["exact"] not in ("", "inertia") else "best found: "
     first = f"{best}front of {counted(len(front), 'design')}{some}"
     limits = f" with {' and '.join(about['within'])}" if about["within"] else ""
-    return [f"{first}{limits}{_everywhere(about)}", *table]
+    return [f"{first}{limits}{_everywhere(about['at_every'])}", *table]
 
 
-def _nothing(about: Mapping[str, Any]) -> list[str]:
+def _nothing(archive: xr.Dataset, about: Mapping[str, Any]) -> list[str]:
     """Reasons why no design was found."""
+    needed = about.get("needed")
+    of_delta = [n for c, n in zip(about["within"], about["alone"], strict=True) if "delta <" in c]
+    if needed and not any(of_delta):
+        say = _Wording(archive)
+        place = say.place(archive, needed["at"])
+        some = "" if about["exact"].startswith("inverse") else " by the computed designs"
+        return [
+            f"no design: inertia = {say.number('inertia', needed['inertia'])} is needed{some}"
+            f"{f' at {place}' if place else ''}, above {say.number('inertia', needed['most'])}, "
+            "the end of the range that is searched (--over, over)"
+        ]
     each = [f"{n} meet {c}" for c, n in zip(about["within"], about["alone"], strict=True)]
     if about["lacking"]:
         each.append(
@@ -129,7 +354,7 @@ def _nothing(about: Mapping[str, Any]) -> list[str]:
         )
     told = f": {'; '.join(each)}" if each else ""
     return [
-        f"no design meets all conditions{_everywhere(about)}; of "
+        f"no design meets all conditions{_everywhere(about['at_every'])}; of "
         f"{counted(about['designs'], 'design')}{told}"
     ]
 
@@ -163,9 +388,9 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
         searches = "1 search" if len(restarts) == 1 else f"{len(restarts)} searches"
         lines.append(f"{searches} of {per}, seed {about['seed']}")
         if wanted == 1:
-            name = (about["least"] + about["most"])[0]
+            name, say = (about["least"] + about["most"])[0], _Wording(archive)
             each = [
-                "none" if one["best"] is None else _with_unit(archive, name, one["best"][0], 6)
+                "none" if one["best"] is None else say.number(name, one["best"][0], 6)
                 for one in restarts
             ]
             lines.append(f"each found: {', '.join(each)}")
@@ -182,64 +407,26 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
     return lines
 
 
-def _worst(one: xr.Dataset, name: str, largest: bool) -> tuple[float, str]:
-    """The worst value of a name over the points of one design, and its place."""
-    array = one[name]
-    values = np.asarray(array.values, dtype=float)
-    if not values.ndim:
-        return float(values), ""
-    if not np.isfinite(values).any():
-        return math.nan, ""
-    flat = int(np.nanargmax(values) if largest else np.nanargmin(values))
-    place = np.unravel_index(flat, values.shape)
-    said = []
-    for dim, index in zip(map(str, array.dims), place, strict=True):
-        words = f"{dim}_name"
-        home = words if words in one.coords else dim
-        at = one[home].values[index] if home in one.coords else index
-        said.append(
-            f"{dim} = {_cell(at)}{_bracket(one, home, ' {}') if home in one.coords else ''}"
-        )
-    return float(values[place]), f" at {', '.join(said)}"
-
-
 def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told: str) -> list[str]:
     """Searched parameters of a design but for one; values at the end of their range are marked."""
-    texts = []
-    for key, table in about["over"].items():
-        if key == told:
-            continue
-        value = archive[key].values[design]
-        text = f"{key} = {_cell(value)}{_bracket(archive, key, ' {}')}"
-        if isinstance(table, dict) and not isinstance(value, str):
-            low, high = float(table["low"]), float(table["high"])
-            near = 1e-3 * (high - low)
-            if abs(float(value) - low) <= near:
-                text += ", the lower limit of its range"
-            elif abs(float(value) - high) <= near:
-                text += ", the upper limit of its range"
-        texts.append(text)
-    return texts
+    say = _Wording(archive)
+    return [
+        f"{key} = {say.both(key, archive[key].values[design])}"
+        f"{_end_of_range(archive[key].values[design], table)}"
+        for key, table in about["over"].items() if key != told
+    ]  # fmt: skip
 
 
-def _value(condition: Constraint, archive: xr.Dataset, value: float) -> str:
-    if 0.0 < value < 0.1 and ratio_text(condition.limit).startswith("1/"):
-        return f"1/{number_text(1.0 / value, 5)}"
-    return _with_unit(archive, condition.name, value)
+def _end_of_range(value: Any, table: Any) -> str:
+    """Words on a value that is at an end of the range that was searched."""
+    if not isinstance(table, dict) or isinstance(value, str):
+        return ""
+    low, high = float(table["low"]), float(table["high"])
+    near = 1e-3 * (high - low)
+    if abs(float(value) - low) <= near:
+        return ", the lower limit of its range"
+    return ", the upper limit of its range" if abs(float(value) - high) <= near else ""
 
 
-def _everywhere(about: Mapping[str, Any]) -> str:
-    return f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
-
-
-def _with_unit(archive: xr.Dataset, name: str, value: float, digits: int = 4) -> str:
-    return f"{number_text(value, digits)}{_bracket(archive, name, ' {}')}"
-
-
-def _bracket(archive: xr.Dataset, name: str, form: str = " [{}]") -> str:
-    unit = str(archive[name].attrs.get("units", "1"))
-    return "" if unit == "1" else form.format(unit)
-
-
-def _cell(value: Any) -> str:
-    return one_line(value, 60) if isinstance(value, str) else number_text(float(value))
+def _everywhere(at_every: Sequence[str]) -> str:
+    return f" at every {listed(at_every)}" if at_every else ""
