@@ -9,6 +9,7 @@ from typing import Any
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
+from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.torsion.shaft import Shaft
@@ -59,6 +60,12 @@ class Engine:
     diagram_speeds: tuple[tuple[float, float] | None, ...] = ()
     # Warnings about the diagrams by the checks of the recordings that they were made from.
     diagram_warnings: tuple[str, ...] = ()
+
+    @property
+    def diagrams(self) -> tuple[Diagram, ...]:
+        """All diagrams; those of single cylinders come last."""
+        own = self.family.of_cylinders if isinstance(self.family, Family) else {}
+        return (*self.family.diagrams, *(d for one in own.values() for d in one.diagrams))
 
     @property
     def shaft(self) -> Shaft | None:

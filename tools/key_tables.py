@@ -36,7 +36,7 @@ def number_rows() -> list[Row]:
         where = ["scene"] if one in free else ["[solver]", "[designs]"]
         if one not in columns:
             raise ValueError(f"{name}: no column of [designs]")
-        if name in of_engine:
+        if one in of_engine:
             where.append("engine file")
         unit = "" if node.unit == "1" else node.unit
         rule = values_text(node, "`").replace(f" [{node.unit}]", "").removeprefix("a finite number")

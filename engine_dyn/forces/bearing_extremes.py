@@ -15,9 +15,9 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.forces import mechanism
 from engine_dyn.forces.superposition import along_shaft
-from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.cylinders import Cylinders, Member, PressureFactor
 from engine_dyn.geometry.slider_crank import sine_of_top, sum_of_angles
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, own_diagrams
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.types import Floats, Integers
 
@@ -37,18 +37,20 @@ for each crest, its place in samples and the squared load before, at and after t
 class Sampled(NamedTuple):
     """The cylinders of an engine at equally spaced crank angles."""
 
-    # Six numbers of each cylinder, shape (6, Z): mass times crank radius, and crank radius, both
+    # Seven numbers of each cylinder, shape (7, Z): mass times crank radius, and crank radius, both
     # over the engine's; sine and cosine of the cylinder's direction from upright; the cylinder's
-    # share in the mass of its throw; its factor on the offset.
+    # share in the mass of its throw; its factor on the offset; its piston area over the engine's.
     cylinders: Floats
     # Index of each cylinder's curve in `turn` and `pressure`, shape (Z,): cylinders of the same
-    # phase and pressure factor share a curve.
+    # phase, pressure and piston area share a curve.
     curve: Integers
     # Index in `on_throws` at which the cylinders of each throw begin; shape (T + 1,)
     throws: Integers
     on_throws: Integers  # Indices of the cylinders, those of the first throw first
     turn: Floats  # Sine and cosine of the crank angle of each curve, at A samples; shape (C, 2, A)
-    pressure: Floats  # Pressure [Pa] of each curve in each row of the diagrams; shape (C, R, A)
+    # Pressure [Pa] of each curve in each row of the diagrams, times the factor on the piston area;
+    # shape (C, R, A)
+    pressure: Floats
 
     @classmethod
     def of(
@@ -58,23 +60,30 @@ class Sampled(NamedTuple):
         members = engine.members if along else engine.members[:1]
         banks = mechanism.banks_of(engine) if along else (0.0,)
         places = along_shaft(engine) if along else ((0,),)
-        kinds = list(dict.fromkeys((m.phase, m.pressure_factor) for m in members))
+        kinds = list(dict.fromkeys(map(curve_of, members)))
         turn = np.empty((len(kinds), 2, phi.size))
         pressure = np.empty((len(kinds), rows.size, phi.size))
-        for number, (phase, factor) in enumerate(kinds):
+        for number, (phase, factor, diagram, area) in enumerate(kinds):
             angle = phi + phase
             turn[number] = np.sin(angle), np.cos(angle)
-            pressure[number] = pressures_of_rows(family, rows, angle, factor)
+            own = own_diagrams(family, diagram)
+            pressure[number] = area * pressures_of_rows(own, rows, angle, factor)
         cylinders = np.array([
             [member.mass_factor * member.radius_factor for member in members],
             [member.radius_factor for member in members], np.sin(banks), np.cos(banks),
             engine.throw_shares[: len(members)], [member.side for member in members],
+            [member.area_factor for member in members],
         ])  # fmt: skip
         return cls(
-            cylinders, np.array([kinds.index((m.phase, m.pressure_factor)) for m in members]),
+            cylinders, np.array([kinds.index(curve_of(member)) for member in members]),
             np.cumsum([0, *(len(place) for place in places)]),
             np.array([cylinder for place in places for cylinder in place]), turn, pressure,
         )  # fmt: skip
+
+
+def curve_of(member: Member) -> tuple[float, PressureFactor, int, float]:
+    """Phase, pressure and area of a cylinder: those that have them in common share a curve."""
+    return member.phase, member.pressure_factor, member.diagram, member.area_factor
 
 
 @kernel
@@ -162,14 +171,16 @@ def _load_of_throw(
     for i in range(samples):
         x[i] = y[i] = 0.0
     engine_ratio, engine_offset, weight = inputs[0, design], inputs[1, design], inputs[2, design]
-    gas, crankcase, reciprocating = inputs[3, design], inputs[4, design], inputs[5, design]
+    gas, engine_crankcase, reciprocating = inputs[3, design], inputs[4, design], inputs[5, design]
     turning, of_throws = inputs[6, design], inputs[7, design]
     gas_below, gas_above = gas * (1.0 - weight), gas * weight
     for place in range(sampled.throws[throw], sampled.throws[throw + 1]):
         cylinder = sampled.on_throws[place]
         own = sampled.cylinders[:, cylinder]
         share, radius, bank_sine, bank_cosine = own[0], own[1], own[2], own[3]
-        throw_share, offset_factor = own[4], own[5]
+        throw_share, offset_factor, area = own[4], own[5], own[6]
+        # A product would be fused with the sum below, which would change its last bits
+        crankcase = engine_crankcase if area == 1.0 else engine_crankcase * area
         ratio = engine_ratio * radius
         offset = offset_factor * engine_offset / radius
         mass = reciprocating * share

@@ -58,6 +58,7 @@ from engine_dyn.forces.bearing_extremes import (
     PISTON_PIN,
     RMS,
     Sampled,
+    curve_of,
     fill_crests_of_loads,
 )
 from engine_dyn.forces.superposition import along_shaft, sample_angles, tops
@@ -65,7 +66,7 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.curves import on_threads
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, own_diagrams
 from engine_dyn.types import Floats, Integers
 
 
@@ -117,11 +118,12 @@ def _piston_force(
     phi: Any, member: Member, crank_ratio: Any, offset: Any, family: Family, row: Any
 ) -> Any:
     """Five parts of the force P on a piston; crank ratio and offset are the cylinder's own."""
-    gas = torque.pressure(phi, family, row, 1.0, member.pressure_factor)
+    own, area = own_diagrams(family, member.diagram), member.area_factor
+    gas = area * torque.pressure(phi, own, row, 1.0, member.pressure_factor)
     share = member.mass_factor * member.radius_factor
     inertia = -share * slider_crank.acceleration(phi, crank_ratio, offset)
     none = np.zeros(np.shape(inertia))
-    return np.stack(np.broadcast_arrays(gas, none - 1.0, inertia, none, none), axis=-1)
+    return np.stack(np.broadcast_arrays(gas, none - area, inertia, none, none), axis=-1)
 
 
 def _crank_pin(
@@ -439,7 +441,7 @@ def _of_engine(
     """
     along = load == "main_journal"
     below = np.floor(columns[2]).astype(np.int64)
-    curves = len({(m.phase, m.pressure_factor) for m in engine.members}) if along else 1
+    curves = len(set(map(curve_of, engine.members))) if along else 1
     at_once = max(1, int(BYTES_OF_TABLE // (16 * curves * phi.size)))
     order = np.argsort(below, kind="stable")
     begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::at_once]

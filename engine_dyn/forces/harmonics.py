@@ -29,9 +29,9 @@ from engine_dyn.forces.superposition import CrankTrain, along_shaft
 from engine_dyn.geometry import kinematic_series, slider_crank
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member, PressureFactor
+from engine_dyn.geometry.cylinders import EQUAL, Cylinders, CylindersByCount, Member
 from engine_dyn.loads.friction import StrokeFriction
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, own_diagrams
 from engine_dyn.types import Booleans, Complexes, Floats
 
 WHOLE = 1e-6
@@ -117,8 +117,8 @@ def _in_first_mode(
     return np.where(np.abs(total) < CANCELLED * size, 0.0, total)
 
 
-Single = Callable[[Floats, Any, Any, PressureFactor], Any]
-"""A cylinder's harmonics, from orders, crank ratio, offset ratio and its factor on the pressure."""
+Single = Callable[[Floats, Any, Any, Member], Any]
+"""A cylinder's harmonics, from orders, its crank ratio and offset ratio, and its pressure."""
 
 
 class Part(NamedTuple):
@@ -126,7 +126,8 @@ class Part(NamedTuple):
 
     single: Single  # Harmonics of one cylinder without its factor `lever`: see `Single`
     # Factor on the harmonics of a cylinder. Where the cylinder's crank radius is rho times the
-    # engine's, a force has rho times the lever; an acceleration is rho times as large besides.
+    # engine's, a force has rho times the lever; an acceleration is rho times as large besides. A
+    # pressure acts on the cylinder's own piston area.
     lever: Callable[[Member], float]
     # The quantity of one cylinder over the cylinder's own crank angle; arguments are the angle, the
     # cylinder, the crank ratio, the offset ratio and the further inputs `more`. A cylinder with an
@@ -137,7 +138,7 @@ class Part(NamedTuple):
 
 VELOCITY = Part(
     lambda nu, crank_ratio, offset, _: velocity_harmonics(nu, crank_ratio, offset),
-    lambda m: m.radius_factor,
+    lambda m: m.area_factor * m.radius_factor,
     lambda angle, member, *crank: member.velocity(angle, *crank),
 )
 INERTIA = Part(
@@ -163,22 +164,28 @@ def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -
     """Part of the gas torque, of a family's `row` over a `period` [rad], by so many threads."""
     of_cycles: dict[tuple[Any, ...], Complexes] = {}
 
-    def of_cycle(nu: Floats, crank_ratio: Any, offset: Any, factor: float) -> Complexes:
+    def of_cycle(
+        diagram: int, nu: Floats, crank_ratio: Any, offset: Any, factor: float
+    ) -> Complexes:
         """Harmonics over one cycle, which the patterns of an engine have in common."""
         columns = (np.asarray(one, dtype=float) for one in (nu, crank_ratio, offset))
-        key = (factor, *((one.shape, one.tobytes()) for one in columns))
+        key = (diagram, factor, *((one.shape, one.tobytes()) for one in columns))
         if key not in of_cycles:
+            own = own_diagrams(family, diagram)
             of_cycles[key] = gas_harmonics(
-                nu, crank_ratio, offset, row, family, period, factor, threads
+                nu, crank_ratio, offset, row, own, period, factor, threads
             )
         return of_cycles[key]
 
-    def single(nu: Floats, crank_ratio: Any, offset: Any, factor: PressureFactor) -> Any:
+    def single(nu: Floats, crank_ratio: Any, offset: Any, member: Member) -> Any:
+        factor, diagram = member.pressure_factor, member.diagram
+
         def of(some: Floats) -> Complexes:
             if isinstance(factor, tuple):
-                one = partial(of_cycle, some, crank_ratio, offset)
+                one = partial(of_cycle, diagram, some, crank_ratio, offset)
                 return over_cycles(one, np.asarray(some, dtype=float), factor, period)
-            return gas_harmonics(some, crank_ratio, offset, row, family, period, factor, threads)
+            own = own_diagrams(family, diagram)
+            return gas_harmonics(some, crank_ratio, offset, row, own, period, factor, threads)
 
         cycles = len(factor) if isinstance(factor, tuple) else 1
         periods = np.asarray(nu) * cycles * period / (2.0 * np.pi)
@@ -187,10 +194,11 @@ def gas_part(row: Any, family: Family, period: float, threads: int | None = 1) -
 
     def curve(angle: Floats, member: Member, crank_ratio: Any, offset: Any, place: Any) -> Any:
         at = member.diagram_angle(angle, crank_ratio, offset)
-        gas = torque.pressure(at, family, place, 1.0, member.pressure_factor)
+        own = own_diagrams(family, member.diagram)
+        gas = torque.pressure(at, own, place, 1.0, member.pressure_factor)
         return gas * member.velocity(angle, crank_ratio, offset)
 
-    return Part(single, lambda m: m.radius_factor, curve, (row,))
+    return Part(single, lambda m: m.area_factor * m.radius_factor, curve, (row,))
 
 
 def friction_part(gas: torque.GasPressure, friction: StrokeFriction, period: float) -> Part:
@@ -204,8 +212,8 @@ def friction_part(gas: torque.GasPressure, friction: StrokeFriction, period: flo
         own = torque.GasPressure(gas.family, row, scale, crankcase)
         return torque.friction_of_cylinder(train, own, StrokeFriction(*levels))(angle, member)
 
-    def single(nu: Floats, crank_ratio: Any, offset: Any, factor: PressureFactor) -> Any:
-        member = EQUAL._replace(pressure_factor=factor)
+    def single(nu: Floats, crank_ratio: Any, offset: Any, one: Member) -> Any:
+        member = EQUAL._replace(pressure_factor=one.pressure_factor)
         periods = np.asarray(nu) * member.cycles * period / (2.0 * np.pi)
         return _where(
             np.abs(periods - np.rint(periods)) < WHOLE, np.asarray(nu),
@@ -334,11 +342,14 @@ def _sum_of(
             own = _of_samples(part, nu, member, crank_ratio, offset)
             total = total + own * np.exp(1j * nu * member.phase_of(crank_ratio, offset))
         members = tuple(m for m in members if m.rod is None)
-        for key in dict.fromkeys((m.pressure_factor, m.radius_factor, m.side) for m in members):
-            alike = tuple(m for m in members if (m.pressure_factor, m.radius_factor, m.side) == key)
+        groups: dict[tuple[Any, ...], list[Member]] = {}
+        for m in members:
+            key = m.pressure_factor, m.diagram, m.radius_factor, m.side
+            groups.setdefault(key, []).append(m)
+        for key, alike in groups.items():
             if key not in known:
-                known[key] = part.single(nu, *alike[0].own(crank_ratio, offset), key[0])
-            total = total + known[key] * _vectors(nu, alike, part.lever)
+                known[key] = part.single(nu, *alike[0].own(crank_ratio, offset), alike[0])
+            total = total + known[key] * _vectors(nu, tuple(alike), part.lever)
         return total
 
     return summed

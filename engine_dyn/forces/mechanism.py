@@ -75,7 +75,7 @@ from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.geometry.slider_crank import offset_acceleration_at, sine_of_top, sum_of_angles
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, own_diagrams
 from engine_dyn.types import Floats, Integers
 
 GRAVITY = 9.80665  # Standard acceleration of free fall [m/s2] (CGPM 1901)
@@ -405,8 +405,9 @@ def _load(
     one: Mapping[str, Any], phi: Floats, member: Member, family: Family, moved: float
 ) -> Floats:
     """Rod load of designs along the first axis [N], with a fraction of the inertia force."""
-    gas = torque.pressure(phi, family, one["row"], one["pressure_scale"], member.pressure_factor)
-    gas = (gas - one["crankcase_pressure"]) * torque.piston_area(one["bore"])
+    diagrams = own_diagrams(family, member.diagram)
+    gas = torque.pressure(phi, diagrams, one["row"], one["pressure_scale"], member.pressure_factor)
+    gas = (gas - one["crankcase_pressure"]) * torque.piston_area(one["bore"] * member.bore_factor)
     if moved == 0.0:
         return np.asarray(gas)
     own = member.own(one["crank_ratio"], one["offset_ratio"])

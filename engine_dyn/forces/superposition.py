@@ -117,7 +117,8 @@ def sample_angles(period: float, family: Family | None = None) -> Floats:
     gap = WIDEST
     if family is not None and not isinstance(family, CycleTable):  # modelled cycles are smooth
         # Steps are no wider than the gaps of a diagram, but never below 1/32 degree.
-        gap = max(min(WIDEST, *(one.widest_gap for one in family.diagrams)), np.pi / 5760.0)
+        every = [one for each in (family, *family.of_cylinders.values()) for one in each.diagrams]
+        gap = max(min(WIDEST, *(one.widest_gap for one in every)), np.pi / 5760.0)
     count = int(np.ceil(period / gap - 1e-6))
     return np.asarray(-0.5 * period + np.arange(count, dtype=np.float64) * (period / count))
 

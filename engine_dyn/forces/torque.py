@@ -19,7 +19,7 @@ from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, P
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import values_of_each
-from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family import Family, own_diagrams
 from engine_dyn.pressure.motored import over_cycles, pressures_of_rows, row_with_factor
 from engine_dyn.types import Floats
 
@@ -70,11 +70,12 @@ def pressure(
 def pressure_of_first(
     phi: Any, family: Family, row: Any, scale: Any, cylinders: Any, by_count: CylindersByCount
 ) -> Any:
-    """Pressure in cylinder 1 of engines whose cylinders have unequal factors: see `pressure`."""
+    """Pressure in cylinder 1 of engines whose cylinders differ: see `pressure`."""
 
     def of_first(engine: Cylinders) -> Any:
         first = engine.members[0]
-        return pressure(phi + first.phase, family, row, scale, first.pressure_factor)
+        own = own_diagrams(family, first.diagram)
+        return pressure(phi + first.phase, own, row, scale, first.pressure_factor)
 
     return value_of_sets(cylinders, by_count, of_first)
 
@@ -88,10 +89,16 @@ class GasPressure(NamedTuple):
     crankcase: Any  # Absolute pressure under the piston, in the crankcase [Pa]
 
     def difference(self, phi: Any, member: Member, train: CrankTrain) -> Any:
-        """Pressure in a cylinder less that in the crankcase, p - p_c [Pa]."""
+        """Pressure in a cylinder less that in the crankcase, p - p_c [Pa].
+
+        It acts on the engine's piston area: that of a cylinder with another bore is multiplied by
+        the factor on the area.
+        """
         angle = member.diagram_angle(phi, train.crank_ratio, train.offset)
-        gas = pressure(angle, self.family, self.row, self.scale, member.pressure_factor)
-        return gas - self.crankcase
+        family = own_diagrams(self.family, member.diagram)
+        gas = pressure(angle, family, self.row, self.scale, member.pressure_factor)
+        difference = gas - self.crankcase
+        return difference if member.bore_factor == 1.0 else member.area_factor * difference
 
 
 def gas_torque(phi: Any, train: CrankTrain, bore: Any, gas: GasPressure) -> Any:

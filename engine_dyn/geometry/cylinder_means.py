@@ -105,6 +105,19 @@ def mean_stroke_ratio(
     return mean / slider_crank.dead_centres(crank_ratio, offset).stroke
 
 
+def mean_displacement_ratio(
+    crank_ratio: Any, offset: Any, cylinder_set: Any, by_count: CylindersByCount
+) -> Any:
+    """Mean displacement of the cylinders over that of the engine's own bore and stroke [1].
+
+    Arguments as of `mean_stroke_ratio`.
+    """
+    mean = mean_of_cylinders(
+        cylinder_set, by_count, lambda member: member.displacement(crank_ratio, offset)
+    )
+    return mean / slider_crank.dead_centres(crank_ratio, offset).stroke
+
+
 def mean_square(member: Member, crank_ratio: Any, offset: Any) -> Any:
     """Mean over a revolution of `Member.square`, the squared velocity with the factor on the mass.
 

@@ -63,6 +63,14 @@ class Member(NamedTuple):
     side: float = 1.0
     # Articulated rod, where the cylinder has one; its crank radius is then the engine's.
     rod: ArticulatedRod | None = None
+    bore_factor: float = 1.0  # Bore of the cylinder over the engine's [1]
+    # Number of the cylinder whose own diagrams it has, see `family.own_diagrams`; 0: the engine's.
+    diagram: int = 0
+
+    @property
+    def area_factor(self) -> float:
+        """Piston area of the cylinder over the engine's [1]."""
+        return self.bore_factor**2
 
     @property
     def cycles(self) -> int:
@@ -137,6 +145,10 @@ class Member(NamedTuple):
             return self.rod.stroke(crank_ratio, offset)
         own = self.own(crank_ratio, offset)
         return self.radius_factor * slider_crank.dead_centres(*own).stroke
+
+    def displacement(self, crank_ratio: Any, offset: Any) -> Any:
+        """Displacement over the engine's piston area and two of its crank radii [1]."""
+        return self.area_factor * self.stroke(crank_ratio, offset)
 
 
 class OwnCrank(NamedTuple):
@@ -355,6 +367,16 @@ class Cylinders:
         return tuple(member.radius_factor for member in self.members)
 
     @cached_property
+    def diagrams(self) -> tuple[int, ...]:
+        """`Member.diagram` of each cylinder."""
+        return tuple(member.diagram for member in self.members)
+
+    @cached_property
+    def several_makes(self) -> bool:
+        """Whether bores differ, or cylinders have diagrams of their own."""
+        return {(member.bore_factor, member.diagram) for member in self.members} != {(1.0, 0)}
+
+    @cached_property
     def throw_shares(self) -> tuple[float, ...]:
         """Share of each cylinder in its throw [1]: 1 over the number of rods on the pin.
 
@@ -465,6 +487,18 @@ class Cylinders:
             for member, f, m, r in zip(self.members, *factors, strict=True)
         )
         return Cylinders(self.period, members, self._with_radii(factors[2]))
+
+    def with_makes(
+        self, bore_factors: Sequence[float] | None = None, diagrams: Sequence[int] | None = None
+    ) -> Cylinders:
+        """Return the same cylinders with other bores over the engine's, or diagrams.
+
+        See `Member`; what is None is kept.
+        """
+        bores = [member.bore_factor for member in self.members]
+        each = zip(self.members, bore_factors or bores, diagrams or self.diagrams, strict=True)
+        members = tuple(m._replace(bore_factor=f, diagram=d) for m, f, d in each)
+        return replace(self, members=members)
 
     def _with_radii(self, radii: tuple[float, ...]) -> Arrangement | None:
         """Arrangement in which cylinders have these crank radii over the engine's."""

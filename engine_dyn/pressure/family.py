@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar, cast
@@ -144,6 +144,8 @@ class Family(RowsOfDiagrams):
         Loads [percent], strictly ascending.
     diagrams : tuple of Diagram
         One for each load, all with the same knots and period.
+    of_cylinders : mapping
+        Families of single cylinders, by their numbers from 1, with the same loads and period.
 
     Examples
     --------
@@ -162,6 +164,7 @@ class Family(RowsOfDiagrams):
 
     loads: Floats
     diagrams: tuple[Diagram, ...]
+    of_cylinders: Mapping[int, Family] = field(default_factory=dict, kw_only=True)
     _rows: dict[int, Diagram] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -272,6 +275,11 @@ class Family(RowsOfDiagrams):
         """Axis of the table's rows over load."""
         steps: Integers = np.ceil(np.diff(self.loads) / ROW_STEP - 1e-9).astype(np.int64)
         return TableAxis(self.loads, steps)
+
+
+def own_diagrams(family: Family, number: int) -> Family:
+    """Diagrams of a cylinder, by `Member.diagram`: its own, or those of the engine for 0."""
+    return family.of_cylinders[number] if number else family
 
 
 def flat_family(period: float) -> Family:

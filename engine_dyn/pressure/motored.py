@@ -32,12 +32,18 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
-from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import SEALED, Cylinders, CylindersByCount, PressureFactor
+from engine_dyn.geometry.cylinder_means import mean_of_cylinders, value_of_sets
+from engine_dyn.geometry.cylinders import (
+    SEALED,
+    Cylinders,
+    CylindersByCount,
+    Member,
+    PressureFactor,
+)
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram, in_compression, values_at
-from engine_dyn.pressure.family import Family, largest_between, peaks_between
+from engine_dyn.pressure.family import Family, largest_between, own_diagrams, peaks_between
 from engine_dyn.pressure.point_checks import LARGEST_PRESSURE
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
@@ -218,13 +224,38 @@ def peak_of_cylinders(
     peak : callable
         `largest_with_factor` or `peak_with_factor`.
     """
-    each: dict[float, Floats] = {}
+    each: dict[tuple[float, int], Floats] = {}
 
     def of_engine(engine: Cylinders) -> Any:
-        factors = engine.all_pressure_factors.reshape(-1).tolist()
-        for factor in factors:
-            if factor not in each:
-                each[factor] = peak(place, family, factor)
-        return reduced([each[factor] for factor in factors], axis=0)
+        factors = engine.all_pressure_factors.tolist()
+        keys = [(f, d) for d, own in zip(engine.diagrams, factors, strict=True) for f in own]
+        for factor, diagram in keys:
+            if (factor, diagram) not in each:
+                own = own_diagrams(family, diagram)
+                each[factor, diagram] = peak(place, own, factor)
+        return reduced([each[key] for key in keys], axis=0)
 
     return value_of_sets(cylinder_set, by_count, of_engine)
+
+
+def peak_by_displacement(
+    place: npt.ArrayLike, family: Family, cylinder_set: Any, by_count: CylindersByCount,
+    crank_ratio: Any, offset: Any,
+) -> Any:  # fmt: skip
+    """Mean p_max [Pa] of the cylinders of each design, by their shares in the displacement.
+
+    A friction mean effective pressure that grows with p_max acts on the displacement of each
+    cylinder. Arguments as of `peak_of_cylinders` and `cylinder_means.mean_displacement_ratio`.
+    """
+
+    def of_one(member: Member) -> Any:
+        factors = member.pressure_factor
+        each = factors if isinstance(factors, tuple) else (factors,)
+        own = own_diagrams(family, member.diagram)
+        mean = np.mean([peak_with_factor(place, own, factor) for factor in each], axis=0)
+        return member.displacement(crank_ratio, offset) * mean
+
+    whole = mean_of_cylinders(
+        cylinder_set, by_count, lambda member: member.displacement(crank_ratio, offset)
+    )
+    return mean_of_cylinders(cylinder_set, by_count, of_one) / whole

@@ -14,13 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.forces import torque
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinder_means import value_of_each
 from engine_dyn.geometry.cylinders import LARGEST_FACTOR, SMALLEST_RADIUS, Cylinders, Member
+from engine_dyn.pressure.family import own_diagrams
 from engine_dyn.quantities.balance import components_of, turning_gear
 from engine_dyn.quantities.friction import gas_of, train_of
 from engine_dyn.quantities.node import Node, hidden
-from engine_dyn.units import DEGREE
+from engine_dyn.units import BAR, DEGREE
 
 SOURCE = "this project"
 
@@ -56,6 +58,30 @@ def _travel(*, crank_angle: Any, double_radius: Any, **needs: Any) -> Any:
         return member.position(crank_angle + member.phase_of(*crank), *crank)
 
     return 0.5 * double_radius * _of_each(needs, of_one)
+
+
+def _pressure(*, crank_angle: Any, **needs: Any) -> Any:
+    def of_one(member: Member, *crank: Any) -> Any:
+        angle = member.diagram_angle(crank_angle + member.phase_of(*crank), *crank)
+        if "double_acting" in needs:
+            return needs["double_acting"].head_end(angle)
+        family = own_diagrams(needs["family"], member.diagram)
+        return torque.pressure(
+            angle, family, needs["row"], needs["pressure_scale"], member.pressure_factor
+        )
+
+    return _of_each(needs, of_one)
+
+
+def _power(*, double_radius: Any, bore: Any, family: Any, row: Any, pressure_scale: Any,
+           speed: Any, **needs: Any) -> Any:  # fmt: skip
+    from engine_dyn.speed.torque import mean_gas_of_member
+
+    def of_one(member: Member, crank_ratio: Any, offset: Any) -> Any:
+        return mean_gas_of_member(member, crank_ratio, offset, row, family)
+
+    lever = torque.piston_area(bore) * 0.5 * double_radius * pressure_scale
+    return speed * lever * _of_each(needs, of_one)
 
 
 def _force(name: str, symbol: str, long_name: str, order: int, turning: bool) -> Node:
@@ -101,6 +127,22 @@ MOTION = (
         "bottom_dead_centre", r"\varphi_{B,k}", "degree",
         "crank angle at the bottom dead centre of each cylinder behind its firing", SOURCE,
         si=DEGREE, needs=(*_OF_EACH, "period"), make=_bottom,
+    ),
+    *(
+        Node(
+            "cylinder_pressure", "p_k", "bar",
+            f"absolute pressure in {text}", SOURCE, si=BAR,
+            kind="curve", when=when, needs=("crank_angle", *_OF_EACH, *needs), make=_pressure,
+        )
+        for when, text, needs in (
+            ("single_acting", "each cylinder", ("family", "row", "pressure_scale")),
+            ("double_acting", "the head end of each cylinder", ("double_acting",)),
+        )
+    ),
+    Node(
+        "cylinder_power", "P_{i,k}", "W", "indicated power of each cylinder at nominal speed",
+        SOURCE, make=_power,
+        needs=(*_OF_EACH, "double_radius", "bore", "family", "row", "pressure_scale", "speed"),
     ),
     Node(
         "cylinder_travel", "x_k", "m", "piston travel of each cylinder from its top dead centre",
@@ -202,6 +244,34 @@ rods.
 All others that take the mechanism are refused: a new node has plain rods until it is added here."""
 
 
+OF_MAKES = frozenset({
+    # What all cylinders add up to.
+    "displacement", "mean_peak_pressure", "peak_pressure", "mean_gas", "indicated_torque_mean",
+    "gas_torque", "torque_after_throw", "shaft_torque_extremes", "torque_solution",
+    "indicated_torque_solution", "speed_solution", "inertia_search", "torsional_response",
+    "throw_torque_mean", "gas_torque_harmonics", "first_mode_gas_torque_harmonics",
+    "throw_gas_torque_harmonics", "engine_gas_sum", "first_mode_gas_sum", "throw_gas_sum",
+    "every_throw_gas_sum", "main_journal_components", "main_journal_extremes",
+    "all_main_journals_extremes", "bay_bending_moment_over_angle", "rod_load_extremes",
+    "cylinder_pressure", "cylinder_power",
+    # Where a load lies in the table of diagrams, whose loads all cylinders have in common.
+    "place", "row",
+    # Of cylinder 1, whose bore is the engine's, and whose diagram is asked for.
+    "pressure", "cylinder_volume", "gas_force", "specific_mass", "cylinder_gas_sum",
+    "cylinder_gas_torque_harmonics", "crank_pin_components", "crank_pin_extremes",
+    "piston_pin_components", "piston_pin_extremes",
+    *(f"{part}{force}_pressure" for part in ("", "gas_", "inertia_")
+      for force in ("piston", "wall", "rod", "tangential", "radial")),
+})  # fmt: skip
+"""Nodes that take bore or diagrams and hold where cylinders have bores or diagrams of their own.
+
+All others that take these are refused then: a new node holds for one make until it is added here.
+"""
+
+OF_ONE_MAKE = frozenset({"bore", "family", "mean_gas"})
+"""Nodes that belong to cylinders of one make: see `OF_MAKES`."""
+
+
 class Place(NamedTuple):
     """Kind of a parameter, such as `pressure_factor`, and the number of its cylinder, from 1."""
 
@@ -233,6 +303,10 @@ PATTERNS: Mapping[str, Node] = MappingProxyType(
                 kind="parameter", **{**_FACTOR, "low": SMALLEST_RADIUS},
             ),
             Node(
+                "bore_N", "D_N", "m", "bore of cylinder N, from 2 on", "this project",
+                kind="parameter", low=0.0,
+            ),
+            Node(
                 "firing_angle_N", r"\varphi_N", "degree",
                 "crank angle at which cylinder N, from 2 on, fires; if the cylinder has its own "
                 "throw, the throw moves with it",
@@ -250,7 +324,8 @@ def _named() -> dict[str, tuple[Place, Node]]:
         what = pattern.name.removesuffix("_N")
         # Cylinder 1 defines crank angle and stroke: some parameters exist from cylinder 2 on.
         for number in range(2 if "from 2 on" in pattern.long_name else 1, MOST_CYLINDERS + 1):
-            text = pattern.long_name.replace(" N, from 2 on,", " N").replace(" N", f" {number}")
+            text = pattern.long_name.replace(", from 2 on,", "").removesuffix(", from 2 on")
+            text = text.replace(" N", f" {number}")
             node = replace(
                 pattern, name=f"{what}_{number}", long_name=text,
                 symbol=pattern.symbol.replace("N", f"{{{number}}}"), public=False,
@@ -270,16 +345,21 @@ OF_CYLINDER: Mapping[str, Place] = MappingProxyType({k: place for k, (place, _) 
 def with_values(cylinders: Cylinders, values: Mapping[str, float]) -> Cylinders:
     """Return the same cylinders with some of these parameters, by name, in SI units.
 
+    The bore of a cylinder needs the engine's, `bore`, among them.
+
     Raises
     ------
     ValueError
-        One line that begins with the name: a cylinder that does not exist, or what
-        `Cylinders.with_factors` and `Cylinders.firing_at` refuse.
+        One line that begins with the name: a cylinder that does not exist, a bore without that of
+        the engine, or what `Cylinders.with_factors` and `Cylinders.firing_at` refuse.
     """
     if not values:
         return cylinders
     factors: dict[str, list[float]] = {}
+    bores = [1.0] * cylinders.count
     for key, value in values.items():
+        if key == "bore":
+            continue
         what, number = OF_CYLINDER[key]
         if number > cylinders.count:
             raise ValueError(f"{key}: must be of one of the {cylinders.count} cylinders")
@@ -289,6 +369,12 @@ def with_values(cylinders: Cylinders, values: Mapping[str, float]) -> Cylinders:
             except ValueError as error:
                 raise ValueError(f"{key}: {error}") from None
             continue
+        if what == "bore":
+            if not values.get("bore", 0.0) > 0.0:
+                raise ValueError(f"{key}: needs bore, that of cylinder 1")
+            bores[number - 1] = value / values["bore"]
+            continue
         each = factors.setdefault(what, list(getattr(cylinders, f"{what}s")))
         each[number - 1] = value
-    return cylinders.with_factors(**{what: tuple(each) for what, each in factors.items()})
+    cylinders = cylinders.with_factors(**{what: tuple(each) for what, each in factors.items()})
+    return cylinders.with_makes(bores) if set(bores) != {1.0} else cylinders

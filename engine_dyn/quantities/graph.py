@@ -63,7 +63,11 @@ ALTERNATIVES: tuple[Mapping[str, str], ...] = (
     },
     {
         "equal_throws": "all throws of an engine have one crank radius",
-        "unequal_throws": "crank radii of an engine differ",
+        "unequal_throws": "crank radii, bores or diagrams of an engine differ",
+    },
+    {
+        "one_make": "all cylinders of an engine have one bore and the same diagrams",
+        "several_makes": "cylinders of an engine have bores or diagrams of their own",
     },
     {
         "plain_rods": "all rods work on a crank pin",

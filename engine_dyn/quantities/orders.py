@@ -13,6 +13,7 @@ import numpy as np
 
 from engine_dyn.forces import harmonics, torque
 from engine_dyn.geometry import kinematic_series
+from engine_dyn.geometry.cylinders import EQUAL
 from engine_dyn.loads import driven_machine
 from engine_dyn.quantities.friction import gas_of, stroke_friction
 from engine_dyn.quantities.node import Node, formula, hidden
@@ -99,8 +100,8 @@ def _of_equal(part: str, every: str = "") -> Node:
 
     def make(**needs: Any) -> Any:
         return made(needs).single(
-            needs[f"{every}order"], needs["crank_ratio"], needs["offset_ratio"], 1.0
-        )  # fmt: skip
+            needs[f"{every}order"], needs["crank_ratio"], needs["offset_ratio"], EQUAL
+        )
 
     return _harmonic(f"{every}{part}_harmonics", unit, f"harmonics of {text}",
                      (*_motion(every), *more), make, threaded=part == "gas")  # fmt: skip

@@ -9,7 +9,12 @@ import numpy as np
 from engine_dyn.forces import torque
 from engine_dyn.geometry.cylinder_means import mean_factor
 from engine_dyn.pressure.family import Family
-from engine_dyn.pressure.motored import largest_with_factor, peak_of_cylinders, peak_with_factor
+from engine_dyn.pressure.motored import (
+    largest_with_factor,
+    peak_by_displacement,
+    peak_of_cylinders,
+    peak_with_factor,
+)
 from engine_dyn.quantities.node import Node, balance_of, formula, hidden, quotient, variants
 from engine_dyn.units import BAR, RPM
 
@@ -136,11 +141,20 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "mean_peak_pressure", "", "Pa", "largest tabulated pressure, averaged over the cylinders",
-        public=False, when="single_acting unequal",
+        public=False, when="single_acting unequal one_make",
         make=lambda row, family, pressure_scale, cylinder_set, cylinders_by_count:
         pressure_scale * peak_of_cylinders(
             row, family, cylinder_set, cylinders_by_count, np.mean, peak_with_factor
         ),
+    ),
+    hidden(
+        "mean_peak_pressure", "Pa",
+        "largest tabulated pressure, averaged over the cylinders by their displacement",
+        lambda row, family, pressure_scale, cylinder_set, cylinders_by_count, crank_ratio,
+        offset_ratio: pressure_scale * peak_by_displacement(
+            row, family, cylinder_set, cylinders_by_count, crank_ratio, offset_ratio
+        ),
+        when="single_acting unequal several_makes",
     ),
     *variants(
         Node("peak_pressure", "p_{max}", "bar", "largest absolute cylinder pressure",
@@ -197,7 +211,8 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "mean_gas", "", "Pa",
-        "mean of pressure times piston velocity over the engine's crank radius and speed",
+        "mean of pressure times piston velocity over the engine's crank radius and speed, with "
+        "factors on its piston area",
         public=False, when="unequal_throws",
         **formula(_mean_gas_of_unequal_throws, "crank_ratio", "offset_ratio", "row", "family",
                   "cylinder_set", "cylinders_by_count"),
@@ -205,10 +220,13 @@ NODES: tuple[Node, ...] = (
     *variants(
         Node("imep", "p_i", "bar", "indicated mean effective pressure", "Rakopoulos notes", si=BAR),
         {
-            "centred": lambda mean_gas, pressure_scale, period, stroke_share:
+            "centred one_make": lambda mean_gas, pressure_scale, period, stroke_share:
             0.5 * period * pressure_scale * mean_gas / stroke_share,
-            "offset": lambda mean_gas, pressure_scale, period, double_radius, stroke, stroke_share:
-            0.5 * double_radius / (stroke * stroke_share) * period * pressure_scale * mean_gas,
+            "offset one_make": lambda mean_gas, pressure_scale, period, double_radius, stroke,
+            stroke_share: 0.5 * double_radius / (stroke * stroke_share) * period * pressure_scale
+            * mean_gas,
+            "several_makes": lambda indicated_torque_mean, period, displacement:
+            indicated_torque_mean * period / displacement,
         },
     ),
     Node(

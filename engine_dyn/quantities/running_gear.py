@@ -8,6 +8,7 @@ from engine_dyn.forces import torque
 from engine_dyn.geometry import masses, slider_crank
 from engine_dyn.geometry.cylinder_means import (
     engine_inertia_of_cylinders,
+    mean_displacement_ratio,
     mean_factor,
     mean_stroke_ratio,
     throws_per_cylinder,
@@ -86,8 +87,16 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
+        when="one_make",
         make=lambda bore, stroke, cylinders, stroke_share: cylinders * torque.piston_area(bore)
         * stroke * stroke_share,
+    ),
+    Node(
+        "displacement", "V_h", "m3", "displacement of all cylinders", "Kakaitsas eq. 3.8",
+        when="several_makes",
+        make=lambda bore, stroke, cylinders, crank_ratio, offset_ratio, cylinder_set,
+        cylinders_by_count: cylinders * torque.piston_area(bore) * stroke
+        * mean_displacement_ratio(crank_ratio, offset_ratio, cylinder_set, cylinders_by_count),
     ),
     Node(
         "mean_piston_speed", "c_m", "m s-1", "mean piston speed, averaged over unequal throws",

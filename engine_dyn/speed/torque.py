@@ -30,7 +30,7 @@ from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.plain_arrays import plain
 from engine_dyn.pressure.cycle_table import CycleTable
-from engine_dyn.pressure.family import Family, remembered
+from engine_dyn.pressure.family import Family, own_diagrams, remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.designs import Designs, Inputs, discard, take_unknown
 from engine_dyn.speed.fields import DEFAULTS, FRICTION_NAMES, OF_SPEED_ALONE, TORQUE_NAMES
@@ -351,15 +351,27 @@ def mean_gas_of_unequal_throws(
     crank_ratio: Any, offset: Any, row: Any, family: Family, cylinder_set: Any,
     by_count: CylindersByCount,
 ) -> Any:  # fmt: skip
-    """Mean of p v over cylinders on throws of unequal radius, over the engine's radius [Pa].
+    """Mean of p v over cylinders whose strokes, bores or diagrams differ [Pa].
 
-    Arguments as of `mean_gas_torque` and `mean_of_cylinders`.
+    It is over the engine's crank radius and piston area. Arguments as of `mean_gas_torque` and
+    `mean_of_cylinders`.
     """
 
     def of_one(member: Member) -> Any:
-        own = member.own(crank_ratio, offset)
-        return member.radius_factor * mean_gas_torque(
-            own.crank_ratio, row, family, own.offset, member.pressure_factor, member.rod
-        )
+        return mean_gas_of_member(member, crank_ratio, offset, row, family)
 
     return mean_of_cylinders(cylinder_set, by_count, of_one)
+
+
+def mean_gas_of_member(
+    member: Member, crank_ratio: Any, offset: Any, row: Any, family: Family
+) -> Any:
+    """Mean of p v of one cylinder over the engine's crank radius and piston area [Pa].
+
+    Arguments as of `mean_gas_torque`.
+    """
+    own, diagrams = member.own(crank_ratio, offset), own_diagrams(family, member.diagram)
+    mean = mean_gas_torque(
+        own.crank_ratio, row, diagrams, own.offset, member.pressure_factor, member.rod
+    )
+    return member.area_factor * member.radius_factor * mean

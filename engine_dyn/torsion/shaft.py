@@ -374,17 +374,14 @@ def mean_torques_of_throws(
     cylinder_set, by_count, throws
         As of `reciprocating_inertia_of_throws`.
     """
-    from engine_dyn.speed.torque import mean_gas_torque
+    from engine_dyn.speed.torque import mean_gas_of_member
 
-    known: dict[tuple[Any, ...], Any] = {}
+    known: dict[Member, Any] = {}
 
     def of_one(member: Member) -> Any:
-        key = member.pressure_factor, member.radius_factor, member.side
+        key = member._replace(phase=0.0, mass_factor=1.0)
         if key not in known:
-            own = member.own(crank_ratio, offset)
-            known[key] = member.radius_factor * mean_gas_torque(
-                own.crank_ratio, row, family, own.offset, member.pressure_factor
-            )
+            known[key] = mean_gas_of_member(member, crank_ratio, offset, row, family)
         return known[key]
 
     friction = value_of_sets(cylinder_set, by_count, lambda engine: 1.0 / engine.count)

@@ -31,6 +31,7 @@ class Crossing(NamedTuple):
 
 SEVERAL = "several engines or arrangements"
 HOLDING = "hold, held_torque or held_power"
+SINGLE = "bores or diagrams of single cylinders"
 NOT_WITH = "not allowed together with"
 _NOT_OF_TORQUE = "not allowed: engine {engine} gives its torque in place of a pressure"
 _EXTREME_OF_TORQUE = (
@@ -80,6 +81,13 @@ CROSSINGS = (
     Crossing(
         "parameters of the modelled cycle", "an engine without diagrams",
         "not allowed: engine {engine} has no diagrams",
+    ),
+    *(
+        Crossing(
+            feature, "diagrams of single cylinders",
+            "not allowed: cylinders of engine {engine} have diagrams of their own",
+        )
+        for feature in ("[indicator]", "parameters of the modelled cycle")
     ),
     Crossing(
         "largest_speed or smallest_speed", "an engine that gives its pressure", _EXTREME_OF_TORQUE
@@ -184,6 +192,22 @@ CROSSINGS = (
             "friction over the stroke", "balance_shaft_mass", "second_shaft_mass",
             "firing_pattern", "[characteristic]", "radius_factor",
         )
+    ),
+    *(
+        Crossing(feature, SINGLE, f"{NOT_WITH} {SINGLE}")
+        for feature in (
+            "friction over the stroke", "friction by components", "[characteristic]", HOLDING,
+        )
+    ),
+    Crossing(SINGLE, "articulated_rods", f"{NOT_WITH} articulated_rods"),
+    Crossing(
+        "another number of cylinders", f"{SINGLE} of the engine",
+        "not allowed: cylinders of engine {engine} have bores or diagrams of their own; must be "
+        "its own number",
+    ),
+    Crossing(
+        "bore_N", "double-acting cylinders",
+        "not allowed: the double-acting cylinders of engine {engine} are modelled with one bore",
     ),
     Crossing(
         "articulated_rods", "radius_factor or a VR engine",

@@ -11,9 +11,11 @@ import math
 from dataclasses import MISSING, fields
 from typing import Any
 
+from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.pressure.diesel_cycle import DieselCycle
 from engine_dyn.pressure.file_fields import MEANINGS, FileField
 from engine_dyn.pressure.first_law_formulas import FIELDS_OF_WALL
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.features.characteristic import CHARACTERISTICS
 from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.quantities.graph import (
@@ -29,6 +31,7 @@ from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES
 from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
 from sweeps.base.dimensions import ELASTICITY, LABELS
 from sweeps.scene.axes import WORD_KEYS
+from sweeps.scene.engine.cylinder_diagrams import CYLINDER, OF_CYLINDER_ALONE
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
 from sweeps.scene.engine.data_sheets import KNOWN_OF_CYCLE
 from sweeps.scene.engine.engine_files import TORQUE
@@ -345,7 +348,9 @@ def _one_or_several(words: tuple[str, ...]) -> Schema:
 def engine_schema() -> Schema:
     """JSON schema (draft 2020-12) of an engine file, in JSON's types."""
     schema, tables = model_schema(EngineFile)
-    others = {*CYCLE_KEYS, *NUMBERED, *SHAFT_KEYS, *SOLVER_COLUMNS, *HELD_KEYS, "wanted_delta"}
+    bores = {key for key, place in OF_CYLINDER.items() if place.what == "bore"}
+    numbered = NUMBERED - bores
+    others = {*CYCLE_KEYS, *numbered, *SHAFT_KEYS, *SOLVER_COLUMNS, *HELD_KEYS, "wanted_delta"}
     parameters = {k: value_schema(n) for k, n in PARAMETERS.items() if k not in others}
     properties = schema["properties"]
     properties["values"] |= closed({name: reference(name) for name in parameters})
@@ -359,6 +364,10 @@ def engine_schema() -> Schema:
         SPEEDS: {
             "type": "array", "items": {"type": "number", "exclusiveMinimum": 0},
             "minItems": 2, "maxItems": 2, "description": MEANING,
+        },
+        CYLINDER: {
+            "type": "integer", "minimum": 1, "maximum": MOST_CYLINDERS,
+            "description": OF_CYLINDER_ALONE,
         },
     }  # fmt: skip
     tables["PointsDiagram"] = {

@@ -86,8 +86,16 @@ class GivenValues:
 
     @cached_property
     def cylinder_keys(self) -> tuple[str, ...]:
-        """Parameters of single cylinders that the scene gives."""
-        return tuple(key for key in OF_CYLINDER if key in self.given)
+        """Parameters of single cylinders that the scene gives, or its engine."""
+        own = self.engine.values
+        return tuple(key for key in OF_CYLINDER if key in self.given or key in own)
+
+    @cached_property
+    def cylinder_set_keys(self) -> tuple[str, ...]:
+        """Parameters that tell cylinders apart: with the engine's bore where one has its own."""
+        keys = self.cylinder_keys
+        own_bore = any(OF_CYLINDER[key].what == "bore" for key in keys)
+        return ("bore", *keys) if own_bore else keys
 
     @cached_property
     def shaft_keys(self) -> tuple[str, ...]:

@@ -54,7 +54,9 @@ def _cylinder_words(
     varied = {OF_CYLINDER[key].what for key in values.cylinder_keys}
     equal = all(engine.are_equal for engine in engines) and not values.nonzero("misfire")
     equal = equal and varied <= {"firing_angle"} and patterns is None
+    several_makes = "bore" in varied or any(engine.several_makes for engine in engines)
     throws = all(engine.equal_throws for engine in engines) and "radius_factor" not in varied
+    throws = throws and not several_makes
     if patterns is not None and any(SEALED in one.firings for one in patterns.each):
         # A sealed cylinder's pressure factor is a code: the mean work of a throw's cylinders does
         # not follow from the mean of their pressure factors
@@ -66,6 +68,7 @@ def _cylinder_words(
         "centred" if centred else "offset",
         "equal" if equal else "unequal",
         "equal_throws" if throws else "unequal_throws",
+        "several_makes" if several_makes else "one_make",
         "plain_rods" if plain_rods else "articulated_rods",
         "own_pins" if own_pins else "shared_pins",
         "stroke_friction" if over_stroke(values) else "uniform_friction",

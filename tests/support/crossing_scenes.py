@@ -77,6 +77,12 @@ COMPRESSOR = {
     "motor_breakdown_slip": 0.06, "motor_breakdown_torque": 60000,
 }  # fmt: skip
 
+STAGE = {
+    "kind": "compressor", "load": 100, "clearance_ratio": 0.06, "suction_pressure": 1.0,
+    "delivery_pressure": 3.0, "suction_loss": 0.05, "delivery_loss": 0.2,
+    "compression_exponent": 1.3, "expansion_exponent": 1.25, "valve_ramp": 8.0, "valve_lag": 2.0,
+}  # fmt: skip
+
 KNOWN: Fragment = {"set": {
     "cylinder_spacing": 0.12, "bank_offset": 0.02, "rod_inertia": 0.004, "pole_pairs": 2,
     "interval_begin": -20.0, "interval_end": 40.0, "given_energy_swing": 400.0,
@@ -141,6 +147,12 @@ FRAGMENTS: dict[str, list[Fragment]] = {
     "firing angles": [{"set": {"firing_angle_2": 8.0}}],
     "mass factors": [{"set": {"mass_factor_2": 0.9}}, {"axes": {"mass_factor_1": [0.9, 1.1]}}],
     "unequal throws": [{"set": {"radius_factor_2": 0.97}}],
+    "bores of single cylinders": [{"set": {"bore_2": 0.07}}, {"axes": {"bore_2": [0.08, 0.1]}}],
+    "diagrams of single cylinders": [
+        {"engine": {"cycle": "two-stroke", "replace": {**COMPRESSOR, "bore_2": 0.17},
+                    "diagram": [STAGE, {**STAGE, "cylinder": 2, "suction_pressure": 3.0,
+                                        "delivery_pressure": 9.0}],
+                    "arrangement": "in-line 2"}}],
     "another arrangement": [
         {"set": {"arrangement": "in-line 3", "cylinders": 3}},
         {"set": {"arrangement": "V6 90 shared-pin", "cylinders": 6}}],

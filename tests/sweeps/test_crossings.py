@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from sweeps.scene.consistency.features import FEATURES
-from sweeps.scene.crossings import CROSSINGS, HOLDING, KEYS, SEVERAL, Crossing
+from sweeps.scene.crossings import CROSSINGS, HOLDING, KEYS, SEVERAL, SINGLE, Crossing
 from sweeps.scene.features import GIVEN_FEATURES
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, indicator_text, points, written
@@ -105,6 +105,19 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
     ("radius_factor", RODLESS): {"set": RODS | {"radius_factor_2": 0.97}},
     ("articulated_rods", "radius_factor or a VR engine"): {
         "set": RODS | {"arrangement": "VR5 15", "crank_offset": 0.02}},
+    ("friction over the stroke", SINGLE): {"set": SHARES | {"bore_2": 0.1}},
+    ("friction by components", SINGLE): {"set": BY_COMPONENTS | {"bore_2": 0.1}},
+    ("[characteristic]", SINGLE): {
+        "set": {"bore_2": 0.1}, "characteristic": {"kind": "diesel"}},
+    (HOLDING, SINGLE): {
+        "engine": "ntua", "set": {"hold": "brake_torque", "cylinders": 2, "bore_2": 0.1}},
+    (SINGLE, RODLESS): {"set": RODS | {"bore_2": 0.1}},
+    ("another number of cylinders", f"{SINGLE} of the engine"): {
+        "engine": "makes.toml", "set": {"cylinders": 3}},
+    ("bore_N", DOUBLED): {"engine": "double.toml", "set": {"bore_2": 0.1}},
+    ("[indicator]", "diagrams of single cylinders"): {
+        "engine": "makes.toml", "indicator": {"file": "pressure.csv"}},
+    (MODEL, "diagrams of single cylinders"): {"engine": "makes.toml", "set": HEAT},
     ("firing_pattern over several cycles", "[measured]"): {
         "set": {"firing_pattern": "110"}, "measured": MEASURED},
     ("firing_pattern", "a load over several cycles"): {
@@ -149,6 +162,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "bare": VALUES,
         "torque": VALUES.replace("speed = 1200\n", "") + TORQUE,
         "webs": VALUES + POINTS + "[[counterweights]]\n" + webs,
+        "makes": VALUES + POINTS + POINTS + "cylinder = 2\n",
         "double": VALUES.replace("four-stroke", "two-stroke").replace("load = 50", "load = 100")
         + f"[[diagram]]\n{double}",
     }
@@ -209,7 +223,8 @@ def test_half_of_a_refused_pair_is_not_refused(
     monkeypatch.chdir(folder)
     for tables in (
         {"set": MOTOR}, {"set": FAN}, {"set": RODS}, {"set": SHARES},
-        {"engine": "torque.toml", "set": {"speed": 1200}},
+        {"engine": "torque.toml", "set": {"speed": 1200}}, {"engine": "makes.toml"},
+        {"set": {"bore_2": 0.1}},
         {"engine": "double.toml"}, {"set": {"load_table": THIRDS}}, {"counterweights": WEBS},
         {"engine": "webs.toml", "set": {"arrangement": "parallel twin 270"}},
         {"indicator": {"file": "pressure.csv"}}, {"shaft": complete_shaft(1), "engine": "ntua"},

@@ -77,7 +77,7 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"engine": "v8_flat_plane_94x93"},
     {"engine": "v8_flat_plane_94x93",
      "set": {"articulated_rods": {"radius": 0.6, "knuckle_mass": 0.2}}},
-    {"engine": "compressor_79x83"},
+    {"engine": "compressor_79x83"}, {"set": {"cylinders": 2, "bore_2": 0.1}},
     {"engine": "compressor_79x83", "set": {"motor_slip": 0.05}},
     {"set": {"load_square": 0.01, "throw_mass": 1.0, "throw_radius": 0.05}},
     {"set": {"friction_law": "patton_nitschke_heywood"}},

@@ -23,7 +23,7 @@ from engine_dyn.geometry.cylinders import Cylinders, Member
 from engine_dyn.geometry.slider_crank import velocity
 from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.friction import stacked_parts
-from engine_dyn.pressure.family import Family, remembered
+from engine_dyn.pressure.family import Family, own_diagrams, remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import DEGREE, Box
 from engine_dyn.speed.work.interpolation import BEFORE, MEAN_BY_PAIRS, STENCIL, weights_between
@@ -369,10 +369,13 @@ def _add_gas(source: Source, rows: Integers, curves: Floats) -> None:
     for member in source.members:
         whole = math.floor(member.phase / step + SAME_PLACE)
         rest, whole = member.phase - whole * step, whole % nodes
-        first = member._replace(phase=rest if rest > SAME_PLACE * step else 0.0, mass_factor=1.0)
+        rest = rest if rest > SAME_PLACE * step else 0.0
+        first = member._replace(phase=rest, mass_factor=1.0, bore_factor=1.0)
         key = "gas", first, source.box, source.nodes, rows.tobytes()
         make = partial(_gas_of, source, rows, first)
         (own,) = remembered(source.family, key, make) if len(source.members) > 1 else make()
+        if member.bore_factor != 1.0:
+            own = member.area_factor * own
         total[..., : nodes - whole] += own[..., whole:]
         total[..., nodes - whole :] += own[..., :whole]
 
@@ -395,7 +398,8 @@ def _gas_of(source: Source, rows: Integers, member: Member) -> tuple[Floats, ...
     add(np.ones((1, inside.size + at_node.size)), slice(UNIT, UNIT + 1))
     angle = np.concatenate([inside, at_node])
     angle = member.diagram_angle(angle, source.box.ratio[0], source.box.offset[0])
-    pressure = pressures_of_rows(source.family, rows, angle, member.pressure_factor)
+    family = own_diagrams(source.family, member.diagram)
+    pressure = pressures_of_rows(family, rows, angle, member.pressure_factor)
     add(pressure, slice(FIRST_GAS, None))
     curves[:, FIRST_GAS:] -= ATMOSPHERE * curves[:, UNIT : UNIT + 1]
     work += halves

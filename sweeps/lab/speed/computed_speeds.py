@@ -198,6 +198,7 @@ def _grown(feature: GivenFeature) -> str:
 
 LEFT_OUT: Mapping[str, str] = {
     "offset": "pin_offset and crank_offset must be 0",
+    "several_makes": "the bores and diagrams of all cylinders must be equal",
     "unequal": "cylinders must be equal, and all must burn",
     "unequal_throws": "the crank radii of all cylinders must be equal",
     **{

@@ -456,6 +456,9 @@ def _arrangements(scene: Scene) -> str:
     if any(OF_CYLINDER[k].what == "firing_angle" and k not in scene.settings for k in keys):
         return ""
     fixed = {k: scene.settings[k] * si for k, si in keys.items() if k in scene.settings}
+    bores = {k: scene.given_or_own(k) for k in scene.cylinder_set_keys if k.startswith("bore")}
+    if not any(one.dims for one in bores.values()):
+        fixed |= {k: float(one.values[0]) for k, one in bores.items()}
     if scene.arrangements:
         each = [_arrangement(with_values(engine, fixed)) for engine in scene.arrangements]
         return json.dumps(each)
@@ -499,6 +502,7 @@ def _arrangement(own: Cylinders | None) -> dict[str, Any]:
         "pressure_factor": list(own.pressure_factors),
         "mass_factor": list(own.mass_factors),
         "radius_factor": list(own.radius_factors),
+        **({"bore_factor": [one.bore_factor for one in own.members]} if own.several_makes else {}),
         **({"sides": list(made.cylinder_sides)} if own.both_sides else {}),
         **({"articulated_rods": [rod(one.rod) for one in own.members]}
            if own.articulated else {}),

@@ -355,7 +355,7 @@ def _diagrams(scene: Scene) -> list[dict[str, Any]]:
     # A diagram of torque has torques [N m] in place of pressures.
     curves: list[Diagram | TorqueOverAngle] = []
     for one in scene.ordinary_scenes:
-        curves += one.engine.family.diagrams if one.indicator is None else (one.indicator,)
+        curves += one.engine.diagrams if one.indicator is None else (one.indicator,)
         curves += [] if one.engine.torque is None else [one.engine.torque]
     return [{"points": len(curve.angle), "sha256": _hash_of_curve(curve)} for curve in curves]
 

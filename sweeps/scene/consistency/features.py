@@ -19,7 +19,7 @@ from engine_dyn.quantities.parameters import CHEN_FLYNN_KEYS, CYCLE_KEYS, STROKE
 from engine_dyn.speed.fields import CLOSED, METHODS, STEPPING
 from sweeps.base.dimensions import FIRING_PATTERN, LABELS
 from sweeps.scene.consistency.pressure import burning_less
-from sweeps.scene.crossings import CROSSINGS, HOLDING, SEVERAL, refused
+from sweeps.scene.crossings import CROSSINGS, HOLDING, SEVERAL, SINGLE, refused
 from sweeps.scene.derived_quantities import elasticities_in
 from sweeps.scene.features import GIVEN_FEATURES, shaft, web_weights
 from sweeps.scene.features.feature import GivenFeature
@@ -43,6 +43,21 @@ def _keys(*keys: str) -> Feature:
 def _word(word: str, place: str | bool = True) -> Feature:
     """Feature of scenes with one of the words for variants."""
     return lambda scene: word in scene.words and place
+
+
+def _single_of_engine(scene: Scene) -> bool:
+    """Whether the engine itself has cylinders with bores or diagrams of their own."""
+    own, values = scene.engine.own_cylinders, scene.engine.values
+    return (own is not None and own.several_makes) or any(key in OF_CYLINDER for key in values)
+
+
+def _own_bore(scene: Scene) -> str | bool:
+    """Place of the first bore of a single cylinder."""
+    for key in scene.cylinder_keys:
+        if OF_CYLINDER[key].what == "bore":
+            table = scene.given_or_own(key).table
+            return f"[{table}] {key}" if table else f"engine {scene.engine.name} {key}"
+    return False
 
 
 def _other_load(scene: Scene) -> bool:
@@ -86,13 +101,26 @@ FEATURES: Mapping[str, Feature] = {
     "double-acting cylinders": _word("double_acting"),
     "misfire, pressure_factor or firing_pattern": burning_less,
     "a compressor or pump": lambda scene: any(
-        diagram.motored is never_burns for diagram in scene.engine.family.diagrams
+        diagram.motored is never_burns for diagram in scene.engine.diagrams
     ),
     "parameters of single cylinders": _keys(*OF_CYLINDER),
     "several numbers of cylinders": lambda scene: (
         len(scene.counts) > 1 and f"[{scene.table_of('cylinders')}] cylinders"
     ),
     "radius_factor": _keys(*(key for key, of in OF_CYLINDER.items() if of.what == "radius_factor")),
+    SINGLE: lambda scene: (
+        "several_makes" in scene.words
+        and (_own_bore(scene) or f"engine {scene.engine.name} [[diagram]]")
+    ),
+    f"{SINGLE} of the engine": _single_of_engine,
+    "another number of cylinders": lambda scene: (
+        scene.counts != [int(scene.engine.values.get("cylinders", 0))]
+        and f"[{scene.table_of('cylinders')}] cylinders"
+    ),
+    "bore_N": _own_bore,
+    "diagrams of single cylinders": lambda scene: any(
+        any(engine.diagrams) for engine in scene.described
+    ),
     "pin_offset": lambda scene: scene.nonzero("pin_offset") and "pin_offset",
     "banks to both sides of the crank's axis (VR)": lambda scene: any(
         engine.both_sides for engine in scene.described

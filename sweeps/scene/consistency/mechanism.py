@@ -72,7 +72,7 @@ def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
     SceneError
         For a value that no cylinder of the engine can have.
     """
-    keys = scene.cylinder_keys
+    keys = scene.cylinder_set_keys
     if not keys:
         return scene.described
     extremes = []
@@ -83,10 +83,11 @@ def extreme_cylinders(scene: Scene, name: str) -> tuple[Cylinders, ...]:
                 table, given, _ = scene.given_or_own(key)
                 values[key] = float(end(given)) * PARAMETERS[key].si
                 try:
-                    with_values(engine, {key: values[key]})
+                    with_values(engine, {k: values[k] for k in ("bore", key) if k in values})
                 except ValueError as error:
                     text = mentioned(error).removeprefix(f"{key}: ")
-                    raise SceneError(f"{name}: [{table}] {key}: {text}") from None
+                    where = f"[{table}]" if table else f"engine {scene.engine.name}"
+                    raise SceneError(f"{name}: {where} {key}: {text}") from None
             extremes.append(with_values(engine, values))
     return tuple(extremes)
 

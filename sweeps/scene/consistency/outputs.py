@@ -12,7 +12,8 @@ from engine_dyn.engine import Engine
 from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS, TWO_STROKE, customary_order
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
-from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED
+from engine_dyn.quantities.curve_extremes import is_of_curve
+from engine_dyn.quantities.each_cylinder import FOLLOWED, NOT_FOLLOWED, OF_MAKES, OF_ONE_MAKE
 from engine_dyn.quantities.generator import OF_FOUR_STROKES
 from engine_dyn.quantities.graph import (
     ALL_QUANTITIES,
@@ -101,7 +102,7 @@ def check_needs(scene: Scene, name: str) -> None:
         With all parameters that are missing, and the quantities that need them.
     """
     words = scene.words
-    articulated = "articulated_rods" in words
+    articulated, makes = "articulated_rods" in words, "several_makes" in words
     given = {*scene.known, *DIMENSIONS, *CONSTANTS, *SOLVER_COLUMNS}
     if scene.indicator is None and not scene.engine.family.diagrams:
         given.remove("family")
@@ -146,6 +147,12 @@ def check_needs(scene: Scene, name: str) -> None:
                 )
             if articulated and _is_of_plain_rods(node):
                 raise SceneError(f"{where} is not computed for engines with articulated_rods")
+            if makes and is_of_curve(scene.variants[need]):
+                waiting += scene.variants[need].needs  # The curve, in place of all that it needs
+            elif makes and need not in OF_MAKES and not OF_ONE_MAKE.isdisjoint(node.needs):
+                raise SceneError(
+                    f"{where} is not computed for cylinders with bores or diagrams of their own"
+                )
             if kind := _missing_of_shaft(node, scene.shaft_keys):
                 part, _, number = kind.partition("_")
                 raise SceneError(

@@ -67,7 +67,7 @@ def check_motored(scene: Scene, name: str) -> None:
     place = burning_less(scene)
     if not place:
         return
-    diagrams = scene.engine.family.diagrams
+    diagrams = scene.engine.diagrams
     if scene.indicator is not None:
         diagrams = (scene.indicator,)
     for diagram in diagrams:

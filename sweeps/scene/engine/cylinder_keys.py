@@ -298,6 +298,7 @@ def cylinders_of_keys(keys: CylinderKeys, base: Cylinders, count: int, where: st
         made = base
         if arrangement is not None and arrangement is not base.arrangement:
             made = cylinders_of(arrangement, base.pressure_factors, base.mass_factors)
+            made = made.with_makes(diagrams=base.diagrams)
             if base.articulated and keys.articulated_rods is None:
                 raise ValueError(
                     "arrangement: the engine has articulated_rods, which must be given with "

@@ -41,6 +41,14 @@ from sweeps.base.files.regular_files import add_files_read, kept, kept_files, re
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import ENGINES
 from sweeps.scene.crossings import exclusive_pair, refused
+from sweeps.scene.engine.cylinder_diagrams import (
+    CYLINDER,
+    by_cylinder,
+    joined,
+    taken_cylinder,
+    values_of_cylinder,
+    with_diagrams,
+)
 from sweeps.scene.engine.cylinder_keys import (
     CYLINDER_KEYS,
     arrangement_of,
@@ -148,14 +156,22 @@ def _read_engine(path: Path, name: str) -> Engine:
     if torque is None:
         _check_complete(given, values, name)
     period = _period(given, torque, name)
-    diagrams = [
-        _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values)
+    count = count_cylinders(given, values, period, name)
+    if count:
+        values["cylinders"] = float(count)
+    order, own = (None, None) if not count else read_cylinders(given, count, period, name)
+    entries = [
+        _diagram(table, f"{name}: [[diagram]] number {i}", path.parent, period, values, own)
         for i, table in enumerate(given.diagram if torque is None else (), start=1)
     ]
     check_double_acting([t.get("kind") for t in given.diagram], given.pressure_scale, name)
-    family = _family(diagrams, name)
-    if count := count_cylinders(given, values, period, name):
-        values["cylinders"] = float(count)
+    places = by_cylinder([entry.cylinder for entry in entries], count, name)
+    of_cylinders = {number: [entries[i] for i in some] for number, some in places.items()}
+    diagrams = of_cylinders.pop(0, [])
+    families = {number: _family(some, name) for number, some in of_cylinders.items()}
+    family = joined(_family(diagrams, name), families, name)
+    if families:
+        own = with_diagrams(own or even_cylinders(count, period), tuple(families))
     if diagrams and family.low == family.high:
         values.setdefault("load", family.low)  # The load is that of all diagrams
     if torque is not None:
@@ -165,7 +181,9 @@ def _read_engine(path: Path, name: str) -> Engine:
     scale = _scale(given.pressure_scale, name)
     if diagrams:
         _check_own_point(values, family, scale, name)
-    order, own = read_cylinders(given, values["cylinders"], period, name)
+    if torque is not None and not count:
+        order, own = read_cylinders(given, values["cylinders"], period, name)
+    _check_bores(values, name)
     for key in INERTIA_KEYS if raw.get("shaft") is not None else ():
         if key in values:
             raise SceneError(
@@ -179,7 +197,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         values=values,
         family=family,
         compression_ratio=compression_ratio_in(
-            given, values, (entry.ratio for entry in diagrams), name
+            given, values, (entry.ratio for entry in of_cylinders.get(1, diagrams)), name
         ),
         cycles=_cycles(diagrams),
         pressure_scale=scale,
@@ -190,8 +208,8 @@ def _read_engine(path: Path, name: str) -> Engine:
         uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),
         silenced_warnings=read_silenced(given.silenced_warnings, name),
-        diagram_speeds=tuple(d.speeds for d in sorted(diagrams, key=lambda d: d.load)),
-        diagram_warnings=tuple(line for entry in diagrams for line in entry.warnings)
+        diagram_speeds=tuple(_speeds_at(d.load, entries) for d in _by_load(diagrams)),
+        diagram_warnings=tuple(line for entry in entries for line in entry.warnings)
         + torque_warnings(given.diagram, f"{name}: [[diagram]]"),
     )
     for feature in GIVEN_FEATURES.values():
@@ -200,6 +218,26 @@ def _read_engine(path: Path, name: str) -> Engine:
                 two = " or ".join(feature.excludes), feature.written
                 raise refused(*two, f"{name}: [values] {key}")
     return with_features(engine, given, path.parent, f"{name}: ")
+
+
+def _check_bores(values: Mapping[str, float], name: str) -> None:
+    """Check that bores of single cylinders belong to cylinders of an engine with a bore."""
+    for key in (key for key in values if key in OF_CYLINDER):
+        if OF_CYLINDER[key].number > values["cylinders"]:
+            must = f"must be of one of the {values['cylinders']:g} cylinders"
+            raise SceneError(f"{name}: [values] {key}: {must}")
+        if "bore" not in values:
+            raise SceneError(f"{name}: [values] {key}: needs bore, that of cylinder 1")
+
+
+def _by_load(entries: Iterable[_Entry]) -> list[_Entry]:
+    return sorted(entries, key=lambda entry: entry.load)
+
+
+def _speeds_at(load: float, entries: Iterable[_Entry]) -> tuple[float, float] | None:
+    """Speeds [rpm] for which all diagrams of a load hold; None where none says it."""
+    known = [entry.speeds for entry in entries if entry.load == load and entry.speeds is not None]
+    return (max(low for low, _ in known), min(high for _, high in known)) if known else None
 
 
 def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | None:
@@ -247,7 +285,7 @@ def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         where = f"{name}: [values] {key}"
         if key in CYCLE_KEYS:
             raise SceneError(f"{where}: not allowed here; belongs to a [[diagram]]")
-        if key in OF_CYLINDER:
+        if key in OF_CYLINDER and OF_CYLINDER[key].what != "bore":
             what = OF_CYLINDER[key].what
             what += "s" if what == "firing_angle" else ""
             raise SceneError(f"{where}: not allowed; the file has {what}, one for each cylinder")
@@ -391,13 +429,16 @@ class _Entry(NamedTuple):
     ratio: float | None
     speeds: tuple[float, float] | None = None
     warnings: tuple[str, ...] = ()
+    cylinder: int = 0  # Number of the cylinder that it belongs to; 0: of all without their own
 
 
 def _diagram(
-    table: Mapping[str, Any], where: str, folder: Path, period: float, values: Mapping[str, float]
-) -> _Entry:
+    table: Mapping[str, Any], where: str, folder: Path, period: float, values: Mapping[str, float],
+    cylinders: Cylinders | None,
+) -> _Entry:  # fmt: skip
     """One [[diagram]]."""
     rest = dict(table)
+    cylinder = taken_cylinder(rest, int(values.get("cylinders", 0)), where)
     load_node, speed_node = PARAMETERS["load"], PARAMETERS["speed"]
     load = number(taken(rest, "load", where), f"{where} load", load_node)
     check_range(load, f"{where} load", load_node)
@@ -411,18 +452,21 @@ def _diagram(
         if not isinstance(file, str):
             raise SceneError(f"{where} file = {shown(file)}: must be a string: the path of a CSV")
         ratio = compression_ratio_of(rest, where)
-        no_more(rest, where, ("load", "speed", SPEEDS, "kind", "file", RATIO))
+        no_more(rest, where, ("load", "speed", SPEEDS, "kind", "file", RATIO, CYLINDER))
         path = referred(folder, file, f"{where} file")
         diagram = read_indicator(path, f"{where} {file}", period)
         notes = (note for note in notes_of(path) if note.startswith(WARNING))
         warnings = tuple(f"{where}: {note.removeprefix(WARNING)}" for note in notes)
-        return _Entry(load, speed, diagram, None, ratio, speeds, warnings)
+        return _Entry(load, speed, diagram, None, ratio, speeds, warnings, cylinder)
     if not isinstance(kind, str) or kind not in KINDS:
         known = "', '".join(("points", TORQUE, *KINDS))
         raise SceneError(f"{where} kind = {shown(kind)}: must be one of '{known}'")
     here = values if speed is None else {**values, "speed": speed}
+    if cylinder:
+        here = values_of_cylinder(values, cylinder, cylinders)
     diagram, again = modelled_diagram(kind, rest, where, period, here)
-    return _Entry(load, speed, diagram, again, compression_ratio_of(rest, where), speeds)
+    ratio = compression_ratio_of(rest, where)
+    return _Entry(load, speed, diagram, again, ratio, speeds, cylinder=cylinder)
 
 
 def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:

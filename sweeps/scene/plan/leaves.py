@@ -230,7 +230,8 @@ def _cylinder_sets(scene: Scene, leaves: Mapping[str, Value]) -> tuple[Value, Se
     """Number of each design's set, the sets, and the same without misfires and patterns."""
     # Where sets differ only in how many cylinders they have, that count is the number of the set.
     count, misfire = leaves["cylinders"], leaves["misfire"]
-    arrangements, keys, patterns = scene.arrangements, scene.cylinder_keys, scene.firing_patterns
+    arrangements, patterns = scene.arrangements, scene.firing_patterns
+    keys = scene.cylinder_set_keys
     if not (arrangements or keys or np.any(misfire.data) or patterns):
         return count, scene.cylinders_by_count, scene.cylinders_by_count
     which = Value(np.zeros(()))

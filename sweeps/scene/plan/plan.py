@@ -408,7 +408,7 @@ def _used(scene: Scene, leaves: Mapping[str, Value], used: set[str]) -> set[str]
         used.update(scene.cycle_keys)
     if "cylinder_set" in used:
         varying = set(leaves["cylinder_set"].dims)
-        keys = ("cylinders", "misfire", *scene.cylinder_keys)
+        keys = ("cylinders", "misfire", *scene.cylinder_set_keys)
         used.update(key for key in keys if set(leaves[key].dims) <= varying)
     return used
 

@@ -238,7 +238,7 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
     if isinstance(family, CycleTable):
         return []
     measured = scene.indicator is not None
-    diagrams = (scene.indicator,) if scene.indicator is not None else scene.engine.family.diagrams
+    diagrams = (scene.indicator,) if scene.indicator is not None else scene.engine.diagrams
     ends = ends_of(scene.engine.family)
     if ends is not None:  # The effective pressure of both ends is not that of a gas
         diagrams = (ends.head_end, ends.crank_end)
@@ -260,7 +260,11 @@ def _of_diagrams(plan: Plan, off: frozenset[str]) -> list[str]:
         if ends is not None:
             where += (", head end", ", crank end")[judgement.place[0]]
         elif not measured and type(scene.engine.family) is Family and len(diagrams) > 1:
-            where += f", diagram at {scene.engine.family.loads[judgement.place[0]]:g} percent load"
+            loads = scene.engine.family.loads
+            number, place = divmod(int(judgement.place[0]), len(loads))
+            if number:  # Diagrams of single cylinders come last
+                where += f", cylinder {[*scene.engine.family.of_cylinders][number - 1]}"
+            where += f", diagram at {loads[place]:g} percent load"
         if scene.confidential:
             lines.append(
                 f"{where}: {judgement.check.name}: outside the usual range; value confidential"

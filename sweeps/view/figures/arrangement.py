@@ -80,10 +80,12 @@ def _end_view(panel: Axes, one: Mapping[str, Any]) -> None:
     banks = np.asarray(one["banks"]) - _middle(np.asarray(one["banks"]))
     radii = np.asarray(one.get("radius_factor", np.ones(len(throws))))
     silent = {i for i, factor in enumerate(one["pressure_factor"]) if factor == 0.0}
+    bores = np.asarray(one.get("bore_factor", np.ones(len(throws))))
     blank(panel, TOP + 0.6)
     circle(panel, 1.0, linestyle=(0, (2, 2)), linewidth=0.6, edgecolor=GREY)
     for angle, members in gathered(banks):
-        _cylinder(panel, angle, all(i in silent for i in members))
+        wide = float(bores[members].max() / bores.max())
+        _cylinder(panel, angle, all(i in silent for i in members), wide)
         label(panel, angle, TOP + 0.12, members)
     circle(panel, 0.3, linewidth=1.0, facecolor="white", edgecolor="black", zorder=3)
     # As cylinder 1 fires, its pin stands on the line of its bank; the others are turned from there.
@@ -156,12 +158,15 @@ def point(angle: float, radius: float) -> tuple[float, float]:
     return float(radius * np.sin(turned)), float(radius * np.cos(turned))
 
 
-def _cylinder(panel: Axes, angle: float, silent: bool) -> None:
-    """Draw the liner of one bank, open towards the crank, and the line that its pistons move on."""
+def _cylinder(panel: Axes, angle: float, silent: bool, wide: float) -> None:
+    """Draw the liner of one bank, open towards the crank, and the line that its pistons move on.
+
+    `wide` is its bore over the largest one.
+    """
     out, across = np.array(point(angle, 1.0)), np.array(point(angle + 90.0, 1.0))
     line = np.stack([0.0 * out, TOP * out])
     panel.plot(*line.T, color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1, 2)), zorder=0)
-    half = 0.45 * across
+    half = 0.45 * wide * across
     liner = np.stack([BLOCK * out - half, TOP * out - half, TOP * out + half, BLOCK * out + half])
     panel.plot(*liner.T, color="black", linewidth=1.2, linestyle=(0, (3, 2)) if silent else "-")
 

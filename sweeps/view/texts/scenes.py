@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.pressure.double_acting import ends_of
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER, with_values
 from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS, PATTERNS
 from engine_dyn.units import BAR, RPM
@@ -152,7 +153,9 @@ def engine_text(engine: Engine) -> str:
     if engine.firing_order is not None:
         lines.append("  firing order " + "-".join(str(c) for c in engine.firing_order))
     if engine.own_cylinders is not None:
-        lines.append(f"  part of the cycle that is solved: {engine.own_cylinders.solved}")
+        bores = {k: v for k, v in engine.values.items() if k == "bore" or k in OF_CYLINDER}
+        solved = with_values(engine.own_cylinders, bores).solved
+        lines.append(f"  part of the cycle that is solved: {solved}")
     for name, feature in GIVEN_FEATURES.items():
         if name in engine.parts and feature.line is not None:
             lines.append(f"  {feature.line(engine.parts[name])}")
@@ -169,6 +172,9 @@ def engine_text(engine: Engine) -> str:
     if ends is not None:
         points = [(load, end) for load, _ in points for end in (", head end", ", crank end")]
         diagrams = (ends.head_end, ends.crank_end)
+    for number, own in getattr(family, "of_cylinders", {}).items():
+        points += [(load, f", cylinder {number}") for load in own.loads]
+        diagrams += own.diagrams
     for (load, speed), diagram in zip(points, diagrams, strict=True):
         lines.append(
             f"  load {load:g} percent{speed}: p_max {diagram.peak / BAR:.4g} bar at "
