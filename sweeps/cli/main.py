@@ -20,7 +20,14 @@ from sweeps.cli.knowing import list_, new, plan, schema
 from sweeps.cli.laboratory import calibrate, cylinders, identify, import_, measured, train
 from sweeps.cli.looking import compare, export, info, plot, report, show
 from sweeps.cli.running import extend, merge, rerun, run
-from sweeps.cli.searching import best, firing_orders, firing_patterns, optimise, sensitivities
+from sweeps.cli.searching import (
+    barred,
+    best,
+    firing_orders,
+    firing_patterns,
+    optimise,
+    sensitivities,
+)
 
 
 @contextmanager
@@ -35,7 +42,7 @@ def _in_one_line(ctx: click.Context) -> Iterator[None]:
 COMMANDS = {
     "Compute": (run, plan, extend, merge, rerun),
     "Look": (show, plot, report, info, compare),
-    "Decide": (best, optimise, sensitivities, firing_orders, firing_patterns),
+    "Decide": (best, barred, optimise, sensitivities, firing_orders, firing_patterns),
     "Measure": (import_, measured, train, cylinders, identify, calibrate),
     "Files and names": (new, list_, export, schema),
 }

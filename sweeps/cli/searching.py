@@ -109,6 +109,42 @@ def best(
 
 
 @click.command()
+@archive_argument
+@select_option("Solve only this value of an axis, or the nearest one in the archive.")
+@threads_option
+@quiet_option
+@untrusted_option
+@guarded
+def barred(archive: Path, slices: tuple[str, ...], threads: int | None, quiet: bool) -> None:
+    """Find the speeds at which the shaft of ARCHIVE is above a limit, by solving.
+
+    ARCHIVE has speed as an axis, and shaft_stress_over_limit, shaft_torque_over_limit or
+    propulsion_stress_over_limit. Its scene is computed at more speeds in the same range, until both
+    edges of each range are known. Each case (all cylinders fire, each misfire, each load and
+    design) is by itself, with the order and the mode that it comes from.
+    """
+    import sys
+
+    from sweeps.base.netcdf.netcdf_files import check_file
+
+    select = axis_slices(slices)
+    if "speed" in select:
+        raise SceneError("--select speed: barred needs all speeds; choose values of other axes")
+    check_file(archive)
+    announce_compiling(quiet)
+    with opened(archive) as dataset:
+        from sweeps.decide.explore.barred import barred_ranges
+        from sweeps.decide.explore.opening import nearest
+        from sweeps.view.texts.barred import barred_text
+
+        check_slices(dataset, select)
+        part = nearest(dataset, **select)
+        found = barred_ranges(part, threads=threads, progress=not quiet and sys.stderr.isatty())
+        text = barred_text(part, found)
+    say(text)
+
+
+@click.command()
 @click.argument("scene", shell_complete=complete_scene)
 @click.option(
     "--least",

@@ -119,7 +119,7 @@ def selects() -> set[str]:
 def test_commands_take_the_label_first(
     path: Path, archive: xr.Dataset, name: str, label: str, tmp_path: Path
 ) -> None:
-    assert selects() == {"show", "export", "plot", "best"}
+    assert selects() == {"show", "export", "plot", "best", "barred"}
     select = one_design(name, label)
     one = cut(archive, select)
     option = ",".join(f"{key}={value}" for key, value in select.items())

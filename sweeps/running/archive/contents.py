@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.plan.shards import part, shard
 from sweeps.scene.reading import scene_of
 from sweeps.scene.sample import parameters_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Largest number of positions along an axis of which an archive may claim to be a part
 MOST = 1 << 30
@@ -63,6 +66,10 @@ class Contents:
         return bool(self.identity.get("numbers") == "float32")
 
 
+_NEEDED = ("scene", "scene_name", "input_files", "identity")
+"""Attributes of every archive of `run`."""
+
+
 @contextmanager
 def damage_refused(path: Path) -> Iterator[None]:
     """Refuse in one line an archive whose contents cannot be used: damaged, or of other origin."""
@@ -80,8 +87,7 @@ def read_contents(path: Path) -> Contents:
     """Read what an archive of `run`, of no newer format than this, contains beside its results."""
     with damage_refused(path), opened_archive(path) as file:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-        needed = ("scene", "scene_name", "input_files", "identity")
-        missing = [name for name in needed if name not in attributes]
+        missing = [name for name in _NEEDED if name not in attributes]
         if missing:
             raise SceneError(
                 f"{path}: not an archive written by `run` of this version (no attribute "
@@ -97,6 +103,35 @@ def read_contents(path: Path) -> Contents:
         dimension = {name: variable.dimensions[0] for name, variable in coordinates.items()}
         filters = [variable.filters() or {} for variable in file.variables.values()]
         level = max((f["complevel"] for f in filters if f.get("zlib")), default=0)
+    return _contents(path, attributes, values, dimension, level)
+
+
+def contents_of(archive: xr.Dataset) -> Contents:
+    """Return what an archive that is open, or was never a file, contains beside its results."""
+    home = archive.encoding.get("source")
+    path = Path(home) if isinstance(home, str) else Path("archive")
+    with damage_refused(path):
+        if missing := [name for name in _NEEDED if name not in archive.attrs]:
+            raise SceneError(
+                f"{path}: does not have the scene that it was computed from (no attribute "
+                f"'{missing[0]}')"
+            )
+        columns = {
+            str(name): coordinate
+            for name, coordinate in archive.coords.items()
+            if coordinate.dims == (name,)
+            or (coordinate.dims == (DESIGN,) and _is_column(str(name)))
+        }
+        values = {name: column.values for name, column in columns.items()}
+        dimension = {name: str(column.dims[0]) for name, column in columns.items()}
+    return _contents(path, dict(archive.attrs), values, dimension, 0)
+
+
+def _contents(
+    path: Path, attributes: dict[str, Any], values: dict[str, Any], dimension: dict[str, str],
+    level: int,
+) -> Contents:  # fmt: skip
+    """Contents by the attributes of an archive and the values along its dimensions."""
     with damage_refused(path):
         piece = json.loads(attributes.get("part", "{}"))
         _check_piece(piece, dimension, values, reduced=REDUCTION in attributes)

@@ -1,0 +1,416 @@
+"""Barred ranges of speed of a shaft, solved between the speeds of an archive.
+
+An archive has the stress or torque of a shaft at some speeds alone, and a resonance may lie between
+two of them. Its scene is therefore computed again at many more speeds: in steps of at most 1 rpm
+or, of long ranges, of 1/3000 of them, and at the critical speeds of its modes and stored orders.
+Where a value crosses its limit, and where a peak may reach it between two speeds, ten times finer
+speeds follow. The edges of a range are then known to a tenth of a step: on one side of each the
+value was computed to be above the limit, on the other not to be.
+
+A mode damped so little that its peak is narrower than a step is seen at its critical speed. All
+orders of the half range count, also those that are not stored.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine_dyn.types import Floats
+from sweeps.base.checks import check_dataset, thread_count
+from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, words_of
+from sweeps.base.errors import SceneError
+from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES
+from sweeps.scene.sample import parameters_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.running.archive.contents import Contents
+
+SPEED, SHAFT = "speed", PLACES[1]
+
+MOST_POINTS = 2_000_000  # Largest number of points that are solved, speeds times cases
+
+MOST_STEPS = 3000  # Largest number of steps of the first speeds
+
+FINER = 10  # Number of parts that a step is divided into where a value crosses its limit
+
+NEAR = 0.15
+"""How far outside a range a critical speed may lie that explains it, relative to the speed."""
+
+
+@dataclass(frozen=True)
+class BarredRange:
+    """A range of speed in which a quantity is above its limit on one shaft, in one case."""
+
+    quantity: str  # Name of the quantity that is above its limit
+    place: str  # Name of the shaft
+    # Values of the other axes, such as misfire and load; names where an axis has names
+    case: Mapping[str, Any]
+    # Edges of the range [rpm], and from where to where each is sure to lie [rpm]: between two
+    # speeds that were computed, or infinite where the archive's speeds end above the limit.
+    low: float
+    high: float
+    low_between: tuple[float, float]
+    high_between: tuple[float, float]
+    largest: float  # Largest ratio of value to limit within the range
+    at: float  # Speed of the largest ratio [rpm]
+    # Order of the largest torque there, and the mode whose critical speed of this order lies near;
+    # NaN and 0 where there is none: the vibration is forced, without a resonance.
+    order: float = math.nan
+    mode: int = 0
+    critical_speed: float = math.nan  # [rpm]
+
+
+@dataclass(frozen=True)
+class Barred:
+    """What was found about the barred speeds of an archive."""
+
+    quantities: tuple[str, ...]  # Quantities over limits that were looked at
+    speeds: tuple[float, float]  # Speeds between which was looked, those of the archive [rpm]
+    step: float  # Largest distance of the speeds on both sides of an edge [rpm]
+    cases: tuple[Mapping[str, Any], ...]  # All cases
+    ranges: tuple[BarredRange, ...]
+    # Largest value of each case over all shafts and quantities with its shaft and speed
+    worst: tuple[tuple[float, str, float], ...]
+    without: tuple[int, ...]  # Number of speeds without a result of each case
+    # All speeds that were solved [rpm], and the largest ratio of each case over shafts and
+    # quantities, shape (speed, case).
+    solved: Floats = field(repr=False)
+    ratio: Floats = field(repr=False)
+    # Natural frequencies, critical speeds and vector sums of the first case
+    modes: xr.Dataset = field(repr=False)
+
+
+def points_of(archive: xr.Dataset) -> int:
+    """Number of points that `barred_ranges` would solve at first, speeds times cases."""
+    names, speeds = _asked(archive)
+    cases = {str(d): archive.sizes[d] for n in names for d in archive[n].dims}
+    number = math.prod(size for d, size in cases.items() if d not in (SPEED, SHAFT))
+    return _grid(speeds).size * number
+
+
+def barred_ranges(
+    archive: xr.Dataset, *, threads: int | None = None, progress: bool = False
+) -> Barred:
+    """Find the speeds at which stresses or torques are above their limits, by solving.
+
+    Each case (healthy, each misfire, each load and design) is by itself. The scene that the archive
+    has is computed at more speeds, between the lowest and the highest one of the archive.
+
+    Parameters
+    ----------
+    archive : Dataset
+        As `sweeps.open` or `sweeps.run` returns it, or a part of it, with a speed axis and a
+        quantity over a limit, such as `shaft_stress_over_limit`.
+    threads : int, optional
+        As many as the machine has processors, unless given.
+    progress : bool
+        Show a progress bar on the terminal.
+
+    Returns
+    -------
+    Barred
+        The ranges, with edges, order and mode, and the worst value of each case.
+
+    Raises
+    ------
+    SceneError
+        In one line: for an archive without a quantity over a limit, an axis of speed or the scene
+        that it was computed from; one of which no shaft has a limit; a shard; one whose diagram is
+        confidential; and one with too many cases.
+
+    Examples
+    --------
+    >>> import sweeps
+    >>> from sweeps.decide.explore.barred import barred_ranges
+    >>> archive = sweeps.run(
+    ...     engine="diesel_105x137",
+    ...     shaft="diesel_105x137",
+    ...     set={"shaft_stress_limit_8": 60},
+    ...     axes={"speed": [1000, 1500, 2000, 2500]},
+    ...     output={"quantities": ["shaft_stress_over_limit"]},
+    ... )
+    >>> found = barred_ranges(archive)
+    >>> one = found.ranges[-1]
+    >>> one.place, one.order, one.mode, round(one.at, -1)
+    ('throw 6 - flywheel', 6.0, 1, 2170.0)
+    """
+    threads = thread_count(threads)
+    names, speeds = _asked(archive)
+    number = points_of(archive)
+    if number > MOST_POINTS:
+        raise SceneError(
+            f"barred: {number:,} points would be solved, at most {MOST_POINTS:,} are; choose one "
+            "value of an axis (--select, sweeps.nearest)"
+        )
+    scene = _Scene(archive, threads, progress)
+    modes = scene.solved(speeds, ["natural_frequency", "critical_speed", "mode_vector_sum"])
+    first = np.concatenate([_grid(speeds), speeds, _critical(modes, speeds)])
+    ratio = scene.solved(first, names)
+    grid = ratio[SPEED].values.astype(float)
+    finer = _finer(grid, [_stacked(ratio[name]) for name in names])
+    if finer.size:
+        import xarray as xr
+
+        more = scene.solved(np.setdiff1d(finer, grid), names)
+        ratio = xr.concat([ratio, more], SPEED, data_vars="minimal").sortby(SPEED)
+    first_case = {d: 0 for d in modes.dims if d not in ("mode", "order", SHAFT)}
+    found = _judged(ratio, names, speeds, modes.isel(first_case))
+    return replace(found, ranges=tuple(_explained(found.ranges, scene)))
+
+
+def _asked(archive: xr.Dataset) -> tuple[list[str], Floats]:
+    """Quantities over limits, and the speeds of the archive."""
+    check_dataset(archive)
+    if REDUCTION in archive.attrs:
+        raise SceneError("archive: was reduced; barred speeds need one with all speeds")
+    names = [name for name in OVER_LIMITS if name in archive]
+    if not names:
+        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
+    for name in names:
+        if SPEED not in archive[name].dims or archive.sizes[SPEED] < 2:
+            raise SceneError(f"archive: {name}: has no axis of speed; give one in [axes]")
+    names = [name for name in names if np.isfinite(archive[name].values).any()]
+    if not names:
+        raise SceneError(
+            "archive: no shaft has a limit; give stress_limit or torque_limit of a shaft"
+        )
+    return names, np.sort(archive[SPEED].values.astype(float))
+
+
+def _grid(speeds: Floats) -> Floats:
+    """First speeds: in equal steps, of slow engines in finer ones."""
+    low, high = float(speeds[0]), float(speeds[-1])
+    step = min(1.0, low / 1000.0)
+    count = math.ceil(min((high - low) / step, MOST_STEPS))
+    return np.linspace(low, high, max(count, 100) + 1)
+
+
+def _critical(modes: xr.Dataset, speeds: Floats) -> Floats:
+    """Critical speeds between the archive's speeds; of very many every n-th one."""
+    critical = np.unique(np.round(modes["critical_speed"].values, 2))
+    critical = critical[(critical > speeds[0]) & (critical < speeds[-1])]
+    return critical[:: 1 + critical.size // MOST_STEPS]
+
+
+def _stacked(ratio: xr.DataArray) -> Floats:
+    """Values over the speed, and all else together."""
+    values = ratio.transpose(SPEED, ...).values.astype(float)
+    return values.reshape(len(values), -1)
+
+
+def _finer(speed: Floats, ratios: list[Floats]) -> Floats:
+    """Speeds within the steps in which a value crosses its limit, or may be above it."""
+    steps = np.zeros(speed.size - 1, bool)
+    for values in ratios:
+        over = np.nan_to_num(values, nan=0.0) > 1.0
+        steps |= (over[1:] != over[:-1]).any(axis=1)
+        # A peak between two speeds is at most as high as this, if it is not much narrower than
+        # they are apart; narrower ones are seen at their critical speeds.
+        middle = values[1:-1]
+        bend = values[:-2] - 2.0 * middle + values[2:]
+        peak = (middle >= values[:-2]) & (middle >= values[2:])
+        maybe = (peak & (middle <= 1.0) & (middle - 2.0 * bend > 1.0)).any(axis=1)
+        steps[:-1] |= maybe
+        steps[1:] |= maybe
+    at = np.flatnonzero(steps)
+    parts = np.linspace(0.0, 1.0, FINER + 1)[1:-1]
+    return np.ravel(speed[at, None] + parts * (speed[at + 1] - speed[at])[:, None])
+
+
+def _judged(ratio: xr.Dataset, names: list[str], speeds: Floats, modes: xr.Dataset) -> Barred:
+    """Ranges of each case and shaft, without their orders and modes."""
+    speed = ratio[SPEED].values.astype(float)
+    dims = list(dict.fromkeys(
+        str(d) for n in names for d in ratio[n].dims if d not in (SPEED, SHAFT)
+    ))  # fmt: skip
+    shape = tuple(ratio.sizes[d] for d in dims)
+    places = list(np.ndindex(*shape))
+    cases = [_case(ratio, dict(zip(dims, place, strict=True))) for place in places]
+    shafts = [str(name) for name in ratio["shaft_name"].values]
+    ranges: list[BarredRange] = []
+    worst, without, largest, step = [], [], [], 0.0
+    for place, case in zip(places, cases, strict=True):
+        here = dict(zip(dims, place, strict=True))
+        most, lacking = (-math.inf, "", math.nan), np.zeros(speed.size, bool)
+        curve = np.full(speed.size, np.nan)
+        for name in names:
+            data = ratio[name].isel({d: i for d, i in here.items() if d in ratio[name].dims})
+            values = data.transpose(SPEED, SHAFT).values.astype(float)
+            limited = np.isfinite(values).any(axis=0)
+            lacking |= np.isnan(values[:, limited]).any(axis=1) | (not limited.any())
+            for number in np.flatnonzero(limited):
+                one = values[:, number]
+                top = int(np.nanargmax(one))
+                most = max(most, (float(one[top]), shafts[number], float(speed[top])))
+                curve = np.fmax(curve, one)
+                for found in _ranges(speed, one):
+                    new = BarredRange(name, shafts[number], case, *found)
+                    ranges.append(new)
+                    ends = (*new.low_between, *new.high_between)
+                    gaps = np.diff(np.reshape(ends, (2, 2)), axis=1)
+                    step = max(step, *(float(gap) for gap in gaps.ravel() if np.isfinite(gap)), 0.0)
+        worst.append(most)
+        without.append(int(lacking.sum()))
+        largest.append(curve)
+    return Barred(
+        tuple(names), (float(speeds[0]), float(speeds[-1])), step, tuple(cases), tuple(ranges),
+        tuple(worst), tuple(without), speed, np.transpose(largest), modes,
+    )  # fmt: skip
+
+
+def _case(archive: xr.Dataset, place: Mapping[str, int]) -> dict[str, Any]:
+    """Values of axes at a place: names where they have names, columns of designs."""
+    words = words_of(archive)
+    case: dict[str, Any] = {}
+    for dim, index in place.items():
+        home = words.get(dim, dim)
+        labels = [key for key in LABELS if key in archive.coords and archive[key].dims == (dim,)]
+        if dim == DESIGN and labels:
+            case |= {key: str(archive[key].values[index]) for key in labels}
+        elif home in archive.coords:
+            case[dim] = archive[home].values[index].item() if home == dim else str(
+                archive[home].values[index]
+            )  # fmt: skip
+        else:
+            case[dim] = index + 1
+    return case
+
+
+def _ranges(speed: Floats, values: Floats) -> Iterator[tuple[Any, ...]]:
+    """Edges of ranges above 1, between which speeds they lie, the largest value and its speed."""
+    over = np.nan_to_num(values, nan=0.0) > 1.0
+    change = np.diff(np.concatenate([[False], over, [False]]).astype(int))
+    starts, ends = (np.flatnonzero(change == side) for side in (1, -1))
+    for first, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        low, low_between = _edge(speed, values, first - 1, first)
+        high, high_between = _edge(speed, values, end, end - 1)
+        top = first + int(np.argmax(values[first:end]))
+        yield low, high, low_between, high_between, float(values[top]), float(speed[top])
+
+
+def _edge(
+    speed: Floats, values: Floats, outside: int, inside: int
+) -> tuple[float, tuple[float, float]]:
+    """Where the value crosses 1 between two neighbours, and between which speeds this is sure."""
+    at = float(speed[inside])
+    if not 0 <= outside < speed.size or not np.isfinite(values[outside]):
+        return at, (-math.inf, at) if outside < inside else (at, math.inf)
+    other = float(speed[outside])
+    part = (1.0 - values[outside]) / (values[inside] - values[outside])
+    return float(other + part * (at - other)), (min(at, other), max(at, other))
+
+
+def _explained(ranges: tuple[BarredRange, ...], scene: _Scene) -> Iterator[BarredRange]:
+    """Ranges with the order and mode of their largest value."""
+    if not ranges:
+        return
+    peaks = np.unique([one.at for one in ranges])
+    names = ["shaft_torque_largest_order", "natural_frequency"]
+    found = scene.solved(peaks, names)
+    cases: dict[str, dict[str, xr.DataArray]] = {}
+    for one in ranges:
+        key = json.dumps({**one.case}, default=str)
+        if key not in cases:
+            cases[key] = {name: _at(found, name, one.case) for name in names}
+        here = {
+            name: data.sel({SPEED: one.at}) if SPEED in data.dims else data
+            for name, data in cases[key].items()
+        }
+        shaft = [str(name) for name in found["shaft_name"].values].index(one.place)
+        order = float(here[names[0]].isel({SHAFT: shaft}))
+        critical = 60.0 * here[names[1]].values / order
+        if not np.isfinite(critical).any():
+            yield replace(one, order=order)
+            continue
+        mode = int(np.nanargmin(np.abs(critical - one.at)))
+        speed = float(critical[mode])
+        near = (1.0 - NEAR) * one.low <= speed <= (1.0 + NEAR) * one.high
+        number = int(found["mode"].values[mode])
+        yield replace(one, order=order, mode=number, critical_speed=speed) if near else replace(
+            one, order=order
+        )  # fmt: skip
+
+
+def _at(archive: xr.Dataset, name: str, case: Mapping[str, Any]) -> xr.DataArray:
+    """A quantity in one case."""
+    data = archive[name]
+    dims = [d for d in data.dims if d not in (SPEED, SHAFT, "mode")]
+    for place in np.ndindex(*(data.sizes[d] for d in dims)):
+        here = dict(zip(map(str, dims), place, strict=True))
+        if _case(archive, here).items() <= dict(case).items():
+            return data.isel(here)
+    raise SceneError(f"archive: {name}: has no value at {dict(case)}")
+
+
+class _Scene:
+    """The scene of an archive, which is computed at other speeds."""
+
+    def __init__(self, archive: xr.Dataset, threads: int | None, progress: bool) -> None:
+        from sweeps.running.archive.contents import contents_of
+
+        contents = contents_of(archive)
+        if contents.piece:
+            raise SceneError(f"{contents.path}: is a shard; merge all shards first")
+        if contents.confidential:
+            raise SceneError(
+                f"{contents.path}: its diagram is confidential and not in it, so that nothing can "
+                "be solved; run its scene at more speeds"
+            )
+        source = json.loads(json.dumps(contents.source))
+        for key in ("reference", "uncertainty"):
+            source.pop(key, None)
+        self.contents: Contents = replace(contents, source=_narrowed(source, archive))
+        self.archive, self.threads, self.progress = archive, threads, progress
+
+    def solved(self, speeds: Floats, names: list[str]) -> xr.Dataset:
+        """Quantities at some speeds, at the places of the archive along its other axes."""
+        from sweeps.running.archive.contents import plan_of
+        from sweeps.running.archive.labels import label
+        from sweeps.running.compute.in_memory import compute
+
+        values = np.unique(speeds)
+        output = {**self.contents.source.get("output", {}), "quantities": names}
+        output.pop("fail_on", None)
+        contents = replace(self.contents, source={**self.contents.source, "output": output})
+        plan = plan_of(contents, axis=SPEED, values=values)
+        found = label(plan, compute(plan, progress=self.progress, threads=self.threads))
+        for dim in map(str, found.dims):
+            # Of axes of words a part may have been chosen.
+            if dim in found.coords and dim in self.archive.coords and dim not in (SPEED, DESIGN):
+                kept = np.atleast_1d(self.archive[dim].values)
+                if kept.size < found.sizes[dim] and dim in words_of(found):
+                    found = found.sel({dim: kept})
+        return found
+
+
+def _narrowed(source: dict[str, Any], archive: xr.Dataset) -> dict[str, Any]:
+    """Scene with the values of axes and designs that the archive, or the part of it, has."""
+
+    def values_of(key: str) -> list[Any]:
+        return [
+            str(v) if isinstance(v, str) else float(v) for v in np.atleast_1d(archive[key].values)
+        ]
+
+    axes = source.get("axes", {})
+    for key in axes:
+        if key in archive.coords and archive[key].dtype.kind in "fiu" and key not in words_of(
+            archive
+        ):  # fmt: skip
+            axes[key] = values_of(key)
+    columns = {*source.get("designs", {}), *parameters_of(source.get("sample") or {})}
+    if "file" in columns:
+        columns = {str(n) for n, c in archive.coords.items() if DESIGN in c.dims and n != DESIGN}
+    if columns:
+        source.pop("sample", None)
+        source["designs"] = {
+            key: values_of(key) for key in sorted(columns) if key in archive.coords
+        }
+    return source

@@ -1,0 +1,134 @@
+"""Barred speeds of a shaft as texts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sweeps.base.errors import counted, one_line
+from sweeps.decide.explore.barred import Barred, BarredRange
+from sweeps.view.texts.readable_units import converted
+from sweeps.view.texts.tables import aligned, number_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MISFIRE = "misfire"
+
+
+def case_text(archive: xr.Dataset, case: Mapping[str, Any]) -> str:
+    """A case in words: the cylinder that misfires, values of other axes with their units."""
+    texts = []
+    for key, value in case.items():
+        if key == MISFIRE:
+            texts.append("all cylinders fire" if value == 0 else f"misfire {value:g}")
+            continue
+        if isinstance(value, str):
+            texts.append(one_line(value, 60))
+            continue
+        unit = archive[key].attrs.get("units", "1") if key in archive.coords else "1"
+        texts.append(f"{key} {number_text(float(value))} {converted(unit, None)[1]}".rstrip())
+    return ", ".join(texts) or "all"
+
+
+def limit_text(quantity: str) -> str:
+    """What a limit is of: "stress", "torque" or "propulsion stress"."""
+    return quantity.removeprefix("shaft_").removesuffix("_over_limit").replace("_", " ")
+
+
+def range_text(one: BarredRange) -> str:
+    """The edges of a range; in parentheses one where speeds end and the range may go on."""
+    low, high = (f"{edge:.1f}".removesuffix(".0") for edge in (one.low, one.high))
+    low = low if math.isfinite(one.low_between[0]) else f"({low})"
+    high = high if math.isfinite(one.high_between[1]) else f"({high})"
+    return f"{low} to {high}"
+
+
+def cause_text(one: BarredRange) -> str:
+    """Order and mode of the largest value of a range."""
+    order = f"order {one.order:g}"
+    if not one.mode:
+        return f"{order}, no critical speed near"
+    return f"{order}, mode {one.mode} (critical at {one.critical_speed:.5g} rpm)"
+
+
+def range_cells(archive: xr.Dataset, one: BarredRange) -> list[str]:
+    """Cells of a table: case, range, shaft, limit, largest, where, cause."""
+    return [
+        case_text(archive, one.case), range_text(one), one_line(one.place, 60),
+        limit_text(one.quantity), f"{one.largest:.3g}", f"{one.at:.5g}", cause_text(one),
+    ]  # fmt: skip
+
+
+HEADS = ("case", "barred, rpm", "on", "limit of", "largest over limit", "at rpm", "cause")
+
+
+def notes(archive: xr.Dataset, found: Barred) -> list[str]:
+    """Sentences on cases without a barred speed, on how sure edges are, and what is not known."""
+    low, high = found.speeds
+    barred = [one.case for one in found.ranges]
+    free = [
+        (case, worst) for case, worst in zip(found.cases, found.worst, strict=True)
+        if case not in barred and worst[1]
+    ]  # fmt: skip
+    said = []
+    if free:
+        case, (value, place, speed) = max(free, key=lambda item: item[1][0])
+        names = _some([case_text(archive, one) for one, _ in free])
+        of_case = f" ({names})" if found.cases[1:] and barred else ""
+        which = f", {case_text(archive, case)}" if free[1:] else ""
+        said.append(
+            f"no speed is barred between {low:g} and {high:g} rpm{of_case}: the largest is "
+            f"{value:.3g} of its limit, {one_line(place, 60)}{which}, at {speed:.5g} rpm"
+        )
+    if found.step:
+        said.append(
+            f"each edge lies between two speeds that were solved, at most {found.step:.2g} rpm "
+            "apart: above the limit at one, not at the other"
+        )
+    if any(
+        math.isinf(one.low_between[0]) or math.isinf(one.high_between[1]) for one in found.ranges
+    ):
+        said.append(
+            "in parentheses: the archive has no results beyond this speed, and the range may go on"
+        )
+    for case, number in zip(found.cases, found.without, strict=True):
+        if number:
+            said.append(
+                f"{case_text(archive, case)}: {number} of {counted(found.solved.size, 'speed')} "
+                "without a result, about which nothing is said"
+            )
+    if MISFIRE not in archive.coords:
+        said.append("misfires are not in the archive: misfire = [0, 1, ...] in [axes] tries them")
+    return said
+
+
+def _some(names: Sequence[str], most: int = 8) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return "; ".join(names[:most]) + more
+
+
+def barred_text(archive: xr.Dataset, found: Barred) -> str:
+    """Describe what `barred_ranges` found: a line for each range, and how sure it is."""
+    low, high = found.speeds
+    lines = []
+    if found.ranges:
+        lines = [counted(len(found.ranges), "barred range")]
+        if found.cases[1:]:
+            number = len({str(one.case) for one in found.ranges})
+            lines[0] += f" in {number} of {counted(len(found.cases), 'case')}"
+        rows = [range_cells(archive, one) for one in found.ranges]
+        kept = [
+            i for i, head in enumerate(HEADS)
+            if not (head == "case" and not found.cases[1:])
+            and not (head == "limit of" and not found.quantities[1:])
+        ]  # fmt: skip
+        table = [[HEADS[i] for i in kept], *([row[i] for i in kept] for row in rows)]
+        left = [n for n, i in enumerate(kept) if HEADS[i] in ("case", "on", "limit of", "cause")]
+        lines += [*(f"  {line}" for line in aligned(table, left))]
+    solved = (
+        f"solved at {found.solved.size:,} speeds between {low:g} and {high:g} rpm; the archive has "
+        f"{archive.sizes['speed']} of them"
+    )
+    return "\n".join([*lines, *notes(archive, found), solved])
