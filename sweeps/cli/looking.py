@@ -385,6 +385,15 @@ def plot(
     help="Largest size of the file. Numbers that do not fit are thinned out; the report says "
     "which.",
 )
+@click.option(
+    "--target",
+    "targets",
+    multiple=True,
+    metavar="CONDITION",
+    help="Condition such as 'delta <= 1/250', as in `engine-dyn best`: the report says which "
+    "designs meet it at every speed, load and misfire, and draws its limit. May be given several "
+    "times.",
+)
 @units_option(
     "Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
     "archive. Default: kW, rpm, kN, kJ, mm and l."
@@ -394,12 +403,14 @@ def plot(
 @untrusted_option
 @guarded
 def report(
-    archive: Path, output: Path, limit: str, units: str | None, overwrite: bool, quiet: bool
-) -> None:
+    archive: Path, output: Path, limit: str, targets: tuple[str, ...], units: str | None,
+    overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
     """Write a report on ARCHIVE as one self-contained HTML file.
 
-    It has tables, figures that can be zoomed, and an explorer with a slider for every axis. It
-    opens in any browser without a network connection.
+    It begins with the verdict: what meets the targets, and the barred speeds of a shaft that has
+    limits. It has tables, figures that can be zoomed, and an explorer with a slider for every axis.
+    It opens in any browser without a network connection.
     """
     from sweeps.base.netcdf.netcdf_files import check_file
 
@@ -414,6 +425,6 @@ def report(
     from sweeps.view.report.page import report as write
 
     with opened(archive) as dataset, writing(output):
-        write(dataset, output, limit=size, units=units, overwrite=overwrite)
+        write(dataset, output, limit=size, units=units, target=targets, overwrite=overwrite)
     if not quiet:
         tell(f"{output}: {size_text(output.stat().st_size)}")

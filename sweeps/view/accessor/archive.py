@@ -333,7 +333,8 @@ class ArchiveAccessor:
 
     def report(
         self, path: str | Path, *, limit: float = 20e6,
-        units: str | Mapping[str, str] | None = None, overwrite: bool = False,
+        units: str | Mapping[str, str] | None = None, target: str | Sequence[str] = (),
+        overwrite: bool = False,
     ) -> Path:  # fmt: skip
         """Write one HTML file with tables, figures and an explorer; see `sweeps.report`.
 
@@ -350,7 +351,7 @@ class ArchiveAccessor:
         with said_in_python():
             return report(
                 self._archive, a_path(path, "path"), limit=limit, units=units_text(units),
-                overwrite=overwrite,
+                target=target, overwrite=overwrite,
             )  # fmt: skip
 
     def explore(self, *, units: str | Mapping[str, str] | None = None) -> Any:

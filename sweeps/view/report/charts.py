@@ -7,6 +7,7 @@ them as JSON of `bokeh.embed`, and `program.js` fills them with what its numbers
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from sweeps.base.files.libraries import library
@@ -38,6 +39,22 @@ def charts(figures: Sequence[Specification], views: Sequence[Specification]) -> 
         "named": {kind: NAMED.get(kind, NAMED["lines"]) for kind in made},
         "colours": Viridis256, "series": COLOURS, "missing": MISSING,
     }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure that is complete with its numbers."""
+
+    title: str
+    note: str
+    figure: Any
+
+
+def made_charts(drawn: Sequence[Drawn]) -> list[dict[str, Any]]:
+    """Return complete figures as JSON of Bokeh, with their titles and notes."""
+    from bokeh.embed import json_item
+
+    return [{"title": one.title, "note": one.note, "chart": json_item(one.figure)} for one in drawn]
 
 
 def models() -> Any:

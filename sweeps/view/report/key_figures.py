@@ -21,9 +21,11 @@ NAMED = 60  # Largest number of designs of a list whose names stand along an axi
 
 
 def starting_places(page: Embedded) -> dict[str, int]:
-    """Where the figures cut and the explorer begins: in the middle, of lists at the first."""
+    """Where figures cut and the explorer begins: in the middle, lists and misfires at the first."""
     return {
-        dim: 0 if axis["list"] or axis["named_by"] or not axis["of_designs"] else axis["count"] // 2
+        dim: 0
+        if axis["list"] or axis["named_by"] or not axis["of_designs"] or dim == "misfire"
+        else axis["count"] // 2
         for dim, axis in page.axes.items()
     }
 
@@ -110,7 +112,7 @@ def _same_dims(page: Embedded, name: str, other: str) -> bool:
 def _maps(page: Embedded) -> list[Specification]:
     for name in _single(page)[:1]:
         dims = _varying(page, name)
-        pairs = [d for d in dims if not page.axes[d]["list"]][:2]
+        pairs = [d for d in dims if not page.axes[d]["list"] and not _is_part(page, d)][:2]
         lists = [d for d in dims if page.axes[d]["list"] and page.axes[d]["count"] > NAMED]
         if len(pairs) < 2 and lists:
             pairs = [c for c in page.axes[lists[0]]["columns"] if "values" in page.columns[c]][:2]
@@ -119,6 +121,12 @@ def _maps(page: Embedded) -> list[Specification]:
             return [{"kind": "map", "quantities": [name], "x": pairs[0], "y": pairs[1],
                      "title": title}]  # fmt: skip
     return []
+
+
+def _is_part(page: Embedded, dim: str) -> bool:
+    """Whether a dimension counts cylinders, shafts or other parts: nothing lies between them."""
+    axis = page.axes[dim]
+    return dim == "misfire" or not (axis["of_designs"] or axis["joined"])
 
 
 def _curves(page: Embedded, over: str) -> list[Specification]:
@@ -299,7 +307,8 @@ def _views_of_numbers(page: Embedded, varied: list[str]) -> list[Specification]:
     def of_maps(name: str) -> list[str]:
         return [
             key for key in _keys(page, name)
-            if "values" in page.columns[key] or not page.axes[page.columns[key]["dim"]]["list"]
+            if ("values" in page.columns[key] or not page.axes[page.columns[key]["dim"]]["list"])
+            and not _is_part(page, page.columns[key]["dim"])
         ]  # fmt: skip
 
     maps = [n for n in varied if len(of_maps(n)) > 1]

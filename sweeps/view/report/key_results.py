@@ -13,6 +13,7 @@ from sweeps.base.errors import SceneError, one_line
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.columns import columns_of
 from sweeps.decide.explore.rows import Rows, rows
+from sweeps.decide.explore.shaft_extremes import OVER_LIMITS
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.report.html import FIRST_ROWS, details, listed, paragraph, table, text, value_text
 from sweeps.view.report.shaft_results import shaft_results
@@ -38,6 +39,8 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
         shown = rows(archive, limit=MOST_ROWS)
     except SceneError:  # No quantity has one number for each design
         shown = None
+    if shown is not None and not set(shown.units) - set(shown.given):
+        shown = None  # Designs without a number, such as those of a shaft, whose parts have numbers
     if shown is not None and shown.designs <= MOST_ROWS:
         parts.append(_rows_table(shown, choices))
     several = shown is None or shown.designs > 1
@@ -45,7 +48,8 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     if extremes:
         head = ("quantity", "unit", "smallest", "at", "largest", "at")
         parts += ["<h3>Smallest and largest</h3>", table(head, extremes, (2, 4))]
-    if shown is not None and shown.designs > MOST_ROWS:
+    torsion = any(name in archive for name in OVER_LIMITS)  # Its verdict stands at the top
+    if shown is not None and shown.designs > MOST_ROWS and not torsion:
         order = "delta" if "delta" in shown.table and REDUCTION not in archive.attrs else None
         first = rows(archive, limit=FIRST_ROWS, sort=order)
         which = "with the smallest delta" if order else "in the order of the archive"

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import importlib.resources
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from sweeps.base.checks import names_given
 from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.base.files.libraries import library
 from sweeps.decide.explore.attributes import of_designs
 from sweeps.running.archive.netcdf import replaced
-from sweeps.view.report.charts import charts
+from sweeps.view.report.charts import charts, made_charts
 from sweeps.view.report.embedding import Embedded, choices_of, embedded
 from sweeps.view.report.html import listed, paragraph, text
 from sweeps.view.report.key_figures import key_figures, starting_places, views
 from sweeps.view.report.sections import SECTIONS
+from sweeps.view.report.verdict import verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,12 +32,14 @@ SPARE = 50e3  # Bytes reserved for names and shapes of the numbers in the page
 
 def report(
     archive: str | Path | xr.Dataset, path: str | Path, *, limit: float = LIMIT,
-    units: str | None = None, overwrite: bool = False,
+    units: str | None = None, target: str | Sequence[str] = (), overwrite: bool = False,
 ) -> Path:  # fmt: skip
     """Write a report on an archive: one HTML file that needs no network.
 
-    It tells what was computed, shows tables, figures that can be zoomed and an explorer with a
-    slider for every axis, and lists outcomes, warnings, assumptions and limits of the model.
+    It begins with the verdict where something is limited: by a target, or by the limits of a shaft,
+    which is solved between the speeds of the archive. It tells what was computed, shows tables,
+    figures that can be zoomed and an explorer with a slider for every axis, and lists outcomes,
+    warnings, assumptions and limits of the model.
 
     Parameters
     ----------
@@ -49,6 +53,9 @@ def report(
         for all; the report says which.
     units : str, optional
         ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
+    target : str or sequence of str
+        Conditions such as "delta <= 1/250", as `best` takes them: the report says which designs
+        meet them at every speed, load and misfire, and draws a line at each limit.
     overwrite : bool
         Replace the file if it exists.
 
@@ -60,8 +67,8 @@ def report(
     Raises
     ------
     SceneError
-        For units that do not fit, a limit that is too small, a file that exists, and where Bokeh is
-        not installed.
+        For units and targets that do not fit, a limit that is too small, a file that exists, and
+        where Bokeh is not installed.
 
     Examples
     --------
@@ -81,17 +88,22 @@ def report(
         from sweeps.decide.explore.opening import open as open_any
 
         with open_any(archive) as dataset:
-            written = page(dataset, limit=limit, units=units)
+            written = page(dataset, limit=limit, units=units, target=target)
     else:
-        written = page(archive, limit=limit, units=units)
+        written = page(archive, limit=limit, units=units, target=target)
     with replaced(path) as partial:
         partial.write_text(written, encoding="utf-8", errors="replace")
     return path
 
 
-def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None) -> str:
+def page(
+    archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None,
+    target: str | Sequence[str] = (),
+) -> str:  # fmt: skip
     """Return the report as a text of HTML; SceneError as `report`."""
+    library("bokeh.models", "bokeh", "report", extra="report")
     choices = choices_of(archive, units)
+    judged = verdict(archive, names_given(target, "target"), choices)
     parts = {
         place: "".join(
             f'<section id="{key}"><h2>{title}</h2>{make(archive, choices)}</section>'
@@ -99,9 +111,13 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         )
         for place, content in SECTIONS.items()
     }
+    if judged.html:
+        parts["before"] = _VERDICT.substitute(html=judged.html) + parts["before"]
     title = one_line(archive.attrs.get("title") or "Report", 300)
     code = _code()
-    used = sum(len(part.encode(errors="replace")) for part in (*parts.values(), code))
+    made = made_charts(judged.figures)
+    sizes = (*parts.values(), code, _json({"made": made}))
+    used = sum(len(part.encode(errors="replace")) for part in sizes)
     room = limit - used - SPARE
     if room < SPARE:
         raise SceneError(
@@ -114,12 +130,12 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
     while True:
         content = embedded(archive, choices, room)
         figures, explored = key_figures(content), views(content)
-        data = {**content.json(), "figures": figures, "views": explored,
+        data = {**content.json(), "made": made, "figures": figures, "views": explored,
                 "start": starting_places(content), **charts(figures, explored)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
-            before=parts["before"], after=parts["after"], figures="" if figures else nothing,
-            left=_left(content), contents=_contents(),
+            before=parts["before"], after=parts["after"], left=_left(content),
+            figures="" if figures or made else nothing, contents=_contents(bool(judged.html)),
         )  # fmt: skip
         over = len(written.encode(errors="replace")) - limit
         if over <= 0 or room < 1.0:
@@ -127,10 +143,13 @@ def page(archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None)
         room *= 0.97 * room / (room + over)  # Names of designs may take more room than `SPARE`
 
 
-def _contents() -> str:
+_VERDICT = Template('<section id="verdict"><h2>Verdict</h2>$html</section>')
+
+
+def _contents(judged: bool) -> str:
     entries = [
-        *SECTIONS["before"], ("pictures", "Figures", None), ("explore", "Explorer", None),
-        *SECTIONS["after"],
+        *([("verdict", "Verdict", None)] if judged else []), *SECTIONS["before"],
+        ("pictures", "Figures", None), ("explore", "Explorer", None), *SECTIONS["after"],
     ]  # fmt: skip
     return "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in entries)
 

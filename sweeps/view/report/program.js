@@ -507,6 +507,15 @@
 
   window.Bokeh.set_log_level("warn")
   const parent = document.getElementById("figures")
+  // A figure of the verdict has its numbers in it.
+  async function complete({ title, note, chart }) {
+    const made = card(parent, title, note)
+    const place = element("div", { class: "plot" })
+    made.append(place)
+    const views = await window.Bokeh.embed.embed_item(chart, place)
+    if (coarse) views.roots[0].model.toolbar.active_drag = null
+  }
+  const verdicts = data.made.map(complete)
   const figures = data.figures.map((spec) => figure(parent, spec))
-  Promise.all([...figures, ...explorer()])
+  Promise.all([...verdicts, ...figures, ...explorer()])
 })()

@@ -9,8 +9,8 @@ import numpy as np
 
 from sweeps.base.errors import one_line
 from sweeps.decide.explore.attributes import members_of
-from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, Worst, barred_speeds, worst_of_shaft
-from sweeps.view.report.html import paragraph, table
+from sweeps.decide.explore.shaft_extremes import Worst, worst_of_shaft
+from sweeps.view.report.html import table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,7 @@ def shaft_results(archive: xr.Dataset) -> str:
     """Tables about the shaft; empty where the archive has nothing of one."""
     if not (_numeric(archive, "disc") or _numeric(archive, "shaft")):
         return ""
-    parts = [*_system(archive), *_modes(archive), *_worst(archive), *_barred(archive)]
+    parts = [*_system(archive), *_modes(archive), *_worst(archive)]
     return "".join(["<h3>Torsional vibration of the shaft</h3>", *parts]) if parts else ""
 
 
@@ -154,23 +154,9 @@ def _of_crank(archive: xr.Dataset) -> set[str]:
 def _verdict(one: Worst) -> str:
     """Verdict: within or above the limit; whether a torque reverses."""
     if one.quantity.endswith("_over_limit"):
-        return "above the limit" if one.value > 1.0 else "within the limit"
+        # Between two speeds there may be a resonance, which the verdict of the report looks for.
+        within = "within the limit at these points" if "speed" in one.at else "within the limit"
+        return "above the limit" if one.value > 1.0 else within
     if one.quantity == "shaft_torque_min":
         return "reverses" if one.value < 0.0 else "does not reverse"
     return ""
-
-
-def _barred(archive: xr.Dataset) -> Iterator[str]:
-    names = set(OVER_LIMITS) & set(archive.data_vars)
-    if not names or any("speed" not in archive[name].dims for name in names):
-        return
-    barred = barred_speeds(archive)
-    if not barred:
-        yield paragraph("No speed is barred: nothing is above its limit.")
-        return
-    body = [
-        [one.place, one.quantity.removeprefix("shaft_").removesuffix("_over_limit"),
-         f"{one.low:.5g} to {one.high:.5g}", f"{one.largest:.3g}"]
-        for one in barred
-    ]  # fmt: skip
-    yield table(("shaft", "limit of", "barred speeds, rpm", "largest over the limit"), body, (2, 3))

@@ -1,0 +1,202 @@
+"""Barred speeds that are solved between the speeds of an archive, and verdicts of reports."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_array_equal
+
+import sweeps
+from sweeps import SceneError
+from sweeps.decide.explore.barred import Barred, barred_ranges
+from sweeps.running.archive.netcdf import write
+from sweeps.view.report import verdict as verdicts
+from sweeps.view.report.page import page
+from sweeps.view.texts.barred import barred_text
+from tests.support.commands import ok, refused
+
+ENGINE = "diesel_105x137"
+STRESS, TORQUE = "shaft_stress_over_limit", "shaft_torque_over_limit"
+
+
+def archive_of(
+    shaft: str, quantity: str, limit: dict[str, float], speeds: list[float], **more: Any
+) -> xr.Dataset:
+    return sweeps.run(
+        engine=ENGINE, shaft=shaft, set=limit, axes={"speed": speeds, **more},
+        output={"quantities": [quantity]},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def diesel() -> xr.Dataset:
+    """The diesel whose stress is 1.23 times its limit at 2168 rpm, and below it at all others."""
+    limit = {"shaft_stress_limit_8": 58.0}
+    return archive_of(ENGINE, STRESS, limit, [1000, 1500, 2000, 2500], misfire=[0, 4])
+
+
+@pytest.fixture(scope="module")
+def solved(diesel: xr.Dataset) -> Barred:
+    return barred_ranges(diesel, threads=1)
+
+
+def _agrees(archive: xr.Dataset, found: Barred, quantity: str, dense: xr.Dataset) -> None:
+    """Ranges are where the values of an archive with many speeds are above 1."""
+    names = list(archive["shaft_name"].values)
+    for case in found.cases:
+        values = dense[quantity].sel(misfire=case["misfire"])
+        for shaft, name in enumerate(names):
+            own = [one for one in found.ranges if one.case == case and one.place == name]
+            inside = np.zeros(dense.speed.size, bool)
+            for one in own:
+                inside |= (dense.speed.values >= one.low) & (dense.speed.values <= one.high)
+            over = np.nan_to_num(values.isel(shaft=shaft).values, nan=0.0) > 1.0
+            assert_array_equal(inside, over, err_msg=f"{case} {name}")
+
+
+def _dense(found: Barred) -> list[float]:
+    """Speeds a tenth of a rpm apart near edges, but not at them, and 5 rpm apart elsewhere."""
+    near = np.arange(-1.0, 1.0, 0.1) + 0.05
+    edges = np.array([edge for one in found.ranges for edge in (one.low, one.high)])
+    low, high = found.speeds
+    speeds = np.concatenate([np.arange(low, high, 5.0), np.ravel(edges[:, None] + near)])
+    return np.unique(speeds[(speeds > low) & (speeds < high)]).tolist()
+
+
+def test_edges_are_those_of_many_speeds(diesel: xr.Dataset, solved: Barred) -> None:
+    # Every computed speed that is 0.05 rpm or more from an edge is on the side that it should be.
+    assert len(solved.cases) == len(solved.ranges) == 2
+    assert float(diesel[STRESS].max()) < 1.0  # The archive's own speeds show nothing
+    _agrees(diesel, solved, STRESS, archive_of(
+        ENGINE, STRESS, {"shaft_stress_limit_8": 58.0}, _dense(solved), misfire=[0, 4],
+    ))  # fmt: skip
+    for one in solved.ranges:
+        assert (one.order, one.mode) == (6.0, 1)
+        assert one.critical_speed == pytest.approx(2165.84, abs=0.01)
+        for edge, (low, high) in ((one.low, one.low_between), (one.high, one.high_between)):
+            assert low < edge < high and high - low < 0.11
+    healthy = solved.ranges[0]
+    assert healthy.largest == pytest.approx(1.231, abs=0.001)
+    assert healthy.at == pytest.approx(2168.0, abs=1.0)
+
+
+def test_the_coupling_of_a_generator_set_is_barred_by_a_misfire_alone() -> None:
+    limit, speeds = {"shaft_torque_limit_9": 600.0}, [1000.0, 2200.0]
+    shaft = "diesel_105x137_generator_set"
+    archive = archive_of(shaft, TORQUE, limit, speeds, misfire=[0, 1])
+    found = barred_ranges(archive)
+    assert {one.case["misfire"] for one in found.ranges} == {1.0}
+    assert [(one.order, one.mode) for one in found.ranges] == [(1.0, 1), (0.5, 1)]
+    assert found.ranges[0].low_between[0] == -np.inf and found.ranges[0].low == 1000.0
+    assert found.ranges[1].high_between[1] == np.inf and found.ranges[1].high == 2200.0
+    _agrees(archive, found, TORQUE, archive_of(
+        shaft, TORQUE, limit, _dense(found), misfire=[0, 1]
+    ))  # fmt: skip
+    said = barred_text(archive, found)
+    assert "(1000) to 11" in said and "the range may go on" in said
+    assert "no speed is barred between 1000 and 2200 rpm (all cylinders fire)" in said
+
+
+def test_a_peak_narrower_than_the_steps_is_found() -> None:
+    undamped = {f"shaft_loss_factor_{i}": 1e-6 for i in range(1, 9)}
+    undamped |= {f"disc_damping_{i}": 0.0 for i in range(3, 9)}
+    peak = archive_of(ENGINE, TORQUE, {**undamped, "shaft_torque_limit_8": 1e3},
+                      [2165.0, 2165.83605, 2166.0, 2167.0])  # fmt: skip
+    ratio = peak[TORQUE].isel(shaft=7).values
+    assert ratio[[0, 2, 3]].max() < 0.95 * ratio[1]  # Whole numbers of rpm lie beside the peak
+    limit = {**undamped, "shaft_torque_limit_8": 1e3 * 0.97 * float(ratio[1])}
+    found = barred_ranges(archive_of(ENGINE, TORQUE, limit, [2000.0, 2300.0]))
+    assert len(found.ranges) == 1 and found.ranges[0].mode == 1
+    assert found.ranges[0].low < 2165.836 < found.ranges[0].high
+    assert found.ranges[0].high - found.ranges[0].low < 0.5
+
+
+def test_designs_with_names_and_a_part_of_an_archive() -> None:
+    archive = sweeps.run(
+        engine=ENGINE, shaft="diesel_105x137_damper", set={"shaft_stress_limit_8": 40.0},
+        axes={"speed": [1900, 2500], "misfire": [0, 4]},
+        designs={"case": ["none", "oil"], "damper_inertia_1": [0.1, 0.05],
+                 "damper_damping_1": [0.0, 30.0], "damper_stiffness_1": [0.0, 0.0],
+                 "damper_loss_factor_1": [0.0, 0.0]},
+        output={"quantities": [STRESS]},
+    )  # fmt: skip
+    found = barred_ranges(archive)
+    assert len(found.cases) == 4 and {one.case["case"] for one in found.ranges} == {"none"}
+    part = barred_ranges(sweeps.nearest(archive, case="none", misfire=4))
+    (whole,) = (one for one in found.ranges if one.case["misfire"] == 4)
+    assert (part.ranges[0].low, part.ranges[0].high) == pytest.approx((whole.low, whole.high), 1e-6)
+
+
+def test_what_cannot_be_told_is_refused_in_one_line(diesel: xr.Dataset) -> None:
+    for archive, why in (
+        (diesel.drop_vars(STRESS), "has none of shaft_stress_over_limit"),
+        (diesel.isel(speed=0), "has no axis of speed"),
+        (diesel.where(diesel[STRESS] < 0.0), "no shaft has a limit"),
+        (diesel.drop_attrs(), "does not have the scene"),
+    ):
+        with pytest.raises(SceneError, match=why) as error:
+            barred_ranges(archive)
+        assert "\n" not in str(error.value)
+
+
+def test_the_command_says_ranges_cases_and_causes(diesel: xr.Dataset, tmp_path: Path) -> None:
+    path = tmp_path / "shaft.nc"
+    write(diesel, path)
+    said = ok("barred", path)
+    assert "2 barred ranges in 2 of 2 cases" in said
+    assert "2110.5 to 2217.5" in said and "misfire 4" in said
+    assert "order 6, mode 1 (critical at 2165.8 rpm)" in said
+    assert "2 barred ranges" not in ok("barred", path, "--select", "misfire=4")
+    for options in (["--select", "speed=2000"], ["--select", "misfire=9"], ["--threads", "0"]):
+        assert options[1].partition("=")[0] in refused("barred", path, *options)
+
+
+# ---- reports -------------------------------------------------------------------------------------
+
+
+def test_a_report_solves_between_speeds_or_gives_no_verdict(
+    diesel: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("bokeh")
+    told = page(diesel)
+    assert "Above the limit in 2 of 2 cases: up to 1.26 times" in told
+    assert told.index('id="verdict"') < told.index('id="computed"')
+    assert "Campbell diagram" in told and "No speed is barred" not in told
+    monkeypatch.setattr(verdicts, "MOST_SOLVED", 10)
+    told = page(diesel)
+    assert "No verdict: at the points of the archive" in told and "engine-dyn barred" in told
+
+
+def test_a_report_tells_which_designs_meet_a_target() -> None:
+    pytest.importorskip("bokeh")
+    archive = sweeps.run(
+        engine="ntua",
+        axes={"inertia": [4, 12, 16, 20], "load": [50, 90], "speed": [1200, 1500]},
+        output={"quantities": ["delta"]},
+    )
+    told = page(archive, target="delta <= 1/50")
+    best = sweeps.best(archive, least="inertia", within="delta <= 1/50", at_every=["load", "speed"])
+    assert float(best.inertia) == 16.0
+    assert "The least inertia of the archive that meets it: inertia 16 kg m²" in told
+    assert "the next lighter one, 12, does not" in told and "2 of 4 designs meet it" in told
+    assert "at load 90 %, speed 1200 rpm" in told and "delta over inertia, with its limit" in told
+    assert "No design of 4 meets it" in page(archive, target="delta <= 1/500")
+    for target, why in (("delta <= few", "delta"), ("swing <= 1", "swing"), ("delta", "must be a")):
+        with pytest.raises(SceneError, match=why):
+            page(archive, target=target)
+    assert 'id="verdict"' not in page(archive)
+
+
+def test_points_without_any_result_are_not_counted_and_told() -> None:
+    pytest.importorskip("bokeh")
+    archive = sweeps.run(
+        engine="ntua", set={"speed": 1200, "load": 90},
+        axes={"inertia": [12, 16], "misfire": [0, 1]}, output={"quantities": ["delta"]},
+    )  # fmt: skip
+    told = page(archive, target=["delta <= 1/50"])
+    assert "Not counted: 1 of the 2 points" in told
+    assert "inertia 16 kg m²" in told
