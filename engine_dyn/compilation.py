@@ -137,7 +137,8 @@ class _Compiled:
         return numba.njit(**{"forceinline": True, **wrapped, **OPTIONS})(self.py_func)
 
     def __call__(self, *given: Any) -> Any:
-        if self._process != os.getpid():  # at the first call, and in a fork: it has another folder
+        # So it is at the first call, and in a forked process, whose folder is another.
+        if self._process != os.getpid():
             with self._lock:
                 if self._process != os.getpid():
                     self._whole, self._process = self._made(), os.getpid()

@@ -130,10 +130,10 @@ def take_closed_rates(
         if case.wall == POLYTROPIC:
             g = gas.total * share
             lost = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - 1.0)
-            # Derivative of the loss over y, with G = gamma - 1 and dG/dy = -share (A - G).
+            # d(lost)/dy of the solved variable y, where g = gamma - 1 depends on the temperature.
             rising = pressure * volume * points.growth[i] * ((points.power[i] - 1.0) / g - share)
         elif case.wall == WOSCHNI:
-            # Logarithm of p^0.8 T^-0.55, of Woschni's formula, over that of the trapped charge.
+            # Logarithm of the ratio of p^0.8 T^-0.55 (Woschni) to its value in the trapped charge.
             power = 0.25 * math.log(temperature / case.charge_temperature)
             power -= 0.8 * points.logarithm[i]
             more = 0.25

@@ -251,7 +251,7 @@ def reduced(chosen: Chosen, needs: Needs, box: Box, missed: float, law: LawFacts
     )
 
 
-PLACES = 2.0**26  # Number of parts of an interval to which places are rounded
+PLACES = 2.0**26  # Parts of an interval between nodes to which angles within it are rounded
 
 
 class Angles(NamedTuple):

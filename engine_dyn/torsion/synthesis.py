@@ -42,7 +42,8 @@ class Synthesis(NamedTuple):
     even: Booleans  # Whether the harmonic of an order is even; shape (V,)
     harmonic: Floats  # Harmonic h of each order, a whole number; shape (V,)
     quarters: Integers  # Number of samples in a quarter of the cycle, M/4; shape (G,)
-    # Cosine and sine of h psi in the first block; shape (G, V, LOW)
+    # Cosine and sine of h psi at the samples psi of the first block, of `LOW` samples; shape (G, V,
+    # LOW)
     cosine: Floats
     sine: Floats
     turn: Floats  # Cosine and sine of h times the angle of a block; shape (G, V, 2)

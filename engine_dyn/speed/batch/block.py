@@ -56,7 +56,7 @@ class WorkTable(NamedTuple):
     # Fine table of P, then of V, for one design, as `Columns.fine`, where it was asked for.
     fine: Floats
     known: Integers  # Number of the work table that `fine` belongs to, -1 for none
-    mixed: Floats  # Scratch: columns of P
+    mixed: Floats  # Scratch: columns of the pressure P of a design
     weights: Floats  # Weights of coarse nodes at the fine nodes of a coarse interval
 
 

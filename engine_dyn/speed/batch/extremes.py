@@ -206,7 +206,9 @@ def fill_extremes(
         best, missed = -1e300 + 0.0 * read(high, 0), 0.0 * read(high, 0)
         for _ in range(size + 1):
             next_starts(sign, size, stride, high, curves.u, peaks)
-            begun = read(peaks.step, 0) > 0.0  # lanes without a start keep their values
+            begun = (
+                read(peaks.step, 0) > 0.0
+            )  # other lanes (designs) have no start left to search from
             if not any_of(begun):
                 break
             value, bump = climb(block, sign, variable, columns, weights, designs, scratch)

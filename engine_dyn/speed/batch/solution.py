@@ -139,7 +139,8 @@ def fit_values(number: int, tried: Any, law: Rows, values: Rows) -> Any:
 
 MOST_PASSES = 40  # Largest number of passes; designs that need more are left to the general solver
 
-ROUNDING = 2e-15  # Change of the remainder r from pass to pass that is only rounding
+ROUNDING = 2e-15
+"""Change of the remainder r between two iterations that is only rounding; r is defined above."""
 
 
 @inlined

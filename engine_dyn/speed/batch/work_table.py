@@ -112,8 +112,11 @@ class Weights(NamedTuple):
 
     slope: Floats  # Slope s of the law at the nominal speed
     beta: Floats  # Rate beta = kappa s [1/rad]
-    state: Floats  # `SOLVING`, or `LEFT` for a strong load or a drive
-    # Decay exp(-beta h), and the weights of mean and first moment of an interval.
+    # `SOLVING`, or `LEFT`: left to the general solver, for a load that rises steeply or a load that
+    # drives
+    state: Floats
+    # Factor exp(-beta h) by which the remainder decays over an interval h between nodes, and the
+    # weights of mean and first moment of the work in an interval.
     decay: Floats
     of_mass: Floats
     of_tilt: Floats

@@ -37,7 +37,8 @@ MOST_CYCLES = 80  # Largest number of cycles that are followed from one start
 MOST_STEPS = 600
 """Largest number of Radau's steps for each node of a design; most need less than 100."""
 
-GROWTH = 4.0  # Margin on the growth of the energy, for curves that are flat near their minimum
+GROWTH = 4.0
+"""Safety factor on the growth of a cycle's time, where it is extrapolated down to standstill."""
 
 
 @inlined
@@ -85,7 +86,7 @@ def _follow(
     of cycles and that of steps, which are `most` or hardly more.
     """
     # Relative error of an interval, and relative distance of begin and end from the repeated cycle:
-    # until a cycle is found, and after that.
+    # the first of each pair once a cycle has been found (`fine`), the second until then.
     tolerance, closed = (1e-13, 1e-12) if fine else (1e-6, 1e-5)
     e, plain, hurried, steps = start, start, True, 0
     for cycle in range(1, MOST_CYCLES + 1):

@@ -31,8 +31,8 @@ class GivenFeature:
     # Refuses requests of a scene that conflict with the part: arguments are the values of the
     # scene, its quantities and its name; raises `SceneError`.
     check_asked: Callable[[GivenValues, Sequence[str], str], None] | None = None
-    # Keys of one table for schemas, where `kind` does not give them; a single table may then also
-    # be named by a text.
+    # Keys of one table for schemas, where `kind` does not give them. In place of a table with these
+    # keys, a text may name one, such as a shaft of the catalogue.
     table: type[Strict] | None = None
     # Whether the part is given by a key: one of [set] in scenes, and one at the top of engine
     # files.

@@ -117,7 +117,9 @@ class Measured:
     paths: tuple[Path, ...]  # Paths of the recordings
     files: tuple[str, ...]  # Names of the recordings in the scene
     wheel: Wheel | None  # Toothed wheel and its signals
-    errors: str | Floats  # `others`, `all`, `none`, or the relative errors of the intervals
+    # Errors of the wheel's teeth: estimated from the `others` among the recordings, from `all`,
+    # `none`, or the relative errors of the intervals between teeth.
+    errors: str | Floats
     at: Mapping[str, Floats]  # Values on axes at which each file was recorded
     # Number, from 0, of the pulse in each file that is the first tooth, where given.
     first: tuple[int | None, ...]

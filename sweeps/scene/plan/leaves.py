@@ -271,7 +271,9 @@ def _undisturbed_sets(numbers: Value, sets: Sets, whole: Sets) -> tuple[Value, S
     distinct, place = np.unique(numbers.data, return_inverse=True)
     those = np.array([full[int(number)] for number in distinct])[place]
     those, dims = those.reshape(np.shape(numbers.data)), numbers.dims
-    for dim in numbers.dims:  # Misfires and patterns do not count here
+    # Axes along which only misfires or firing patterns vary are dropped: without these, the engines
+    # along such an axis are the same.
+    for dim in numbers.dims:
         axis = dims.index(dim)
         first = np.take(those, [0], axis)
         if (those == first).all():
