@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +166,8 @@ def test_a_report_solves_between_speeds_or_gives_no_verdict(
     told = page(diesel)
     assert "Above the limit in 2 of 2 cases: up to 1.26 times" in told
     assert told.index('id="verdict"') < told.index('id="computed"')
+    target = page(diesel, target="shaft_stress_over_limit <= 1")
+    assert "said of the archive's own speeds alone" in html.unescape(target)
     assert "Campbell diagram" in told and "No speed is barred" not in told
     monkeypatch.setattr(verdicts, "MOST_SOLVED", 10)
     told = page(diesel)

@@ -20,7 +20,7 @@ from sweeps.base.dimensions import NOT_CHOSEN, REDUCTION, words_of
 from sweeps.base.errors import SceneError, counted, one_line
 from sweeps.base.ratios import ratio_text
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
-from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, Worst, worst_of_shaft
+from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES, Worst, worst_of_shaft
 from sweeps.scene.conditions import Constraint, check_name, conditions_of, units_of
 from sweeps.view.report.charts import Drawn
 from sweeps.view.report.html import listed, paragraph, table, text, value_text
@@ -152,8 +152,14 @@ def _target(
     parts = [f"<h3>{_text(condition, archive)}</h3>", said]
     if judged.nowhere and judged.nowhere < judged.points:
         parts.append(paragraph(
-            f"Not counted: {judged.nowhere} of the {judged.points} points (speeds, loads, misfires "
-            "and so on), at which no design has a result; see the outcomes."
+            f"Not counted: {judged.nowhere} of the {judged.points} points (speeds, loads, "
+            "misfires, parts), at which no design has a value; see the outcomes."
+        ))  # fmt: skip
+    if _may_resonate(archive, condition.name):
+        parts.append(paragraph(
+            "This is said of the archive's own speeds alone: a resonance may lie between two of "
+            "them. Where the shaft has a stress_limit or torque_limit, engine-dyn barred looks "
+            "there.", "verdict",
         ))  # fmt: skip
     parts.append(table(heads, rows, range(len(judged.sizes))))
     if len(shown) < judged.worst.size:
@@ -163,6 +169,13 @@ def _target(
         ))  # fmt: skip
     found.html += "".join(parts)
     found.figures += target_figure(archive, condition, choices)
+
+
+def _may_resonate(archive: xr.Dataset, name: str) -> bool:
+    """Whether a quantity is of a shaft that vibrates, over several speeds."""
+    dims = archive[name].dims
+    elastic = not {*PLACES}.isdisjoint(map(str, dims)) or name == "delta_elastic"
+    return elastic and "speed" in dims
 
 
 def _text(condition: Constraint, archive: xr.Dataset) -> str:
