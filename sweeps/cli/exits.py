@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.metadata
 import os
+import re
 import sys
 import traceback
 from collections.abc import Callable, Iterable
@@ -29,11 +30,18 @@ def tell(line: object, *, err: bool = False) -> None:
     click.echo(as_name(line), err=err)
 
 
-def terminal_width() -> int | None:
-    """Characters of a line of the terminal; None where the output is no terminal."""
+def terminal_width() -> int:
+    """Characters of a line of the terminal.
+
+    Where the output is no terminal, those that the variable COLUMNS tells, else as many as a row
+    needs: programs that read a table find each row on one line.
+    """
     import shutil
 
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    if sys.stdout.isatty():
+        return shutil.get_terminal_size().columns
+    told = os.environ.get("COLUMNS", "")
+    return int(told) if re.fullmatch(r"[1-9][0-9]{0,5}", told) else 100_000
 
 
 def open_closed_streams() -> None:

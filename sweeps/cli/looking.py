@@ -47,7 +47,8 @@ from sweeps.cli.files import (
     help="For an archive, also show assumptions, parameters, versions and hashes of files.",
 )
 @units_option(
-    "For an archive: units of quantities, such as brake_power=kW. Default: those of the archive."
+    "For an archive: units of quantities, such as brake_power=hp; 'archive' keeps those of the "
+    "archive. Default: kW, rpm, kN, kJ, mm and l."
 )
 @untrusted_option
 @guarded

@@ -203,7 +203,7 @@ def test_info_tells_axes_quantities_outcomes_values_and_provenance(
     text = ok("info", archive, "--provenance")
     for expected in (
         "A small map", "inertia (3): 1.5, 2, 5 [kg m2]", "crank_angle (144)", "delta ",
-        " rad s-1  ", "converged: 6", "  6 designs, ", " of results, float64, not compressed, ",
+        " rpm  ", "converged: 6", "  6 designs, ", " of results, float64, not compressed, ",
         ", computed in ", "history: ", "engine: ntua",
     ):  # fmt: skip
         assert expected in text, text

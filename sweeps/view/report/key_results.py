@@ -20,7 +20,7 @@ from sweeps.view.report.shaft_results import shaft_results
 from sweeps.view.texts.archives import recorded_cycle_lines
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.reductions import counts_within, searches, statistics_table
-from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells, number_text
+from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells, number_texts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
         which = "that the first search found best" if REDUCTION in archive.attrs else which
         parts += [f"<h3>{FIRST_ROWS} of {shown.designs:,} designs, those {which}</h3>",
                   _rows_table(first, choices)]  # fmt: skip
-    told = recorded_cycle_lines(archive)
+    told = recorded_cycle_lines(archive, choices)
     if told:
         parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]
     parts.append(shaft_results(archive))
@@ -132,10 +132,10 @@ def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]
         if low == high:
             continue
         factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(str(name)))
+        least, most = number_texts([low * factor, high * factor])
         yield (
-            str(name), unit,
-            number_text(low * factor), _where(archive, data, low_at, choices),
-            number_text(high * factor), _where(archive, data, high_at, choices),
+            str(name), unit, least, _where(archive, data, low_at, choices),
+            most, _where(archive, data, high_at, choices),
         )  # fmt: skip
 
 

@@ -18,9 +18,16 @@ from sweeps.decide.explore.attributes import axes_of, count_of_designs, of_desig
 from sweeps.running.archive.partial import Partial
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.key_texts import unit_text, with_word
-from sweeps.view.texts.readable_units import asked_of_archive, factor
+from sweeps.view.texts.readable_units import factor, readable_of_archive
 from sweeps.view.texts.reductions import outcomes_of_all, reduction_lines
-from sweeps.view.texts.tables import aligned, number_text, without_rounding
+from sweeps.view.texts.tables import (
+    aligned,
+    last_digit,
+    last_digits,
+    number_text,
+    number_texts,
+    without_rounding,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,10 +82,10 @@ def archive_text(
     """Describe an archive, opened from the file `name`: its outcomes, axes and quantities.
 
     With `provenance` all attributes are told too: assumptions, parameters, versions, hashes of
-    files. `units`, such as ``"power=hp,speed=rad/s"``, take the place of those of the archive.
-    SceneError refuses names that are no quantities, and units that do not fit.
+    files. Units are those of tables, or `units`, such as ``"power=hp,speed=rad/s"`` or
+    ``"archive"``. SceneError refuses names that are no quantities, and units that do not fit.
     """
-    chosen = asked_of_archive(units, dataset.variables)
+    chosen = readable_of_archive(units, dataset.variables)
     lines = [f"{as_name(name)}: {one_line(dataset.attrs.get('title', ''))}".rstrip(": ")]
     head = (_engine_line(dataset), _size_line(dataset, name), _run_line(dataset))
     lines += [f"  {line}" for line in head if line]
@@ -127,6 +134,14 @@ def archive_text(
 def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]:
     """Lines with each quantity and its value, or its range."""
     rows = []
+    alike: dict[tuple[str, ...], dict[str, Any]] = {}
+    for name in of_designs(dataset):
+        data = dataset[name]
+        if data.dtype.kind == "f" and not _is_long(data):
+            unit = str(data.attrs.get("units", "1"))
+            values = factor(unit, chosen.get(name, unit)) * data.values
+            alike.setdefault(tuple(map(str, data.dims)), {})[name] = values
+    lasts = {name: last for one in alike.values() for name, last in last_digits(one).items()}
     for name in of_designs(dataset):
         data = dataset[name]
         over = ", ".join(str(d) for d in data.dims)
@@ -134,7 +149,8 @@ def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
             one_line(data.attrs.get("long_name", "")),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
-        rows.append((name, _extent_text(data, chosen.get(name)), "; ".join(p for p in parts if p)))
+        extent = _extent_text(data, chosen.get(name), lasts.get(name))
+        rows.append((name, extent, "; ".join(p for p in parts if p)))
     lines = [f"  {line}" for line in aligned(rows, left=[0, 1, 2])] if rows else []
     if any(_is_long(data) for data in dataset.data_vars.values()):
         lines.append(
@@ -149,7 +165,7 @@ def _is_long(data: xr.DataArray) -> bool:
     return data.dtype.kind == "f" and data.size > MOST_READ
 
 
-def _extent_text(data: xr.DataArray, wanted: str | None) -> str:
+def _extent_text(data: xr.DataArray, wanted: str | None, last: int | None) -> str:
     """The value, or the smallest and the largest, with the unit; nothing for words and codes."""
     if data.dtype.kind != "f" or not data.size:
         return ""
@@ -163,16 +179,16 @@ def _extent_text(data: xr.DataArray, wanted: str | None) -> str:
     if np.isnan(values).all():
         return "no value"
     low, high = times * float(np.nanmin(values)), times * float(np.nanmax(values))
-    extent = number_text(low) if low == high else f"{number_text(low)} to {number_text(high)}"
-    return extent + unit
+    return " to ".join(dict.fromkeys(number_texts([low, high], last))) + unit
 
 
 def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None = None) -> list[str]:
     """Mean, standard deviation and coefficient of variation of single values over `recorded_cycle`.
 
     Of archives with many other designs there are too many to tell; none are told then. Some
-    quantities may be told in units that are chosen.
+    quantities may be told in units that are chosen; others are in those of tables.
     """
+    chosen = readable_of_archive(None, dataset.variables) if chosen is None else chosen
     lines = []
     cycle = "recorded_cycle"
     for name, data in dataset.data_vars.items():
@@ -182,7 +198,7 @@ def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None =
         if set(others) & set(DIMENSIONS) or data.size > 12 * dataset.sizes[cycle]:
             continue
         unit = str(data.attrs.get("units", "1"))
-        wanted = (chosen or {}).get(str(name), unit)
+        wanted = chosen.get(str(name), unit)
         times, unit = factor(unit, wanted), wanted
         each = np.moveaxis(times * data.values, data.dims.index(cycle), -1)
         for place in np.ndindex(each.shape[:-1]):
@@ -195,12 +211,13 @@ def recorded_cycle_lines(dataset: xr.Dataset, chosen: Mapping[str, str] | None =
                 for d, i in zip(others, place, strict=True)
                 if d in dataset.coords
             )
+            middle = number_text(mean, last=last_digit(mean, mean + spread, 2))
             parts = [
-                f"{name}{f' at {at}' if at else ''}: {number_text(mean)} ± {number_text(spread)}",
+                f"{name}{f' at {at}' if at else ''}: {middle} ± {number_text(spread)}",
                 f"({100.0 * spread / abs(mean):.1f} %)" if mean else "",
                 "" if unit == "1" else unit,
             ]
-            low, high = number_text(float(values.min())), number_text(float(values.max()))
+            low, high = number_texts([float(values.min()), float(values.max())])
             told = " ".join(part for part in parts if part)
             lines.append(f"{told}, {low} to {high}; {values.size} cycles")
     return lines

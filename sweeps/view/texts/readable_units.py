@@ -87,6 +87,18 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
     return asked
 
 
+def readable_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
+    """Return readable units of an archive's variables, or those that a text names.
+
+    ``archive`` keeps all as they are; otherwise as `asked_of_archive`.
+    """
+    if text == "archive":
+        return {}
+    known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
+    readable = {name: READABLE[unit] for name, unit in known.items() if unit in READABLE}
+    return readable | asked_of_archive(text, variables)
+
+
 def asked_of_archive(text: str | None, variables: Mapping[Any, Any]) -> dict[str, str]:
     """Return the units that a text names, as `asked_units`, for published values too."""
     known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}

@@ -11,7 +11,7 @@ from sweeps.base.dimensions import REDUCTION
 from sweeps.base.errors import one_line
 from sweeps.decide.explore.attributes import count_of_designs, members_of
 from sweeps.view.texts.readable_units import factor
-from sweeps.view.texts.tables import aligned, number_text
+from sweeps.view.texts.tables import aligned, last_digit, number_texts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,22 +62,24 @@ def statistics_table(
         stored = str(dataset[f"{name}_mean"].attrs.get("units", "1"))
         unit = chosen.get(name, chosen.get(f"{name}_mean", stored))
         times = factor(stored, unit)
-        cells = [_extent(times * dataset[f"{name}_{key}"].values) for key in keys]
+        numbers = [times * dataset[f"{name}_{key}"].values for key in keys]
         quantiles = times * dataset[f"{name}_quantile"].values
         quantiles = quantiles.reshape(-1, shares.size)
-        cells += [_extent(quantiles[:, i]) for i in picked]
+        numbers += [quantiles[:, i] for i in picked]
+        last = last_digit(numbers[keys.index("smallest")], numbers[keys.index("largest")], 3)
+        cells = [_extent(one, last) for one in numbers]
         count = f"{int(dataset[f'{name}_count'].values.sum()):,}"
         rows.append([name, "" if unit == "1" else one_line(unit, 40), *cells, count])
     return heads, rows
 
 
-def _extent(values: Any) -> str:
+def _extent(values: Any, last: int | None) -> str:
     """A number, or the smallest and the largest of several."""
     known = values[np.isfinite(values)]
     if not known.size:
         return "-"
-    low, high = number_text(float(known.min())), number_text(float(known.max()))
-    return low if low == high else f"{low} to {high}"
+    ends = number_texts([float(known.min()), float(known.max())], last)
+    return " to ".join(dict.fromkeys(ends))
 
 
 def reduction_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -27,20 +28,80 @@ DIGITS = 4  # Significant digits of a table for reading; `export` writes all of 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
 
-def number_text(value: float, digits: int = DIGITS, sign: str = "") -> str:
+def number_text(
+    value: float, digits: int = DIGITS, sign: str = "", last: int | None = None
+) -> str:
     """Write a number with some significant digits; of large ones all before the point.
 
-    `sign` is "+" where positive numbers have a sign too.
+    `sign` is "+" where positive numbers have a sign too. `last` is the power of ten of a digit that
+    the text must have, -1 for tenths: see `last_digit`.
     """
     if math.isnan(value):
         return "-"
     if value == 0.0:
         return "0"
+    if math.isinf(value):
+        return f"{value:{sign}}"
+    first = math.floor(math.log10(abs(value)))
+    if last is not None:
+        digits = max(digits, first - last + 1)
     if not 1e-4 <= abs(value) < 1e7:
         return f"{value:{sign}.{digits}g}"
-    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    places = max(0, digits - 1 - first)
     text = f"{value:{sign}.{places}f}"
     return text.rstrip("0").rstrip(".") if value == round(value) and places else text
+
+
+SAME = 1e-7
+"""Difference, relative to the larger of two numbers, up to which they are shown as equal."""
+
+
+def last_digit(one: Any, other: Any, digits: int = 1) -> int | None:
+    """Power of ten of the last digit with which the smallest difference of numbers can be read.
+
+    The difference then has some `digits`. Numbers (or arrays of them) that are the same, but for
+    rounding, have none; None where there is no difference.
+    """
+    differences = np.abs(np.asarray(one, float) - np.asarray(other, float))
+    sizes = np.maximum(np.abs(one), np.abs(other))
+    told = differences[np.isfinite(differences) & (differences > SAME * sizes)]
+    # A difference of 0.1 is not always 0.1 to the last bit
+    return math.floor(math.log10(1.0000001 * told.min())) - digits + 1 if told.size else None
+
+
+def number_texts(values: Sequence[float], last: int | None = None) -> list[str]:
+    """Texts of numbers that are read beside each other: they differ where the numbers do."""
+    distinct = np.unique([value for value in values if math.isfinite(value)])
+    return [
+        number_text(value, last=finest(last, last_digit(distinct[1:], distinct[:-1])))
+        for value in values
+    ]
+
+
+def finest(*lasts: int | None) -> int | None:
+    """Return the smallest of some powers of ten; None stands for no demand."""
+    return min((last for last in lasts if last is not None), default=None)
+
+
+def last_digits(columns: Mapping[str, Any]) -> dict[str, int]:
+    """Powers of ten of the last digits that `omega_max` beside `omega_min` needs, by name.
+
+    The largest and the smallest value of one thing, by their names, get as many places as their
+    difference needs to have three digits, and the mean as many; its differences from them have
+    two. `columns` are numbers or arrays that broadcast, in one unit for each thing.
+    """
+    things: dict[str, list[str]] = {}
+    for name in columns:
+        things.setdefault(re.sub(r"_(?:max|min|mean)(?=_|$)", "", name), []).append(name)
+    lasts: dict[str, int] = {}
+    for thing, names in things.items():
+        pairs = itertools.combinations([n for n in names if n != thing], 2)
+        last = finest(*(
+            last_digit(columns[a], columns[b], 2 if "_mean" in a + b else 3) for a, b in pairs
+        ))  # fmt: skip
+        if last is not None:
+            lasts |= dict.fromkeys(names, last)
+    return lasts
 
 
 def without_rounding(values: npt.NDArray[Any], unit: str) -> npt.NDArray[Any]:
@@ -168,14 +229,25 @@ def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, 
     # Changes in percent have three digits and a sign.
     digits, sign = (3, "+") if name in rows.changes else (DIGITS, "")
     values = rows.table[name]
-    if name not in rows.given and name not in rows.changes:
+    last = None
+    if name in rows.given:
+        distinct = np.unique(values[np.isfinite(values)]) * factor
+        last = last_digit(distinct[1:], distinct[:-1])
+    elif name not in rows.changes:
         values = without_rounding(values, rows.units[name])
-    cells = [number_text(float(value) * factor, digits, sign) for value in values]
+        alike = {n: rows.table[n] * factor for n, of in rows.units.items()
+                 if of == rows.units[name] and n not in rows.given}  # fmt: skip
+        last = last_digits(alike).get(name)
+    cells = [number_text(float(value) * factor, digits, sign, last) for value in values]
     if name in rows.bands:
+        low, high = (end * factor for end in rows.bands[name])
+        last = finest(last, last_digit(low, high))
         cells = [
-            f"{cell} ({number_text(low * factor, digits)} to {number_text(high * factor, digits)})"
-            for cell, low, high in zip(cells, *rows.bands[name], strict=True)
-        ]
+            " ".join((number_text(float(value) * factor, digits, sign, last),
+                      f"({number_text(a, digits, last=last)} to "
+                      f"{number_text(b, digits, last=last)})"))
+            for value, a, b in zip(values, low, high, strict=True)
+        ]  # fmt: skip
     return tuple(cells), unit
 
 
