@@ -234,13 +234,20 @@ def compare(
     "--head-units", is_flag=True, help="Write units into the column headings of a CSV file."
 )
 @units_option("Units of columns, such as brake_power=kW,speed=rpm. Default: those of the archive.")
+@click.option(
+    "--digits",
+    metavar="NUMBER",
+    help="Significant digits of results in a CSV or Excel file, or 'all'. Default: those that the "
+    "tolerance of the solution carries, 10 at 1e-6. Values of axes are always whole.",
+)
 @overwrite_option("Replace the table if it exists.")
 @quiet_option
 @untrusted_option
 @guarded
 def export(
     archive: Path, output: Path, slices: tuple[str, ...], quantities: str | None,
-    orders: str | None, head_units: bool, units: str | None, overwrite: bool, quiet: bool,
+    orders: str | None, head_units: bool, units: str | None, digits: str | None, overwrite: bool,
+    quiet: bool,
 ) -> None:  # fmt: skip
     """Write ARCHIVE as a table (CSV, Parquet or Excel) with one row for each design.
 
@@ -267,7 +274,7 @@ def export(
         asked = in_units(nearest(dataset, **select), units)
         done = write(
             asked, output, quantities=names, orders=orders, overwrite=overwrite,
-            head_units=head_units,
+            head_units=head_units, digits=digits,
         )  # fmt: skip
     if quiet:
         return
@@ -277,6 +284,9 @@ def export(
         tell(f"not in the file, because they do not have {lack}: {left_out}", err=True)
     size = size_text(output.stat().st_size)
     tell(f"{output}: {counted(done.rows, 'row')}, {counted(len(done.columns), 'column')}, {size}")
+    if output.suffix.lower() == ".csv" and done.units and not head_units:
+        units = ", ".join(f"{name} {unit}" for name, unit in done.units.items())
+        tell(f"units: {units} (--head-units writes them into the file)")
 
 
 @click.command()
@@ -312,7 +322,7 @@ def export(
 )
 @units_option(
     "Units of quantities, such as brake_power=hp,omega=rad/s; 'archive' keeps those of the "
-    "archive. Default: kW, rpm, kN, kJ, mm and l where they read better."
+    "archive. Default: kW, rpm, kN, kJ, mm and l."
 )
 @click.option(
     "--style",

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweeps.base.checks import a_path, check_dataset
-from sweeps.base.errors import SceneError, one_line, plain_number
+from sweeps.base.errors import SceneError, one_line, plain_number, shown
 from sweeps.base.files.libraries import library
 from sweeps.decide.explore.attributes import members_of, of_designs
 from sweeps.decide.explore.columns import (
@@ -58,16 +59,20 @@ class Exported:
     left_out : tuple of str
         Quantities that are not in it: curves, unless they were asked for; in a .uff file, those of
         designs without values.
+    units : dict of str to str
+        Units of the columns of a table, by name; plain numbers and words have none.
     """
 
     rows: int
     columns: tuple[str, ...]
     left_out: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def export(
     archive: xr.Dataset, path: str | Path, *, quantities: str | Sequence[str] | None = None,
     orders: str | None = None, overwrite: bool = False, head_units: bool = False,
+    digits: int | str | None = None,
 ) -> Exported:  # fmt: skip
     """Write an archive as a table, or its curves for other programs.
 
@@ -99,6 +104,11 @@ def export(
         Replace an older file.
     head_units : bool
         Write units into the heads of a CSV file: ``omega_max [rad s-1]``.
+    digits : int or str, optional
+        Significant digits of results in a .csv or .xlsx file, from 1 to 17, or "all" for every bit.
+        If not given, those that the tolerance of the solution carries, and three more, because
+        speeds differ by about a thousandth of themselves: 10 at the usual tolerance of 1e-6. Of
+        orders, all. Values of axes and columns of designs are never rounded.
 
     Raises
     ------
@@ -126,6 +136,9 @@ def export(
         raise SceneError(f"{path}: exists and is not overwritten")
     if head_units and path.suffix.lower() != ".csv":
         raise SceneError(f"{path}: has units of its own; head_units is for .csv")
+    places = _digits(digits, archive, orders)
+    if digits is not None and path.suffix.lower() not in ROUNDED:
+        raise SceneError(f"{path}: has all digits; digits is for {' and '.join(ROUNDED)}")
     if orders is not None and quantities is not None:
         raise SceneError("quantities: not allowed together with orders")
     if path.suffix.lower() in CURVES:
@@ -143,15 +156,61 @@ def export(
         check_rows(math.prod(shape), path)
     written = {_head(n, v) if head_units else n: v for n, v in columns.items()}
     words = words_for_numbers(written)
+    rounded = names if path.suffix.lower() in ROUNDED and places < ALL_DIGITS else []
+    rounded = [n for n in rounded if n not in words and columns[n].dtype.kind == "f"]
+    heads = dict(zip(columns, written, strict=True))
     rows = 0
     with archives.replaced(path) as partial, opener(partial, written, archive) as put:
         for _, extent, arrays in ranges(written, dims, shape, 8.0 * ROWS, in_order=True):
             table = {n: np.broadcast_to(a, extent).reshape(-1) for n, a in arrays.items()}
+            for name in (heads[n] for n in rounded):
+                table[name] = with_digits(table[name], places)
             for name, meant in words.items():
                 table[name] = in_words(table[name], meant)
             put(table)
             rows += len(next(iter(table.values())))
-    return Exported(rows, tuple(columns), tuple(left_out))
+    units = {name: unit_of(v) for name, v in columns.items() if heads[name] not in words}
+    units = {name: unit for name, unit in units.items() if unit}
+    return Exported(rows, tuple(columns), tuple(left_out), units)
+
+
+ALL_DIGITS = 17  # Significant digits that hold every bit of a number
+
+ROUNDED = (".csv", ".xlsx")
+"""Endings of files whose results are rounded to the digits that they carry."""
+
+
+def _digits(asked: int | str | None, archive: xr.Dataset, orders: str | None) -> int:
+    """Significant digits of results: those asked for, or those that they carry."""
+    if asked is None:
+        if orders is not None:
+            return ALL_DIGITS  # Other programs compute with them
+        solver = members_of(archive, "scene").get("solver")
+        tolerance = solver.get("tolerance") if isinstance(solver, dict) else None
+        if not isinstance(tolerance, float) or not 0.0 < tolerance < 1.0:
+            tolerance = 1e-6  # The usual one of scenes
+        return min(4 - math.floor(math.log10(1.0000001 * tolerance)), ALL_DIGITS)
+    text = str(asked).strip()
+    if text != "all" and not (re.fullmatch("[1-9][0-9]?", text) and int(text) <= ALL_DIGITS):
+        raise SceneError(f"digits = {shown(text)}: must be from 1 to {ALL_DIGITS}, or all")
+    return ALL_DIGITS if text == "all" else int(text)
+
+
+def with_digits(values: npt.NDArray[Any], digits: int) -> npt.NDArray[Any]:
+    """Return numbers rounded to some significant digits, each the nearest to its decimal text."""
+    values = np.asarray(values, float)
+    sizes = np.abs(values)
+    plain = np.isfinite(values) & (sizes > 0.0)
+    power = np.zeros(values.shape)
+    power[plain] = digits - 1 - np.floor(np.log10(sizes[plain]))
+    # Powers of ten are exact numbers up to 1e22; a product has a rounding error of its own, which
+    # twelve digits do not show
+    easy = plain & (np.abs(power) <= 22) & (digits <= 12)
+    up, down = 10.0 ** np.clip(power, 0, 22), 10.0 ** np.clip(-power, 0, 22)
+    result = np.where(easy, np.round(values * up / down) / up * down, values)
+    for place in np.flatnonzero(plain & ~easy):
+        result[place] = float(f"{values[place]:.{digits}g}")
+    return result
 
 
 def _head(name: str, variable: xr.Variable) -> str:
@@ -318,14 +377,13 @@ def _styled(sheet: Any, values: list[Any], font: Any) -> list[Any]:
 
 
 def _cell(value: Any) -> Any:
-    """A number with its significant digits, or a text; nothing where a number is missing."""
+    """A number or a text; nothing where a number is missing."""
     if isinstance(value, str):
         return not_computed(one_line(value, LONGEST))
     number = float(value)
     if not math.isfinite(number):
         return None if math.isnan(number) else str(number)
-    # Results are accurate to seven digits at most.
-    return int(number) if number.is_integer() else float(f"{number:.7g}")
+    return int(number) if number.is_integer() else number
 
 
 def _about(archive: xr.Dataset) -> dict[str, list[list[Any]]]:

@@ -314,6 +314,7 @@ class ArchiveAccessor:
     def export(
         self, path: str | Path, *, quantities: str | Sequence[str] | None = None,
         orders: str | None = None, overwrite: bool = False, head_units: bool = False,
+        digits: int | str | None = None,
     ) -> Exported:  # fmt: skip
         """Write a table (.csv, .parquet, .xlsx) or curves (.uff, .fmu); see `sweeps.export`.
 
@@ -328,7 +329,7 @@ class ArchiveAccessor:
 
         return export(
             self._archive, path, quantities=quantities, orders=orders, overwrite=overwrite,
-            head_units=head_units,
+            head_units=head_units, digits=digits,
         )  # fmt: skip
 
     def report(
@@ -385,7 +386,7 @@ ax : matplotlib.axes.Axes, optional
     Draw into this panel of a figure of your own; only where the kind has one panel.
 units : str or mapping, optional
     ``{{"brake_power": "hp"}}``; ``"archive"`` keeps the units of the archive. Without it kW, rpm,
-    kN, kJ, mm and l where they read better.
+    kN, kJ, mm and l.
 {options}
 
 Returns

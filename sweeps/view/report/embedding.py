@@ -22,6 +22,7 @@ from sweeps.base.dimensions import COUNTED, words_of
 from sweeps.base.errors import SceneError, one_line
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.readable_units import converted, unit_choices
+from sweeps.view.texts.tables import last_digits
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,17 +107,24 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
         if dim in places:
             page.columns[key] = _column(variable, key, places[dim], choices.get(key))
     spans: dict[str, tuple[float, float]] = {}
+    kept: dict[tuple[str, ...], dict[str, Any]] = {}  # Numbers by the axes that they depend on
     for name in (n for n in names if n in numbers or n in curves):
         variable = archive[name].variable
         own = of_curves if name in curves else places
         picked_by = {str(d): own[str(d)] for d in variable.dims}
         values = _read(variable, picked_by)
         spans[name] = _span(values)
+        if name in numbers and name != "status":
+            times, _ = converted(str(variable.attrs.get("units", "1")), choices.get(name))
+            kept.setdefault(tuple(picked_by), {})[name] = times * values
         if "direction" in variable.dims and _in_plane(values, variable.dims.index("direction")):
             page.planes.add(name)
         page.quantities[name] = _quantity(
             variable, values, name, picked_by, places, choices.get(name)
         )
+    for alike in kept.values():
+        for name, last in last_digits(alike).items():
+            page.quantities[name]["last"] = last
     page.flat = _flat(page, spans)
     page.left_out += _coarser_text(archive, of_curves, places)
     return page

@@ -30,7 +30,7 @@ from sweeps.view.report.embedding import (
 )
 from sweeps.view.report.key_figures import views
 from sweeps.view.texts.readable_units import converted
-from sweeps.view.texts.tables import number_text
+from sweeps.view.texts.tables import last_digits, number_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -190,8 +190,10 @@ class _Explorer:
                 for key, (of, variable) in self.columns.items()
                 if of in here and (key != of or self.archive.sizes[of] > MOST_OPTIONS)
             ]
-            for name in names:
-                value = number_text(float(self.read(name, {})))
+            values = {name: float(self.read(name, {})) for name in names}
+            lasts = last_digits(values)
+            for name, number in values.items():
+                value = number_text(number, last=lasts.get(name))
                 rows.append((name, value, self._unit(name), text_of(self.archive[name], name)))
             if "status" in self.archive:
                 dims = self.archive["status"].dims

@@ -89,11 +89,17 @@
     return [low, high]
   }
 
-  function numberText(value) {
+  // Some significant digits; `last` is the power of ten of a digit that must be there: that with
+  // which omega_max and omega_min differ.
+  function numberText(value, last) {
     if (value === null || Number.isNaN(value)) return "no value"
     if (!Number.isFinite(value)) return value > 0 ? "infinite" : "-infinite"
     const size = Math.abs(value)
-    if (value === 0 || (size >= 1e-3 && size < 1e7)) return String(Number(value.toPrecision(size >= 1e4 ? 6 : 5)))
+    if (value === 0 || (size >= 1e-3 && size < 1e7)) {
+      const first = value === 0 ? 0 : Math.floor(Math.log10(size))
+      const digits = Math.max(size >= 1e4 ? 6 : 5, first - (last ?? first) + 1)
+      return String(Number(value.toPrecision(Math.min(digits, 15))))
+    }
     return value.toExponential(3)
   }
 
@@ -498,7 +504,7 @@
     const outcome = element("p", { class: "note" })
     made.append(outcome, element("div", { class: "scroll low" }, element("table", {}, element("tbody", {}, ...rows))))
     const update = (now) => {
-      single.forEach((q, i) => (cells[i].textContent = numberText(valueOf(q, now))))
+      single.forEach((q, i) => (cells[i].textContent = numberText(valueOf(q, now), q.last)))
       outcome.textContent = statusAt(now) && `Outcome: ${statusAt(now)}.`
     }
     update(at)

@@ -40,6 +40,8 @@ def measured_text(comparison: xr.Dataset) -> str:
             row.append(text + (f" ± {unsure:.4f}" if np.isfinite(unsure) else ""))
         rows.append(row)
     lines = aligned(rows, left=[0])
+    if any("±" in cell for row in rows for cell in row):
+        lines.append("±: standard error; 95 % are within about twice that")
     attributes = comparison.attrs
     if "wheel" in attributes:
         lines.append(
@@ -178,6 +180,7 @@ def fit_text(fit: xr.Dataset) -> str:
         )
     for place in range(fit.sizes["recording"]):
         lines.append("  " + _recording(fit.isel(recording=place)))
+    lines.append("+-: standard error; 95 % are within about twice that")
     lines += str(fit.attrs.get("remarks", "")).splitlines()
     return "\n".join(lines)
 

@@ -10,24 +10,17 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from sweeps.view.texts.readable_units import READABLE, asked_of_archive, factor
+from sweeps.view.texts.readable_units import asked_of_archive, factor, readable_of_archive
 
 
 def readable_dataset(dataset: xr.Dataset, units: str | None = None) -> xr.Dataset:
-    """Return an archive in readable units: kW, rpm, kN, kJ, mm and l where they read better.
+    """Return an archive in the units of tables: kW, rpm, kN, kJ, mm and l.
 
-    A unit changes in the whole archive or nowhere, so that what is drawn together stays so. `units`
-    are those of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps all. SceneError
-    refuses names that are no quantities, and units that do not fit.
+    `units` are those of single quantities, ``"power=hp,speed=rad/s"``; ``"archive"`` keeps all.
+    SceneError refuses names that are no quantities, and units that do not fit.
     """
     variables = {n: v for n, v in dataset.variables.items() if n != "crank_angle"}
-    known = {str(name): str(v.attrs.get("units", "")) for name, v in variables.items()}
-    chosen: dict[str, str] = {}
-    for unit in (set(known.values()) & set(READABLE)) if units != "archive" else ():
-        names = [name for name in known if known[name] == unit]
-        if _reads_better(dataset, names, unit):
-            chosen |= dict.fromkeys(names, READABLE[unit])
-    return _in_chosen_units(dataset, chosen | asked_of_archive(units, variables))
+    return _in_chosen_units(dataset, readable_of_archive(units, variables))
 
 
 def in_units(dataset: xr.Dataset, units: str | None) -> xr.Dataset:
@@ -45,25 +38,6 @@ def _in_chosen_units(dataset: xr.Dataset, chosen: Mapping[str, str]) -> xr.Datas
     return dataset.assign(
         {name: one for name, one in new.items() if name not in coordinates}
     ).assign_coords(coordinates)
-
-
-def _reads_better(dataset: xr.Dataset, names: list[str], unit: str) -> bool:
-    """Whether the largest value of a unit has a size that fits the readable unit."""
-    wanted = READABLE[unit]
-    if wanted == "rpm":
-        return True
-    most = 0.0
-    for name in names:
-        array = dataset[name].variable
-        if array.dtype.kind not in "iuf" or not array.size:
-            continue
-        # About 20 000 values, evenly taken, show how large all values are.
-        step = max(1, int((array.size / 20_000) ** (1.0 / max(array.ndim, 1))))
-        some = np.abs(np.asarray(array[(slice(None, None, step),) * array.ndim].values, float))
-        most = max(most, float(some.max(where=np.isfinite(some), initial=0.0)))
-    if wanted == "mm":
-        return 0.0 < most < 10.0
-    return most * factor(unit, wanted) >= 1.0
 
 
 def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:

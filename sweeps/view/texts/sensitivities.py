@@ -50,6 +50,9 @@ def sensitivities_text(indices: xr.Dataset) -> str:
             lines.append(
                 f"  {len(points) - MOST_POINTS} more points of {', '.join(map(str, rest))}"
             )
+    if any("+-" in line for line in lines):
+        share = float(indices.attrs.get("confidence", 0.95))
+        lines.append(f"+-: half width of the {100.0 * share:g} % interval")
     return "\n".join(lines)
 
 
