@@ -405,6 +405,11 @@ def _facts(diagram: Diagram) -> tuple[float, ...]:
     return diagram.peak, float(diagram.pressure.min()), angle, imep, rise
 
 
+def indicated_pressure(diagram: Diagram) -> float:
+    """Return the mean effective pressure [Pa] of a diagram, for a usual ratio of crank and rod."""
+    return _facts(diagram)[_FACTS.index("imep")]
+
+
 @lru_cache(maxsize=64)
 def judged_diagrams(
     diagrams: tuple[Diagram, ...], *, driven: bool, silenced: frozenset[str] = frozenset(),

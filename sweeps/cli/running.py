@@ -173,6 +173,7 @@ def run(
         _print_published(plan, output)
         _print_outcomes(read, plan, done)
         _print_numbers(plan, output)
+        _print_load(plan)
         tell(f"{output} ({size_text(output.stat().st_size)})")
     _end_if_designs_failed(read, done.outcomes, output)
 
@@ -378,6 +379,16 @@ def _print_numbers(plan: Plan, output: Path) -> None:
     with stored_dataset(output, own=True) as dataset:
         if has_single_numbers(dataset):
             say("\n" + rows_text(rows(dataset, limit=shown), width=terminal_width()) + "\n")
+
+
+def _print_load(plan: Plan) -> None:
+    """Print the torque that the loads of a scene have, where the run needed torques."""
+    if plan.scene.gives("load") and "torque_mean" in plan.computed:
+        from sweeps.view.texts.loads import load_line
+
+        line = load_line(plan.scene)
+        if line:
+            tell(line)
 
 
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:

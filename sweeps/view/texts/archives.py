@@ -379,4 +379,13 @@ def _axis_text(dataset: xr.Dataset, dimension: str, chosen: Mapping[str, str]) -
         listed = ", ".join(f"{value:g}" for value in values)
     else:
         listed = f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}"
-    return listed + unit_text(wanted)
+    return listed + unit_text(wanted) + (_load_text(dataset) if dimension == "load" else "")
+
+
+def _load_text(dataset: xr.Dataset) -> str:
+    """What the values of an axis `load` are, with the torque that each has, if it is there."""
+    text = "; names of diagrams, not shares of the torque"
+    torque = dataset["torque_mean"] if "torque_mean" in dataset.data_vars else None
+    if torque is None or torque.dims != ("load",) or torque.size > 8:
+        return text
+    return f"{text}, which is {', '.join(number_texts(torque.values.tolist()))} N m"

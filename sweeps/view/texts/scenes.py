@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.plausibility.judgement import indicated_pressure
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER, with_values
 from engine_dyn.quantities.features import auxiliaries
@@ -175,10 +176,13 @@ def engine_text(engine: Engine) -> str:
     for number, own in getattr(family, "of_cylinders", {}).items():
         points += [(load, f", cylinder {number}") for load in own.loads]
         diagrams += own.diagrams
+    if len(family.loads) > 1 and ends is None:
+        lines[-1] += "; load is the name of a diagram, not a share of the torque"
     for (load, speed), diagram in zip(points, diagrams, strict=True):
+        imep = f", imep {indicated_pressure(diagram) / BAR:.3g} bar" if ends is None else ""
         lines.append(
             f"  load {load:g} percent{speed}: p_max {diagram.peak / BAR:.4g} bar at "
-            f"{math.degrees(diagram.peak_angle):.3g} degree, {len(diagram.angle)} points"
+            f"{math.degrees(diagram.peak_angle):.3g} degree{imep}, {len(diagram.angle)} points"
         )
     if engine.pressure_scale is not None:
         over, scale = engine.pressure_scale

@@ -1,0 +1,69 @@
+"""What the load of a scene means: it names a diagram, and has a torque of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine_dyn.pressure.family import Family
+from engine_dyn.pressure.family_grid import FamilyGrid
+from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.scene.plan.variations import ordinary
+from sweeps.view.texts.tables import number_text, number_texts
+
+if TYPE_CHECKING:
+    from sweeps.scene.model import Scene
+
+MOST_LOADS = 5  # Largest number of loads that are told one by one
+
+
+def load_line(scene: Scene) -> str:
+    """Mean torque at the loads of a scene, and its share of that of the largest diagram.
+
+    It is that of all cylinders firing, at the middle of the scene's other axes. Nothing is told
+    where the load is not given, or names the only diagram.
+    """
+    family = scene.engine.family
+    if (
+        len(scene.ordinary_scenes) > 1 or not isinstance(family, Family | FamilyGrid) or len(family.loads) < 2
+        or not scene.gives("load") or scene.indicator is not None
+        or scene.firing_patterns is not None or scene.sample is not None
+    ):  # fmt: skip
+        return ""
+    given = {**scene.settings}
+    for key, values in (*scene.axes.items(), *scene.designs.items()):
+        if key in PARAMETERS:
+            given[key] = float(values[len(values) // 2])
+    given.pop("misfire", None)
+    asked = np.unique(scene.axes.get("load", scene.designs.get("load", [given.pop("load")])))
+    given.pop("load", None)
+    if len(asked) > MOST_LOADS:
+        asked = asked[[0, len(asked) // 2, -1]]
+    loads = np.unique([*asked, family.high])
+    one = replace(
+        ordinary(scene, ("torque_mean",)), axes={"load": loads}, designs={}, labels={},
+        settings=given, dimensions=("load",), sample=None, reduce=None, fail_on=(),
+        methods=scene.methods[:1], inertia_models=scene.inertia_models[:1], arrangements=(),
+    )  # fmt: skip
+    from sweeps.running.compute.in_memory import compute
+    from sweeps.scene.plan.plan import make_plan
+
+    try:
+        plan = make_plan(one)
+        torques = np.broadcast_to(compute(plan)["torque_mean"], loads.shape)
+    except Exception:  # Some feature does not hold at another load: the run itself has its results
+        return ""
+    if not np.isfinite(torques).all() or torques[-1] <= 0.0:
+        return ""
+    texts = number_texts([float(value) for value in torques])
+    told = [
+        f"{load:g} % gives {text} N m"
+        + (f", {100.0 * torque / torques[-1]:.0f} % of that at {loads[-1]:g} %" * (not place))
+        + (f", {100.0 * torque / torques[-1]:.0f} %" * (0 < place < len(loads) - 1))
+        for place, (load, text, torque) in enumerate(zip(loads, texts, torques, strict=True))
+    ]
+    speed = plan.leaves.get("speed")
+    at = f"at {number_text(float(np.asarray(speed.data)))} rpm, " if speed is not None else ""
+    return f"load names a diagram of the engine, not a share of the torque: {at}{'; '.join(told)}"
