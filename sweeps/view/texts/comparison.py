@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.base.errors import counted, one_line
 from sweeps.decide.explore.compare import Comparison, Difference, beside
+from sweeps.view.texts.readable_units import READABLE, factor
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,19 +60,21 @@ def _rows(of: Difference) -> list[str]:
         return [f"the same in {counted(of.count, 'value')}"]
     rows = [f"{of.differing} of {counted(of.count, 'value')} differ"]
     if of.relative:
+        wanted = READABLE.get(of.units, of.units)
+        times, unit = factor(of.units, wanted), "" if wanted == "1" else wanted
         rows += [
-            f"largest relative difference {of.relative:.3g}: {_pair(of.relative_pair)}"
+            f"largest relative difference {of.relative:.3g}: {_pair(of.relative_pair, times)}"
             f"{_place(of.relative_at)}",
-            f"largest difference {of.largest:.3g} {of.units}".rstrip()
-            + f": {_pair(of.pair)}{_place(of.largest_at)}",
+            f"largest difference {times * of.largest:.3g} {unit}".rstrip()
+            + f": {_pair(of.pair, times)}{_place(of.largest_at)}",
         ]
     if of.only_one:
         rows.append(f"{of.only_one} with a number in only one archive, first{_place(of.only_at)}")
     return rows
 
 
-def _pair(values: tuple[float, float]) -> str:
-    return f"{values[0]:.12g} and {values[1]:.12g}"
+def _pair(values: tuple[float, float], times: float) -> str:
+    return f"{times * values[0]:.12g} and {times * values[1]:.12g}"
 
 
 def _place(at: dict[str, Any]) -> str:

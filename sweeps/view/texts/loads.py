@@ -27,8 +27,8 @@ def load_line(scene: Scene) -> str:
     """
     family = scene.engine.family
     if (
-        len(scene.ordinary_scenes) > 1 or not isinstance(family, Family | FamilyGrid) or len(family.loads) < 2
-        or not scene.gives("load") or scene.indicator is not None
+        len(scene.ordinary_scenes) > 1 or not isinstance(family, Family | FamilyGrid)
+        or len(family.loads) < 2 or not scene.gives("load") or scene.indicator is not None
         or scene.firing_patterns is not None or scene.sample is not None
     ):  # fmt: skip
         return ""

@@ -28,9 +28,7 @@ DIGITS = 4  # Significant digits of a table for reading; `export` writes all of 
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
 
 
-def number_text(
-    value: float, digits: int = DIGITS, sign: str = "", last: int | None = None
-) -> str:
+def number_text(value: float, digits: int = DIGITS, sign: str = "", last: int | None = None) -> str:
     """Write a number with some significant digits; of large ones all before the point.
 
     `sign` is "+" where positive numbers have a sign too. `last` is the power of ten of a digit that
