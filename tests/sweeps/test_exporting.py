@@ -126,7 +126,10 @@ def test_a_failure_leaves_nothing(
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_by_the_command_whole_or_a_slice(folder: Path, archive: xr.Dataset, tmp_path: Path) -> None:
+def test_by_the_command_whole_or_a_slice(
+    folder: Path, archive: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # Only folders below the current one are created
     path, source = tmp_path / "deep" / "t.csv", folder / "a.nc"
     assert "28 rows, 7 columns" in ok("export", source, "-o", path)
     assert path.read_text(encoding="utf-8").startswith("speed,inertia,")
