@@ -184,13 +184,15 @@ def test_a_pipe_breaks_no_row_unless_columns_tells_its_width(
     whole = ok("show", path)
     (head,) = (line for line in whole.splitlines() if "inertia" in line and "[" in line)
     assert all(name in head for name in names) and len(head) > 100
-    monkeypatch.setenv("COLUMNS", "60")
-    narrow = ok("show", path)
+    with monkeypatch.context() as changed:
+        changed.setenv("COLUMNS", "60")
+        narrow = ok("show", path)
     tables = [line for line in narrow.splitlines() if not line.startswith("the same")]
     assert max(map(len, tables)) <= 60 and sum("inertia" in line for line in tables) > 1
     for bad in ("0", "-3", "wide", "1e3", "9" * 30):
-        monkeypatch.setenv("COLUMNS", bad)
-        assert ok("show", path) == whole
+        with monkeypatch.context() as changed:  # pytest itself reads the variable
+            changed.setenv("COLUMNS", bad)
+            assert ok("show", path) == whole
 
 
 @pytest.mark.compiled
