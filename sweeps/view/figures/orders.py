@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 NOTHING = 1e-9  # Fraction of the largest order of a figure below which an order is not drawn
 
+FAINT = 2e-3  # Fraction of the largest order of a figure below which no bar can be seen
+
 
 def orders(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the order, along each axis that changes it."""
@@ -59,24 +61,26 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
         for i in across.picked(MOST_PANELS)
     ]
     values = [[view.numbers(name, place) for place in row] for row in places]
-    least = NOTHING * max(float(np.nanmax(np.abs(y), initial=0.0)) for row in values for y in row)
-    if least == 0.0:
+    largest = max(_largest(curves) for curves in values)
+    if largest == 0.0:
         return None
+    least = NOTHING * largest
     order = view.numbers("order")
     angles = view.array(name).attrs.get("units") == "degree"
-    rows, zero = [], []
+    rows, left = [], []
+    share = comparable(values)
+    faint = FAINT * largest if share and not angles else 0.0
     for row, curves in zip(places, values, strict=True):
         known = [
             _has_amplitude(view, name, place, y) if angles else np.abs(y) > least
             for place, y in zip(row, curves, strict=True)
         ]
-        if np.any(known):
+        if np.any(known) and _largest(curves) >= faint:
             rows.append((row, curves, known))
         else:
-            zero.append(across.tag(row[0].get(across.name, 0)))
+            left.append(across.tag(row[0].get(across.name, 0)))
     if not rows:
         return None
-    share = comparable([curves for _, curves, _ in rows])
     base, each = (0.5, 1.75) if len(rows) > 1 else (3.3, 0.0)
     sheet = multiples(len(rows), base, each, sharex=True, sharey=share)
     there = order[np.any([np.abs(y) > least for row in values for y in row], axis=0)]
@@ -92,12 +96,16 @@ def order_figure(view: View, name: str, along: str | None) -> Figure | None:
     sheet.label_x(view.label("order"), 6.3 / sheet.columns)
     sheet.label_y(view.label(name), 1.5 if len(rows) > 1 else 2.8)
     notes = [*view.notes([name]), axis.picked_text(), across.picked_text(MOST_PANELS)]
-    notes += [f"zero at every order: {', '.join(zero)}"] if zero else []
+    notes += [f"almost nothing at any order: {', '.join(left)}"] if left else []
     return sheet.finish(
         (axis or across).by(view.title(name)),
         [*notes, "" if share else OWN_ORDINATES], view.caption,
         legend=bool(axis), legend_title=axis.label, below=bool(across),
     )  # fmt: skip
+
+
+def _largest(curves: Sequence[Floats]) -> float:
+    return max(float(np.nanmax(np.abs(y), initial=0.0)) for y in curves)
 
 
 def _frame(panel: Axes, order: Floats, variable: xr.Variable) -> None:
@@ -193,8 +201,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
 
 def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, factor: float) -> None:
     """Draw one row of stems at each speed, the highest speed first, behind the others."""
-    # Stems below 0.2 % of the largest would not rise above their base line.
-    least = 2e-3 * float(np.nanmax(amplitudes))
+    least = FAINT * float(np.nanmax(amplitudes))
     step = float(np.min(np.diff(order), initial=1.0))
     for place, row in enumerate(np.argsort(-speeds, kind="stable")):
         colour = shade(row / max(len(speeds) - 1, 1))
