@@ -174,6 +174,17 @@ def test_a_report_solves_between_speeds_or_gives_no_verdict(
     assert "No verdict: at the points of the archive" in told and "engine-dyn barred" in told
 
 
+def test_a_report_on_a_shaft_without_limits_has_a_campbell_diagram() -> None:
+    pytest.importorskip("bokeh")
+    names = ["shaft_torque_half_range", "natural_frequency", "critical_speed", "mode_vector_sum"]
+    archive = sweeps.run(
+        engine=ENGINE, shaft=ENGINE, axes={"speed": [1000, 2500]}, output={"quantities": names}
+    )
+    told = page(archive)
+    assert "Campbell diagram" in told and 'id="verdict"' not in told
+    assert "Campbell diagram" not in page(archive.drop_vars("mode_vector_sum"))
+
+
 def test_a_report_tells_which_designs_meet_a_target() -> None:
     pytest.importorskip("bokeh")
     archive = sweeps.run(

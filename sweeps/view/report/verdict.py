@@ -42,6 +42,10 @@ REQUIRED = ("inertia_required", "flywheel_inertia_required")
 """Quantities of which the largest over all cases is what the engine needs."""
 
 
+_MODES = ("natural_frequency", "critical_speed", "mode_vector_sum")
+"""Quantities that a Campbell diagram needs."""
+
+
 @dataclass
 class Verdict:
     """The section of a report, and its figures; both empty where nothing is limited."""
@@ -70,6 +74,14 @@ def verdict(archive: xr.Dataset, targets: Sequence[str], choices: Mapping[str, s
             found.html += _required(archive, name, choices)
         if any(name in archive for name in OVER_LIMITS):
             _shaft(found, archive)
+        elif "speed" in archive.dims and archive.sizes["speed"] > 1:
+            # Without limits there is no verdict, but a figure, of the first design.
+            speed = archive["speed"].values.astype(float)
+            named = [n for n in _MODES if n in archive]
+            modes = archive[named]
+            first = {d: 0 for d in modes.dims if d not in ("mode", "order")}
+            ends = float(speed.min()), float(speed.max())
+            found.figures += campbell_figure(archive, modes.isel(first), ends)
     return found
 
 
@@ -326,7 +338,8 @@ def _shaft(found: Verdict, archive: xr.Dataset) -> None:
         found.html += "".join(_unsolved(archive, command, one_line(error, 300)))
         return
     found.html += "".join(_barred(archive, solved))
-    found.figures += [*barred_figure(archive, solved), *campbell_figure(archive, solved)]
+    found.figures += [*barred_figure(archive, solved),
+                      *campbell_figure(archive, solved.modes, solved.speeds, solved)]  # fmt: skip
 
 
 def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:

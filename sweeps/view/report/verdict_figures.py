@@ -175,15 +175,22 @@ def barred_figure(archive: xr.Dataset, solved: Barred) -> list[charts.Drawn]:
     return [charts.Drawn("Stress or torque over its limit, over the speed", note, made)]
 
 
-def campbell_figure(archive: xr.Dataset, solved: Barred) -> list[charts.Drawn]:
-    """Natural frequencies over the speed, orders, and critical speeds by their vector sums."""
-    modes = solved.modes
-    if "mode_vector_sum" not in modes or modes["critical_speed"].dims[-2:] != ("mode", "order"):
+def campbell_figure(
+    archive: xr.Dataset, modes: xr.Dataset, speeds: tuple[float, float],
+    solved: Barred | None = None,
+) -> list[charts.Drawn]:  # fmt: skip
+    """Natural frequencies over the speed, orders, and critical speeds by their vector sums.
+
+    `modes` are of one case; barred ranges are those of the first case of `solved`.
+    """
+    over = {"natural_frequency": ("mode",), "critical_speed": ("mode", "order"),
+            "mode_vector_sum": ("mode", "order")}  # fmt: skip
+    if any(name not in modes or modes[name].dims != dims for name, dims in over.items()):
         return []
     frequency, critical, sums = (
         modes[n].values for n in ("natural_frequency", "critical_speed", "mode_vector_sum")
     )
-    low, high = solved.speeds
+    low, high = speeds
     orders, numbers = modes["order"].values.astype(float), modes["mode"].values
     inside = (critical >= low) & (critical <= high) & (sums >= 0.3 * np.nanmax(sums))
     shown = sorted({*np.flatnonzero(inside.any(axis=1)).tolist(), 0})
@@ -224,8 +231,9 @@ def campbell_figure(archive: xr.Dataset, solved: Barred) -> list[charts.Drawn]:
         ("order", "@order"), ("mode", "@mode"), ("critical speed", "@x{0.0} rpm"),
         ("vector sum", "@sum{0.00}"),
     ]))  # fmt: skip
-    case = solved.cases[0]
-    _shaded(made, solved, case)
+    case = {} if solved is None else solved.cases[0]
+    if solved is not None:
+        _shaded(made, solved, case)
     made.y_range.update(start=0.0, end=top)
     made.x_range.update(start=low, end=high, range_padding=0.0)
     note = (
