@@ -54,7 +54,7 @@ def check_output(path: Path, overwrite: bool, *inputs: Path) -> None:
         if os.path.lexists(path) and not overwrite:
             raise SceneError(f"{path}: exists; use --overwrite to replace it")
         _check_name(path)
-        _check_near(path.parent, path)
+        _check_near(path.parent, path, *(given.parent for given in inputs))
         _try_writing(path.parent)
     except SceneError:
         raise
@@ -107,12 +107,13 @@ def _check_name(path: Path) -> None:
         path.lstat()
 
 
-def _check_near(folder: Path, path: Path) -> None:
-    """Refuse a missing folder of `path` that is not below the current one: a slip of the pen."""
-    if not folder.exists() and not folder.resolve().is_relative_to(Path.cwd()):
+def _check_near(folder: Path, path: Path, *homes: Path) -> None:
+    """Refuse a missing folder of `path` that is far from all input: a slip of the pen."""
+    near = [home.resolve() for home in (Path(), *homes)]
+    if not folder.exists() and not any(folder.resolve().is_relative_to(home) for home in near):
         raise SceneError(
-            f"{path}: the folder {folder} does not exist; only folders below the current one are "
-            "created"
+            f"{path}: the folder {folder} does not exist; only folders below the current one, and "
+            "below that of the input, are created"
         )
 
 
