@@ -156,7 +156,7 @@ class ArchiveAccessor:
         ... # doctest: +ELLIPSIS
         least inertia = 12 kg m²
         conditions at every load, each with its worst value:
-          delta <= 1/50: 1/50.96 at load = 80 %, a margin of 1.9 %
+          delta <= 1/50: 1/51.13 at load = 80 %, a margin of 2.2 %
         ...
         """
         from sweeps.base.checks import names_given
