@@ -252,6 +252,7 @@ def test_an_interrupted_search_writes_nothing(
         return compute(*given, **more)
 
     monkeypatch.setattr(evaluation, "compute", stops)
+    monkeypatch.chdir(tmp_path)  # Folders are created below the current one alone
     output = tmp_path / "out" / "search.nc"
     done = invoke("optimise", searched[0].with_name("scene.toml"), *SEARCH, "-o", output)
     assert done.exit_code == 1 and "interrupted; nothing was written" in done.stderr
