@@ -73,10 +73,10 @@ OTHER_FORMATS = {
 
 def check_archive_output(path: Path, overwrite: bool, *inputs: Path) -> None:
     """Refuse what `check_output` refuses, and the ending of another format than netCDF."""
+    check_output(path, overwrite, *inputs)
     for meant, endings in OTHER_FORMATS.items():
         if path.suffix.lower() in endings:
             raise SceneError(f"{path}: -o names a netCDF archive, such as out.nc; {meant}")
-    check_output(path, overwrite, *inputs)
 
 
 def same_file(one: Path, other: Path) -> bool:
