@@ -76,7 +76,7 @@ def check_archive_output(path: Path, overwrite: bool, *inputs: Path) -> None:
     check_output(path, overwrite, *inputs)
     for meant, endings in OTHER_FORMATS.items():
         if path.suffix.lower() in endings:
-            raise SceneError(f"{path}: -o names a netCDF archive, such as out.nc; {meant}")
+            raise SceneError(f"{path}: -o must name another file, such as out.nc; {meant}")
 
 
 def same_file(one: Path, other: Path) -> bool:

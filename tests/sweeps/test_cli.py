@@ -422,7 +422,10 @@ def test_outputs_and_archives_of_another_kind_are_refused(tmp_path: Path) -> Non
     scene = tmp_path / "mine.toml"
     scene.write_text("")
     for arguments, said in (
-        (("run", "first", "-o", "x.csv"), "x.csv: -o names a netCDF archive"),
+        (
+            ("run", "first", "-o", "x.csv"),
+            "x.csv: -o must name another file, such as out.nc; engine-dyn export writes tables",
+        ),
         (("merge", scene, "-o", "x.html"), "mine.toml: is a TOML file"),
         (("show", scene), "mine.toml: is a TOML file, such as a scene, and no archive"),
         (("run", "first", "-o", tmp_path / "a" / "b.nc"), "a does not exist; only folders below"),
