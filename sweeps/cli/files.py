@@ -108,12 +108,21 @@ def _check_name(path: Path) -> None:
 
 
 def _check_near(folder: Path, path: Path, *homes: Path) -> None:
-    """Refuse a missing folder of `path` that is far from all input: a slip of the pen."""
-    near = [home.resolve() for home in (Path(), *homes)]
-    if not folder.exists() and not any(folder.resolve().is_relative_to(home) for home in near):
+    """Refuse missing folders of `path` that are more likely a slip of the pen than meant.
+
+    Any number of them is made below the current folder, that of the input, the user's own and that
+    of temporary files; elsewhere one, but none at the root of the file system.
+    """
+    missing = [one for one in (folder.resolve(), *folder.resolve().parents) if not one.exists()]
+    if not missing:
+        return
+    above = missing[-1].parent
+    near = [home.resolve() for home in (Path(), Path.home(), Path(tempfile.gettempdir()), *homes)]
+    single = len(missing) == 1 and above != above.parent
+    if not single and not any(above.is_relative_to(home) for home in near):
         raise SceneError(
-            f"{path}: the folder {folder} does not exist; only folders below the current one, and "
-            "below that of the input, are created"
+            f"{path}: the folder {missing[-1]} does not exist; make it first, or name a folder "
+            "below the current one"
         )
 
 
