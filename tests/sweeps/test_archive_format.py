@@ -93,7 +93,8 @@ def test_a_newer_format_is_refused(old: Path, tmp_path: Path) -> None:
     )
     for command in ("info", "plot", "rerun", "export", "compare", "merge", "extend"):
         more: list[str | Path] = [OLD] if command in ("compare", "merge") else []
-        more += ["-o", tmp_path / "x.csv"] if command in ("rerun", "export", "merge") else []
+        more += ["-o", tmp_path / "x.csv"] if command == "export" else []
+        more += ["-o", tmp_path / "x.nc"] if command in ("rerun", "merge") else []
         more += ["--axis", "speed=1200"] if command == "extend" else []
         assert expected in refused(command, newer, *more)
     for opening in (sweeps.open, sweeps.open_archive):

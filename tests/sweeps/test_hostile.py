@@ -243,7 +243,8 @@ def bombs(folder: Path) -> Iterator[tuple[str, ...]]:
             file.createVariable("bore", "f8", ("bore",), chunksizes=(1 << 20,), zlib=True)
         for command in ("info", "plot", "compare", "export", "rerun", "merge"):
             more = [str(path)] if command in ("compare", "merge") else []
-            out = [] if command in ("info", "compare") else ["-o", str(folder / f"x.{command}.csv")]
+            name = f"x.{command}.{'csv' if command == 'export' else 'nc'}"
+            out = [] if command in ("info", "compare") else ["-o", str(folder / name)]
             yield command, str(path), *more, *out
     chunk = folder / "chunk.nc"
     with netCDF4.Dataset(chunk, "w") as file:
