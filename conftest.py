@@ -66,3 +66,9 @@ def _keep_temporary_files_apart(config: pytest.Config) -> None:
     folder = tempfile.tempdir = os.environ["TMPDIR"] = tempfile.mkdtemp(prefix="engine-dyn-tests-")
     os.chmod(folder, 0o711)  # a test runs as another user
     config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+
+
+@pytest.fixture(autouse=True)
+def _no_width(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tables are as wide as they are: a width that somebody has set counts in no test."""
+    monkeypatch.delenv("COLUMNS", raising=False)

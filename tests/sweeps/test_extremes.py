@@ -70,10 +70,12 @@ DECLARED = {
 }  # fmt: skip
 
 
-def follows(name: str) -> bool:
+def follows(name: str, above: frozenset[str] = frozenset()) -> bool:
     """Whether a quantity is made from an extreme, through numbers alone."""
-    needs = {n for node in NODES[name] if node.kind == "value" for n in node.needs}
-    return any(n in DECLARED or (n in NODES and follows(n)) for n in needs)
+    # Variants of the load follow from a torque, and those of the torque from a load.
+    above |= {name}
+    needs = {n for node in NODES[name] if node.kind == "value" for n in node.needs} - above
+    return any(n in DECLARED or (n in NODES and follows(n, above)) for n in needs)
 
 
 def test_every_extreme_names_its_curve() -> None:

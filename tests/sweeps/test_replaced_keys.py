@@ -30,11 +30,16 @@ MORE = {
 """What belongs to a key."""
 NOT_OF_ENGINES = {"wanted_delta", "load_damping", "load_damping_factor"}
 """Of scenes and of shafts."""
+OF_HOLDING = {"held_torque", "held_power"}
+"""Of engines with diagrams over the load: test_hold.py."""
 OF_TORQUE = {"largest_speed", "smallest_speed"}
 """Of engines whose torque is given."""
 TORQUE = '\n[[diagram]]\nkind = "torque"\nmean = 90\nharmonics = [{ order = 2, sine = 400 }]\n'
 PAIRS = [
-    (key, old) for key in PARAMETERS for old in sorted(replaced_by([key]) - NOT_OF_ENGINES)
+    (key, old)
+    for key in PARAMETERS
+    if key not in OF_HOLDING
+    for old in sorted(replaced_by([key]) - NOT_OF_ENGINES - OF_HOLDING)
 ] + [("reciprocating_mass", "piston_mass")]
 
 

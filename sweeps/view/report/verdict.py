@@ -74,7 +74,7 @@ def verdict(archive: xr.Dataset, targets: Sequence[str], choices: Mapping[str, s
             found.html += _required(archive, name, choices)
         if any(name in archive for name in OVER_LIMITS):
             _shaft(found, archive)
-        elif "speed" in archive.dims and archive.sizes["speed"] > 1:
+        elif archive.sizes.get("speed", 0) > 1 and archive["speed"].dtype.kind in "iuf":
             # Without limits there is no verdict, but a figure, of the first design.
             speed = archive["speed"].values.astype(float)
             named = [n for n in _MODES if n in archive]

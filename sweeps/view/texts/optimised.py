@@ -37,7 +37,7 @@ class _Wording:
     def __init__(self, archive: xr.Dataset, units: str | None = None) -> None:
         self.units = units
         self._units = {
-            str(name): str(variable.attrs.get("units", "1"))
+            str(name): one_line(variable.attrs.get("units", "1"))
             for name, variable in archive.variables.items() if variable.dtype.kind in "fiu"
         }  # fmt: skip
         self._choices = unit_choices(units, self._units)

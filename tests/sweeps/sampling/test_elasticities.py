@@ -359,7 +359,6 @@ NO_BANDS: list[tuple[Any, ...]] = [
     (scene(RANGES, axes={"inertia": [1.0, 2.0]}),
      "[uncertainty] inertia: varies in [axes]; give it in one place"),
     (scene({"method": "sobol", **RANGES}), "[uncertainty] method: unknown key"),
-    (scene({"number": 100, **RANGES}), "[uncertainty] number = 100: must be a power of"),
     (scene({"frction": RANGES["inertia"]}), "[uncertainty] frction: unknown key"),
     (scene({"inertia": {"low": 2.0, "high": 1.0}}),
      "[uncertainty] inertia: low = 2 and high = 1: low must be below high"),
