@@ -383,6 +383,8 @@ def _by_letters(letters: bytes, label: str) -> tuple[str, str]:
     likely = []
     for one in guesses:
         encoding = one["encoding"]
+        if encoding is None:  # bytes of no text
+            continue
         text = letters.decode(encoding, "replace")
         # Korean of today has no ideographs: a text that seems to have them is Chinese.
         if text.isascii() or (encoding == "cp949" and re.search("[\u4e00-\u9fff]", text)):

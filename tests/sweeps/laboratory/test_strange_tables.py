@@ -121,6 +121,13 @@ def test_an_encoding_that_does_not_fit_is_refused(encoding: str, tmp_path: Path)
         read_recording(path, None, ReadingChoices(encoding=encoding))
 
 
+def test_bytes_of_no_text_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"\x01\x8071.5\n" + "\n".join(lines()).encode())
+    with pytest.raises(sweeps.SceneError, match=r"a\.csv: the encoding of its letters"):
+        read_recording(path, "a.csv")
+
+
 def book(path: Path, **sheets: list[list[object]]) -> None:
     from openpyxl import Workbook
 
