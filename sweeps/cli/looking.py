@@ -405,6 +405,11 @@ def plot(
     "designs meet it at every speed, load and misfire, and draws its limit. May be given several "
     "times.",
 )
+@click.option(
+    "--not-counted",
+    metavar="OUTCOMES",
+    help="With --target: leave out points with these outcomes, such as no_steady_state (idle).",
+)
 @units_option(
     "Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
     "archive. Default: kW, rpm, kN, kJ, mm and l."
@@ -414,8 +419,8 @@ def plot(
 @untrusted_option
 @guarded
 def report(
-    archive: Path, output: Path, limit: str, targets: tuple[str, ...], units: str | None,
-    overwrite: bool, quiet: bool,
+    archive: Path, output: Path, limit: str, targets: tuple[str, ...], not_counted: str | None,
+    units: str | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Write a report on ARCHIVE as one self-contained HTML file.
 
@@ -436,6 +441,9 @@ def report(
     from sweeps.view.report.page import report as write
 
     with opened(archive) as dataset, writing(output):
-        write(dataset, output, limit=size, units=units, target=targets, overwrite=overwrite)
+        write(
+            dataset, output, limit=size, units=units, target=targets,
+            not_counted=names_of(not_counted) or (), overwrite=overwrite,
+        )  # fmt: skip
     if not quiet:
         tell(f"{output}: {size_text(output.stat().st_size)}")

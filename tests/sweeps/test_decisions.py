@@ -1,5 +1,7 @@
 """A decision comes first: the value, where it is decided, what is left to the limits, few rows."""
 
+import html
+import re
 from typing import Any
 
 import numpy as np
@@ -10,8 +12,10 @@ import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.search import least_between, search_best
 from sweeps.decide.optimise import optimise as optimising
-from sweeps.view.texts.optimised import best_text, optimised_text
+from sweeps.view.report.verdict import verdict
+from sweeps.view.texts.optimised import best_text, decision_lines, optimised_text
 from sweeps.view.texts.tables import number_text
+from sweeps.view.texts.wording import Wording
 from tests.support.commands import ok, refused
 
 INERTIA = np.geomspace(1.0, 16.0, 9)
@@ -193,6 +197,76 @@ def test_a_range_that_is_too_small_says_what_is_needed(monkeypatch: pytest.Monke
     whole = sweeps.optimise(**scene, within="delta <= 1/60",
                             over=["inertia = 1 to 5", "cylinders = 1, 2"])  # fmt: skip
     assert "is needed at" in optimised_text(whole)
+
+
+def verdict_of(archive: xr.Dataset, target: str, not_counted: str = "") -> str:
+    """The verdict of a report as a text, a line for each paragraph."""
+    told = verdict(archive, [target], [not_counted] if not_counted else [], None).html
+    return html.unescape(re.sub(r"<[^>]*>", "", re.sub(r"</(p|li|tr|h3)>", "\n", told)))
+
+
+@pytest.mark.parametrize(
+    "target", ["delta <= 1/100", "delta < 0.0123456789", "stress <= 32 MPa", "delta <= 1/1000"]
+)
+@pytest.mark.parametrize("failed", [(), (3, 1, 0), (slice(None), 0, 0)])
+@pytest.mark.parametrize("not_counted", ["", "no_steady_state"])
+def test_the_verdict_of_a_report_is_what_best_says(
+    archive: xr.Dataset, target: str, failed: Any, not_counted: str
+) -> None:
+    pytest.importorskip("bokeh")
+    status = np.zeros(archive["delta"].shape, np.int8)
+    status[failed] = 2 if failed else 0
+    archive["status"] = (archive["delta"].dims, status)
+    archive["delta"] = archive["delta"].where(archive["status"] == 0)
+    told = verdict_of(archive, target, not_counted)
+    try:
+        found = search_best(
+            archive, least="inertia", within=target, **EVERY, not_counted=not_counted or ()
+        )
+    except SceneError as error:
+        assert str(error) in told and "holds\n" not in told
+        return
+    said = decision_lines(archive, found, Wording(archive))
+    assert set(map(str.strip, said)) <= set(map(str.strip, told.splitlines()))
+
+
+def test_a_failed_point_meets_no_target_and_is_named(archive: xr.Dataset) -> None:
+    """Neither one that failed in every design nor one that was not computed at all."""
+    pytest.importorskip("bokeh")
+    limit = "delta <= 1/100"
+    assert "4 of 9 designs fulfil" in verdict_of(archive, limit)
+    archive["delta"][:, 0, 5] = np.nan
+    archive["delta"][7, 1, 2] = np.nan
+    told = verdict_of(archive, limit)
+    assert "no value, 10 of 108 points" in told
+    assert "2 points without a result, first at load = 50 %, speed = 2600 rpm" in told
+    assert told.count("does not hold") == 9
+    with pytest.raises(SceneError, match="no value, 10 of 108 points"):
+        sweeps.best(archive, least="inertia", within=limit, **EVERY)
+    one = archive.isel(inertia=[8])
+    assert "It holds." not in verdict_of(one, limit)
+    assert verdict_of(one.isel(speed=slice(0, 4)), limit).split("\n")[1] == "It holds."
+    with pytest.raises(SceneError, match="no status"):
+        verdict_of(archive, limit, "no_steady_state")
+
+
+def test_what_every_case_needs_names_the_cases_that_failed(archive: xr.Dataset) -> None:
+    pytest.importorskip("bokeh")
+    needed = archive[["delta"]].isel(inertia=0, drop=True).rename(delta="inertia_required")
+    needed["inertia_required"].attrs["units"] = "kg m2"
+    needed["inertia_required"][0, 3] = np.nan
+    told = html.unescape(verdict(needed, [], [], None).html)
+    first, of = text_of(needed, most="inertia_required")[:2]
+    assert f"{first}, {of}" in told and of == "of 12 cases, 1 of them without a result"
+
+
+@pytest.mark.compiled
+def test_designs_with_speeds_of_their_own_are_judged_and_none_is_chosen() -> None:
+    pytest.importorskip("bokeh")
+    designs = {"speed": [1200, 1500], "stroke": [0.15, 0.14]}
+    archive = sweeps.run(engine="ntua", designs=designs, output={"quantities": ["delta"]},
+                         silenced_warnings=["all"])  # fmt: skip
+    assert "2 of 2 designs fulfil delta <= 1/10\n" in verdict_of(archive, "delta <= 1/10")
 
 
 @pytest.mark.compiled

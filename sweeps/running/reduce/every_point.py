@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 AT_ONCE = 1 << 22  # Designs that are compared at a time, some twenty bytes each
 
+NO_VALUE = "no value"  # In place of an outcome, of points that have neither value nor outcome
+
 TEXT = "search"
 """Attribute of a search's result: number of designs that fulfil the conditions, and of those left
 out."""
@@ -68,6 +70,26 @@ class Judged:
 class EveryPoint:
     """All designs of an archive, each looked at at every point of some axes.
 
+    A point that counts and has no result is never one at which a condition holds: neither one that
+    was computed and failed, nor one that was not computed. How many there are, of which outcome, is
+    told.
+
+    Parameters
+    ----------
+    archive : Dataset
+        An archive.
+    wanted : sequence of tuple
+        Names of which the worst value of each design is looked for, with 1.0 where that is the
+        largest, -1.0 where it is the smallest.
+    conditions : sequence of Constraint
+        What must hold.
+    at_every : str or sequence of str
+        Axes at all values of which it must hold.
+    not_counted : str or sequence of str
+        Outcomes of points that do not count.
+    choosing : bool
+        Whether one of the designs is to be chosen.
+
     Attributes
     ----------
     own : list of str
@@ -87,7 +109,7 @@ class EveryPoint:
     def __init__(
         self, archive: xr.Dataset, wanted: Sequence[tuple[str, float]],
         conditions: Sequence[Constraint], at_every: str | Sequence[str] = (),
-        not_counted: str | Sequence[str] = (),
+        not_counted: str | Sequence[str] = (), *, choosing: bool = True,
     ) -> None:  # fmt: skip
         axes = names_given(at_every, "at_every")
         self.codes = outcomes_given(not_counted)
@@ -115,13 +137,14 @@ class EveryPoint:
         self.own = [d for d in dims if d in used and d not in axes]
         self.sizes = {d: archive.sizes[d] for d in (*self.own, *self.axes)}
         self.cases = _only_cases(archive, self.own)
-        if not self.cases:
+        if choosing and not self.cases:
             _check_choice(archive, self.own, {*self.names, *(c.name for c in conditions)})
         self.units = units_of(archive)
         self.nearest = [math.inf] * len(conditions)
         self.fulfilling = self.unsolved = self.without = 0
         self.alone = [0] * len(conditions)
         self.left_out: dict[int, int] = dict.fromkeys(self.codes, 0)
+        self.failed: dict[str, int] = {}  # Number of points without a result by their outcome
         self.designs = math.prod(self.sizes[d] for d in self.own)
 
     def judged(self) -> Iterator[tuple[tuple[slice, ...], Judged]]:
@@ -185,13 +208,29 @@ class EveryPoint:
             designs.holds[number][here] &= (holds | ~counts).all(over)
             beyond = one - condition.limit if condition.above else condition.limit - one
             _keep_largest(designs.excess, (number, *here), beyond, counts & np.isfinite(one), over)
-        designs.lacking[here] += (counts & ~solved).sum(over)
+        lacking = counts & ~solved
+        if lacking.any():
+            self._add_failed(arrays.get("status"), lacking)
+        designs.lacking[here] += lacking.sum(over)
         designs.good[here] &= ((solved & good) | ~counts).all(over)
         designs.points[here] |= counts.any(over)
         for number, values in enumerate(wanted):
             _keep_largest(
                 designs.worst, (number, *here), self.signs[number] * values, counts & solved, over
             )
+
+    def _add_failed(self, status: npt.NDArray[Any] | None, lacking: Booleans) -> None:
+        """Count points without a result by their outcome."""
+        number = int(np.count_nonzero(lacking))
+        codes = np.full(lacking.shape, np.nan) if status is None else status
+        here = np.broadcast_to(codes, lacking.shape)[lacking]
+        for code, word in enumerate(MEANINGS):
+            count = 0 if code in WITH_NUMBERS else int(np.count_nonzero(here == code))
+            if count:
+                self.failed[word] = self.failed.get(word, 0) + count
+                number -= count
+        if number:  # Not computed, or without a value for another reason than the speed
+            self.failed[NO_VALUE] = self.failed.get(NO_VALUE, 0) + number
 
     @property
     def _everywhere(self) -> str:
@@ -212,15 +251,23 @@ class EveryPoint:
         ]
         if equal > 1:
             parts.append(f"{equal} are equally good; this is the first")
-        parts += self._left_out()
-        return "; ".join(parts)
+        return "; ".join([*parts, *self.missing()])
+
+    def missing(self) -> list[str]:
+        """Which points have no result, and which were left out."""
+        return [f"without a result: {text}" for text in self._failed()] + self._left_out()
 
     def _left_out(self) -> list[str]:
-        points = math.prod(self.sizes.values())
         return [
-            f"left out: {MEANINGS[code]}, {number} of {counted(points, 'point')}"
+            f"left out: {self._of_points(MEANINGS[code], number)}"
             for code, number in self.left_out.items()
         ]
+
+    def _failed(self) -> list[str]:
+        return [self._of_points(word, number) for word, number in self.failed.items()]
+
+    def _of_points(self, outcome: str, number: int) -> str:
+        return f"{outcome}, {number} of {counted(math.prod(self.sizes.values()), 'point')}"
 
     def nothing(self) -> str:
         """Why no design was found, in words."""
@@ -241,9 +288,10 @@ class EveryPoint:
             for number, (c, n) in enumerate(zip(self.conditions, self.alone, strict=True))
         ]
         if self.unsolved:
+            why = f" ({'; '.join(self._failed())})" if self.failed else ""
             each.append(
-                f"{self.unsolved} have no result at some point, such as an engine at idle: see the "
-                "outcomes, and not_counted (--not-counted)"
+                f"{self.unsolved} have no result at some point{why}, such as an engine at idle: "
+                "see the outcomes, and not_counted (--not-counted)"
             )
         if self.without:
             each.append(f"{self.without} have no point that is counted")

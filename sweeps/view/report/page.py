@@ -32,7 +32,8 @@ SPARE = 50e3  # Bytes reserved for names and shapes of the numbers in the page
 
 def report(
     archive: str | Path | xr.Dataset, path: str | Path, *, limit: float = LIMIT,
-    units: str | None = None, target: str | Sequence[str] = (), overwrite: bool = False,
+    units: str | None = None, target: str | Sequence[str] = (),
+    not_counted: str | Sequence[str] = (), overwrite: bool = False,
 ) -> Path:  # fmt: skip
     """Write a report on an archive: one HTML file that needs no network.
 
@@ -55,7 +56,11 @@ def report(
         ``power=kW,speed=rpm``: units of columns; `archive` for those of the archive.
     target : str or sequence of str
         Conditions such as "delta <= 1/250", as `best` takes them: the report says which designs
-        meet them at every speed, load and misfire, and draws a line at each limit.
+        meet them at every speed, load and misfire, and draws a line at each limit. A point without
+        a result meets none.
+    not_counted : str or sequence of str
+        Outcomes such as "no_steady_state" (of an engine at idle) whose points are left out, as
+        `best` takes them.
     overwrite : bool
         Replace the file if it exists.
 
@@ -88,9 +93,11 @@ def report(
         from sweeps.decide.explore.opening import open as open_any
 
         with open_any(archive) as dataset:
-            written = page(dataset, limit=limit, units=units, target=target)
+            written = page(
+                dataset, limit=limit, units=units, target=target, not_counted=not_counted
+            )
     else:
-        written = page(archive, limit=limit, units=units, target=target)
+        written = page(archive, limit=limit, units=units, target=target, not_counted=not_counted)
     with replaced(path) as partial:
         partial.write_text(written, encoding="utf-8", errors="replace")
     return path
@@ -98,12 +105,13 @@ def report(
 
 def page(
     archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None,
-    target: str | Sequence[str] = (),
+    target: str | Sequence[str] = (), not_counted: str | Sequence[str] = (),
 ) -> str:  # fmt: skip
     """Return the report as a text of HTML; SceneError as `report`."""
     library("bokeh.models", "bokeh", "report", extra="report")
     choices = choices_of(archive, units)
-    judged = verdict(archive, names_given(target, "target"), choices)
+    outcomes = names_given(not_counted, "not_counted")
+    judged = verdict(archive, names_given(target, "target"), outcomes, units)
     parts = {
         place: "".join(
             f'<section id="{key}"><h2>{title}</h2>{make(archive, choices)}</section>'

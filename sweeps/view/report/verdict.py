@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import DIMENSIONS
-from engine_dyn.types import Floats, Integers
-from sweeps.base.dimensions import NOT_CHOSEN, REDUCTION, words_of
+from engine_dyn.types import Booleans, Floats
+from sweeps.base.dimensions import NOT_CHOSEN, REDUCTION
 from sweeps.base.errors import SceneError, counted, one_line
-from sweeps.base.ratios import ratio_text
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
+from sweeps.decide.explore.search import INERTIAS, search_best
 from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES, Worst, worst_of_shaft
-from sweeps.scene.conditions import Constraint, check_name, conditions_of, units_of
+from sweeps.running.reduce.every_point import EveryPoint
+from sweeps.scene.conditions import PARTS, check_name, constraint, units_of
 from sweeps.view.report.charts import Drawn
-from sweeps.view.report.html import listed, paragraph, table, text, value_text
+from sweeps.view.report.html import listed, paragraph, table, text
 from sweeps.view.report.verdict_figures import barred_figure, campbell_figure, target_figure
 from sweeps.view.texts.barred import HEADS, case_text, notes, range_cells
-from sweeps.view.texts.readable_units import converted
-from sweeps.view.texts.tables import number_text
+from sweeps.view.texts.optimised import decision_lines
+from sweeps.view.texts.wording import Wording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,24 +54,27 @@ class Verdict:
     figures: list[Drawn] = field(default_factory=list)
 
 
-def verdict(archive: xr.Dataset, targets: Sequence[str], choices: Mapping[str, str]) -> Verdict:
+def verdict(
+    archive: xr.Dataset, targets: Sequence[str], not_counted: Sequence[str], units: str | None
+) -> Verdict:
     """Judge the limits of an archive.
 
-    `targets` are conditions such as "delta <= 1/250". SceneError refuses names that the archive
-    does not have, and a reduced archive.
+    `targets` are conditions such as "delta <= 1/250", judged as by `best`, which takes the outcomes
+    `not_counted`; `units` are those of numbers. SceneError refuses names that the archive does not
+    have, and a reduced archive.
     """
-    found = Verdict()
-    conditions = conditions_of(targets, units_of(archive))
-    if conditions and REDUCTION in archive.attrs:
+    found, say = Verdict(), Wording(archive, units)
+    if not_counted and not targets:
+        raise SceneError("report: not_counted is only used with target")
+    if targets and REDUCTION in archive.attrs:
         raise SceneError(
             "target: the archive was reduced and holds no designs; give `within` in [reduce]"
         )
-    for condition in conditions:
-        check_name(archive, condition.name)
-        _target(found, archive, condition, choices)
+    for target in targets:
+        _target(found, archive, target, not_counted, say)
     if REDUCTION not in archive.attrs:
         for name in (n for n in REQUIRED if n in archive and archive[n].size <= MOST_VALUES):
-            found.html += _required(archive, name, choices)
+            found.html += _required(archive, name, say)
         if any(name in archive for name in OVER_LIMITS):
             _shaft(found, archive)
         elif archive.sizes.get("speed", 0) > 1 and archive["speed"].dtype.kind in "iuf":
@@ -88,99 +91,100 @@ def verdict(archive: xr.Dataset, targets: Sequence[str], choices: Mapping[str, s
 # ---- targets -------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Judged:
-    """The worst value of a quantity for each design over all speeds, loads, misfires and parts."""
-
-    sizes: dict[str, int]  # Dimensions that tell designs apart
-    others: dict[str, int]  # Dimensions over which the worst counts
-    worst: Floats  # Worst value of each design
-    at: Integers  # Place of the worst value over the other dimensions, flat
-    lacking: Integers  # Number of places of each design without a value, where others have one
-    nowhere: int  # Number of places at which no design has a value, which do not count
-    points: int  # Number of all places
-
-    def place(self, design: int) -> dict[str, int]:
-        """Place of a design along the dimensions that tell designs apart."""
-        return _place(self.sizes, design)
-
-    def where(self, design: int) -> dict[str, int]:
-        """Place of the worst value of a design."""
-        return _place(self.others, int(self.at[design]))
-
-
-def _place(sizes: Mapping[str, int], flat: int) -> dict[str, int]:
-    return {
-        d: int(i) for d, i in zip(sizes, np.unravel_index(flat, [*sizes.values()]), strict=True)
-    } if sizes else {}  # fmt: skip
-
-
-def _judged(archive: xr.Dataset, condition: Constraint) -> _Judged:
+def _target(
+    found: Verdict, archive: xr.Dataset, target: str, not_counted: Sequence[str], say: Wording
+) -> None:
+    """Add the verdict on one condition: what `best` says of it, and the designs next to it."""
+    condition = constraint(target, units_of(archive))
+    check_name(archive, condition.name)
     data = archive[condition.name]
     if data.size > MOST_VALUES:
         raise SceneError(
             f"target: {condition.name} has {data.size:,} values, at most {MOST_VALUES:,} are "
             "judged in a report; engine-dyn best reads more"
         )
-    # Speeds and other points of work, and parts of the engine, are no designs.
-    others = {str(d): n for d, n in data.sizes.items() if d in NOT_CHOSEN or d in DIMENSIONS}
-    sizes = {str(d): n for d, n in data.sizes.items() if d not in others}
-    values = data.transpose(*sizes, *others).values.astype(float)
-    flat = values.reshape(math.prod(sizes.values()), -1)
-    nowhere = ~np.isfinite(flat).any(axis=0)
     sign = 1.0 if condition.above else -1.0
-    known = np.where(np.isfinite(flat), sign * flat, -np.inf)
-    at = known.argmax(axis=1)
-    worst = sign * known[np.arange(len(flat)), at]
-    return _Judged(
-        sizes, others, np.where(np.isfinite(worst), worst, np.nan), at,
-        (~np.isfinite(flat[:, ~nowhere])).sum(axis=1), int(nowhere.sum()), nowhere.size,
-    )  # fmt: skip
-
-
-def _target(
-    found: Verdict, archive: xr.Dataset, condition: Constraint, choices: Mapping[str, str]
-) -> None:
-    """Add the verdict on one condition: how many designs meet it, and each one's worst value."""
-    judged = _judged(archive, condition)
-    limit = condition.limit
-    holds = condition.holds(judged.worst) & (judged.lacking == 0)
-    sign = 1.0 if condition.above else -1.0
-    margin = sign * (limit - judged.worst) / abs(limit) if limit else np.full(holds.size, np.nan)
-    said = _lead(archive, condition, judged, holds, margin, choices)
-    shown = _shown(holds, sign * (limit - judged.worst))
-    heads = [*(_head(archive, d, choices) for d in judged.sizes), "worst", "at", "margin", ""]
-    rows = []
-    for i in shown:
-        verdict = "holds" if holds[i] else "does not hold"
-        if judged.lacking[i]:
-            verdict = f"{judged.lacking[i]} without a result"
-        rows.append([
-            *(_cell(archive, d, p, choices) for d, p in judged.place(i).items()),
-            _value(archive, condition, judged.worst[i], choices),
-            _at(archive, judged.where(i), choices),
-            f"{100.0 * margin[i]:+.3g} %" if np.isfinite(margin[i]) else "", verdict,
-        ])  # fmt: skip
-    parts = [f"<h3>{_text(condition, archive)}</h3>", said]
-    if judged.nowhere and judged.nowhere < judged.points:
-        parts.append(paragraph(
-            f"Not counted: {judged.nowhere} of the {judged.points} points (speeds, loads, "
-            "misfires, parts), at which no design has a value; see the outcomes."
-        ))  # fmt: skip
+    points = _points(data)
+    asked = {"at_every": points, "not_counted": not_counted if points else ()}
+    search = EveryPoint(archive, [(condition.name, sign)], [condition], **asked, choosing=False)
+    size = tuple(search.sizes[d] for d in search.own)
+    left, holds, lacking = np.empty(size), np.empty(size, bool), np.empty(size, int)
+    for place, designs in search.judged():
+        left[place] = sign * condition.limit - designs.worst[0]
+        holds[place], lacking[place] = designs.fulfilling, designs.lacking
+    lines = _lines(archive, target, search, asked, say)
+    found.html += f"<h3>{text(say.condition(condition))}</h3>"
+    found.html += paragraph(lines[0], "verdict") + (listed(lines[1:]) if lines[1:] else "")
     if _may_resonate(archive, condition.name):
-        parts.append(paragraph(
+        found.html += paragraph(
             "This is said of the archive's own speeds alone: a resonance may lie between two of "
             "them. Where the shaft has a stress_limit or torque_limit, engine-dyn barred looks "
             "there.", "verdict",
-        ))  # fmt: skip
-    parts.append(table(heads, rows, range(len(judged.sizes))))
-    if len(shown) < judged.worst.size:
-        parts.append(paragraph(
-            f"{len(shown)} of {counted(judged.worst.size, 'design')}, those next to the limit.",
-            "note",
-        ))  # fmt: skip
-    found.html += "".join(parts)
-    found.figures += target_figure(archive, condition, choices)
+        )  # fmt: skip
+    rows = []
+    shown = _shown(holds.ravel(), left.ravel())
+    for i in shown:
+        at = np.unravel_index(i, size) if size else ()
+        one = archive.isel(dict(zip(search.own, map(int, at), strict=True)))
+        value, worst = say.worst(one, condition.name, condition.above)
+        number = int(lacking[at])
+        verdict = "holds" if holds[at] else "does not hold"
+        if number and not holds[at]:
+            verdict = f"does not hold: {counted(number, 'point')} without a result"
+            first = _first_lacking(one, condition.name, search.codes)
+            verdict += f", first at {say.place(one, first)}" if first else ""
+        known = np.isfinite(value)
+        rows.append([
+            say.fixed(archive, one), say.value(condition, value) if known else "",
+            worst.removeprefix(" at "), say.margin(condition, value) if known else "", verdict,
+        ])  # fmt: skip
+    found.html += table(("design", "worst", "at", "", ""), rows, (1,))
+    if len(shown) < left.size:
+        found.html += paragraph(
+            f"{len(shown)} of {counted(left.size, 'design')}, those next to the limit.", "note"
+        )
+    found.figures += target_figure(archive, condition, say.choices)
+
+
+def _points(data: xr.DataArray) -> list[str]:
+    """Axes that are not chosen with a design: speeds and other points of work, misfires."""
+    return [str(d) for d in data.dims if d in NOT_CHOSEN]
+
+
+def _lines(
+    archive: xr.Dataset, target: str, search: EveryPoint, asked: Mapping[str, Any], say: Wording
+) -> list[str]:
+    """What decides, in the words of `best`: the design of least inertia, or with the best value."""
+    if not search.fulfilling:
+        return [search.nothing()]
+    (condition,) = search.conditions
+    if search.designs == 1:
+        one = archive.isel(dict.fromkeys(search.own, 0))
+        return ["It holds.", *say.conditions(one, [condition], search.asked)[1:], *search.missing()]
+    inertia = next(
+        (n for n in INERTIAS if n in archive.coords and archive[n].ndim
+         and {*archive[n].dims} <= {*search.own}), None,
+    )  # fmt: skip
+    wanted = {"least" if inertia or condition.above else "most": inertia or condition.name}
+    try:
+        if search.cases:
+            return [search.text()]
+        found = search_best(archive, **wanted, within=target, **asked)
+    except SceneError:  # Each design has a speed of its own, so that none is chosen
+        return [search.text()]
+    return decision_lines(archive, found, say)
+
+
+def _first_lacking(one: xr.Dataset, name: str, not_counted: Sequence[int]) -> dict[str, int]:
+    """The first point of a design without a value, but for outcomes that do not count."""
+    lacking = one[name].isnull()
+    lacking = lacking.all([d for d in lacking.dims if d in PARTS])
+    if "status" in one and {*one["status"].dims} <= {*lacking.dims}:
+        lacking &= ~one["status"].isin(not_counted)
+    if not lacking.ndim or not lacking.any():
+        return {}
+    at = np.unravel_index(int(lacking.values.argmax()), lacking.shape)
+    return dict(zip(map(str, lacking.dims), map(int, at), strict=True))
 
 
 def _may_resonate(archive: xr.Dataset, name: str) -> bool:
@@ -190,54 +194,7 @@ def _may_resonate(archive: xr.Dataset, name: str) -> bool:
     return elastic and "speed" in dims
 
 
-def _text(condition: Constraint, archive: xr.Dataset) -> str:
-    unit = converted(units_of(archive)(condition.name) or "1", None)[1]
-    return text(str(condition) if condition.written else f"{condition} {unit}".rstrip())
-
-
-def _lead(
-    archive: xr.Dataset, condition: Constraint, judged: _Judged, holds: Any, margin: Floats,
-    choices: Mapping[str, str],
-) -> str:  # fmt: skip
-    """The sentence that decides: the least inertia that holds, or how many designs hold."""
-
-    def told(i: int) -> str:
-        at = _at(archive, judged.where(i), choices)
-        left = f", margin {100.0 * margin[i]:.3g} %" if np.isfinite(margin[i]) else ""
-        value = _value(archive, condition, judged.worst[i], choices)
-        return f"worst {value}{f' at {at}' if at else ''}{left}"
-
-    number = judged.worst.size
-    if not np.isfinite(judged.worst).any():
-        return paragraph("No design has a value.", "verdict")
-    if number == 1:
-        word = "It holds" if holds[0] else "It does not hold"
-        lack = f"; {judged.lacking[0]} without a result" if judged.lacking[0] else ""
-        return paragraph(f"{word}: {told(0)}{lack}.", "verdict")
-    key = next((d for d in judged.sizes if d in ("inertia", "flywheel_inertia")), None)
-    best = int(np.nanargmin(np.where(condition.above, 1.0, -1.0) * judged.worst))
-    if not holds.any():
-        which = _at(archive, judged.place(best), choices)
-        return paragraph(
-            f"No design of {number} meets it; the nearest has {which}: {told(best)}.", "verdict"
-        )
-    if key is None:
-        return paragraph(f"{holds.sum()} of {counted(number, 'design')} meet it.", "verdict")
-    axis = [*judged.sizes].index(key)
-    places = np.unravel_index(np.arange(number), [*judged.sizes.values()])[axis]
-    inertias = archive[key].values[places]
-    least = int(np.argmin(np.where(holds, inertias, np.inf)))
-    lighter = np.unique(inertias[inertias < inertias[least]])
-    near = f"; the next lighter one, {lighter[-1]:.4g}, does not" if lighter.size else ""
-    which = _at(archive, judged.place(least), choices)
-    return paragraph(
-        f"The least inertia of the archive that meets it: {which}{near}; {told(least)}. "
-        f"{holds.sum()} of {counted(number, 'design')} meet it.",
-        "verdict",
-    )
-
-
-def _shown(holds: Any, left: Floats) -> list[int]:
+def _shown(holds: Booleans, left: Floats) -> list[int]:
     """Designs of the table: all, or those whose worst value lies next to the limit."""
     every = np.arange(left.size)
     if every.size <= MOST_DESIGNS:
@@ -248,76 +205,35 @@ def _shown(holds: Any, left: Floats) -> list[int]:
     return sorted(np.concatenate(both).tolist())
 
 
-def _head(archive: xr.Dataset, dim: str, choices: Mapping[str, str]) -> str:
-    if dim not in archive.coords:
-        return dim
-    unit = converted(str(archive[dim].attrs.get("units", "1")), choices.get(dim))[1]
-    return f"{dim} [{unit}]" if unit and dim not in words_of(archive) else dim
-
-
-def _cell(archive: xr.Dataset, dim: str, index: int, choices: Mapping[str, str]) -> str:
-    """A value along an axis without its unit, or the name of a design."""
-    if dim not in archive.coords or dim in words_of(archive) or dim == "design":
-        return _at(archive, {dim: index}, choices)
-    factor, _ = converted(str(archive[dim].attrs.get("units", "1")), choices.get(dim))
-    return number_text(float(archive[dim].values[index]) * factor)
-
-
-def _at(archive: xr.Dataset, place: Mapping[str, int], choices: Mapping[str, str]) -> str:
-    """A place along some axes in words."""
-    words, texts = words_of(archive), []
-    for dim, index in place.items():
-        columns = [n for n, home in words.items() if archive[home].dims == (dim,)]
-        home = words[columns[0]] if columns else dim
-        if home not in archive.coords:
-            texts.append(f"{dim} {index + 1}")
-            continue
-        value = archive[home].values[index]
-        if dim == "misfire":
-            texts.append("all cylinders fire" if value == 0 else f"misfire {value:g}")
-            continue
-        if dim == "wanted_delta":
-            texts.append(f"{dim} {ratio_text(float(value))}")
-            continue
-        said = value_text(archive[home], value, choices.get(dim))
-        texts.append(said if columns else f"{dim} {said}")
-    return ", ".join(texts)
-
-
-def _value(
-    archive: xr.Dataset, condition: Constraint, value: float, choices: Mapping[str, str]
-) -> str:
-    if 0.0 < value < 0.5 and ratio_text(condition.limit).startswith("1/"):
-        return f"1/{number_text(1.0 / value)}"
-    return value_text(archive[condition.name], value, choices.get(condition.name))
-
-
-def _required(archive: xr.Dataset, name: str, choices: Mapping[str, str]) -> str:
+def _required(archive: xr.Dataset, name: str, say: Wording) -> str:
     """The largest inertia that any case needs, for each wanted delta and design."""
     data = archive[name]
-    dims = [str(d) for d in data.dims]
-    points = [d for d in dims if d in NOT_CHOSEN and d != "wanted_delta"]
-    own = [d for d in dims if d not in points]
-    values = data.transpose(*own, *points).values.astype(float)
+    points = [d for d in _points(data) if d != "wanted_delta"]
+    own = [str(d) for d in data.dims if d not in points]
     rows = []
-    known = np.isfinite(values).any(axis=tuple(range(len(own), values.ndim)))
-    for place in np.argwhere(known)[:MOST_DESIGNS].tolist():
-        one = values[tuple(place)]
-        flat = int(np.nanargmax(one))
-        at = dict(zip(points, map(int, np.unravel_index(flat, one.shape)), strict=True))
-        said = value_text(data, float(one.ravel()[flat]), choices.get(name))
-        rows.append([_at(archive, dict(zip(own, place, strict=True)), choices), said,
-                     _at(archive, at, choices)])  # fmt: skip
-    if not rows:
+    number = math.prod(data.sizes[d] for d in own)
+    for flat in range(min(number, MOST_DESIGNS)):
+        place = np.unravel_index(flat, [data.sizes[d] for d in own]) if own else ()
+        one = archive.isel(dict(zip(own, map(int, place), strict=True)))
+        value, at = say.worst(one, name, largest=True)
+        lacking = int((~np.isfinite(one[name].values)).sum())
+        cases = counted(one[name].size, "case")
+        needed = f"of {cases}" + (f", {lacking} of them without a result" if lacking else "")
+        known = say.number(name, value) if np.isfinite(value) else ""
+        rows.append([say.fixed(archive, one), known, at.removeprefix(" at "), needed])
+    if not any(row[1] for row in rows):
         return ""
-    meaning = one_line(data.attrs.get("long_name", name), 200)
-    lead = f"Needed in every case: {rows[0][1]}, which {rows[0][2] or 'the design'} needs."
-    parts = [f"<h3>{name}</h3>", paragraph(lead, "verdict") if len(rows) == 1 else ""]
-    parts.append(paragraph(f"{meaning}.", "note"))
+    parts = [f"<h3>{text(name)}</h3>"]
+    if len(rows) == 1:
+        _, most, worst, cases = rows[0]
+        lead = f"most {name} = {most}{f' at {worst}' if worst else ''}, {cases}"
+        parts.append(paragraph(lead, "verdict"))
+    parts.append(paragraph(f"{one_line(data.attrs.get('long_name', name), 200)}.", "note"))
     if rows[1:]:
-        parts.append(table(("", "needed in every case", "the case that needs it"), rows))
-    if known.sum() > len(rows):
-        parts.append(paragraph(f"The first {len(rows)} of {known.sum():,} are shown.", "note"))
+        heads = ("", "needed in every case", "the case that needs most", "")
+        parts.append(table(heads, rows, (1,)))
+    if number > MOST_DESIGNS:
+        parts.append(paragraph(f"The first {MOST_DESIGNS} of {number:,} are shown.", "note"))
     return "".join(parts)
 
 

@@ -3,141 +3,25 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.base.dimensions import DESIGN, FOUND, SEARCHED, STATUS
-from sweeps.base.errors import counted, listed, one_line
-from sweeps.base.ratios import ratio_text
-from sweeps.decide.explore.rows import Rows, fixed_of, rows
+from sweeps.base.dimensions import DESIGN, FOUND, STATUS
+from sweeps.base.errors import counted, one_line
+from sweeps.decide.explore.rows import Rows, rows
 from sweeps.decide.explore.search import INERTIAS, Found, least_between
 from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH
-from sweeps.scene.conditions import PARTS, Constraint, constraint, units_of
-from sweeps.view.texts.readable_units import asked_units, converted, unit_choices
+from sweeps.scene.conditions import PARTS, constraint, units_of
 from sweeps.view.texts.tables import aligned, number_text, rows_text
+from sweeps.view.texts.wording import Wording, everywhere, margin_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_ROWS = 10  # Largest number of rows below a decision
-
-AT_LIMIT = 5e-5  # Share of a limit; a value that is as near is said to be at it
-
-
-class _Wording:
-    """Numbers of one archive with their units, as people read them; `units` is what they ask for.
-
-    SceneError refuses units that do not fit, and names that the archive does not have.
-    """
-
-    def __init__(self, archive: xr.Dataset, units: str | None = None) -> None:
-        self.units = units
-        self._units = {
-            str(name): one_line(variable.attrs.get("units", "1"))
-            for name, variable in archive.variables.items() if variable.dtype.kind in "fiu"
-        }  # fmt: skip
-        self._choices = unit_choices(units, self._units)
-
-    def number(self, name: str, value: float, digits: int = 4) -> str:
-        """A value of a name with its unit."""
-        factor, unit = self._converted(name)
-        return f"{number_text(float(value) * factor, digits)} {unit}".rstrip()
-
-    def cell(self, name: str, value: Any) -> str:
-        """A value of a name without its unit, or a word."""
-        if isinstance(value, str):
-            return one_line(value, 60)
-        return number_text(float(value) * self._converted(name)[0])
-
-    def both(self, name: str, value: Any) -> str:
-        """A value of a name with its unit, or a word."""
-        if isinstance(value, str):
-            return f"'{self.cell(name, value)}'" if "," in value else self.cell(name, value)
-        return self.number(name, value)
-
-    def bracket(self, name: str) -> str:
-        """The unit of a name in the head of a column."""
-        _, unit = self._converted(name)
-        return f" [{unit}]" if unit else ""
-
-    def condition(self, condition: Constraint) -> str:
-        """A condition with the unit of its limit."""
-        factor, unit = self._converted(condition.name)
-        if condition.written or not unit:
-            return str(condition)
-        return f"{condition.name} {condition.sign} {condition.limit * factor:.6g} {unit}"
-
-    def value(self, condition: Constraint, value: float) -> str:
-        """A value that is compared with a limit, as a ratio where the limit is one."""
-        if 0.0 < value < 0.1 and ratio_text(condition.limit).startswith("1/"):
-            return f"1/{number_text(1.0 / value)}"
-        return self.number(condition.name, value)
-
-    def worst(self, one: xr.Dataset, name: str, largest: bool) -> tuple[float, str]:
-        """The worst value of a name over the points and parts of one design, and its place."""
-        array = one[name]
-        values = np.asarray(array.values, dtype=float)
-        if not values.ndim:
-            return float(values), ""
-        if not np.isfinite(values).any():
-            return math.nan, ""
-        flat = int(np.nanargmax(values) if largest else np.nanargmin(values))
-        at = np.unravel_index(flat, values.shape)
-        place = self.place(one, dict(zip(map(str, array.dims), map(int, at), strict=True)))
-        return float(values[at]), f" at {place}"
-
-    def place(self, one: xr.Dataset, at: Mapping[str, int]) -> str:
-        """A place along some dimensions in words."""
-        said = []
-        for dim, index in at.items():
-            words = f"{dim}_name"
-            home = words if words in one.coords else dim
-            value = one[home].values[index] if home in one.coords else index
-            said.append(f"{dim} = {self.both(home, value)}")
-        return ", ".join(said)
-
-    def conditions(
-        self, one: xr.Dataset, conditions: Sequence[Constraint], at_every: Sequence[str]
-    ) -> list[str]:
-        """Lines on conditions: the worst value of each, where it is, and what is left to the limit.
-
-        `at_every` are the axes at all values of which they hold.
-        """
-        if not conditions:
-            return []
-        worst = ", each with its worst value" if any(one[c.name].ndim for c in conditions) else ""
-        lines = [f"conditions{_everywhere(at_every)}{worst}:"]
-        for condition in conditions:
-            value, place = self.worst(one, condition.name, condition.above)
-            text = f"  {self.condition(condition)}: {self.value(condition, value)}{place}"
-            margin = margin_of(condition, value)
-            if math.isfinite(margin):
-                near = abs(margin) < AT_LIMIT
-                text += ", at the limit" if near else (
-                    f", a margin of {number_text(100.0 * margin, 2)} %"
-                )  # fmt: skip
-            lines.append(text)
-        return lines
-
-    def of_table(self, names: Sequence[str]) -> str | None:
-        """What was asked of the units of some columns."""
-        if self.units in (None, "archive"):
-            return self.units
-        asked = asked_units(self.units, self._units)
-        return ",".join(f"{n}={unit}" for n, unit in asked.items() if n in names) or None
-
-    def _converted(self, name: str) -> tuple[float, str]:
-        return converted(self._units.get(name, "1"), self._choices.get(name))
-
-
-def margin_of(condition: Constraint, value: float) -> float:
-    """What a value leaves to a limit, as a share of the limit; NaN where the limit is zero."""
-    room = condition.limit - value if condition.above else value - condition.limit
-    return room / abs(condition.limit) if condition.limit else math.nan
 
 
 def best_text(
@@ -149,11 +33,16 @@ def best_text(
     `archive` is the whole one, before it was cut. `quantities`, `units` and `width` are those of
     the table (`rows`, `rows_text`); what more could be shown is named by keywords if `python`.
     """
+    say = Wording(archive, units)
+    lines = decision_lines(archive, found, say)
+    return "\n".join([*lines, _few_rows(found, say, quantities, width, python)])
+
+
+def decision_lines(archive: xr.Dataset, found: Found, say: Wording) -> list[str]:
+    """Lines on what `sweeps.best` found in an archive, and what decides it."""
     one, name = found.design, found.name
-    say = _Wording(archive, units)
     value, worst = say.worst(one, name, found.least)
-    place = {k: at for k, at in fixed_of(archive, one).items() if k not in (name, *SEARCHED)}
-    fixed = ", ".join(f"{key} = {say.both(key, at)}" for key, at in place.items())
+    fixed = say.fixed(archive, one, but=(name,))
     first = f"{'least' if found.least else 'most'} {name} = {say.number(name, value)}"
     if found.ranked:
         at = ", ".join(filter(None, (fixed, worst.removeprefix(" at "))))
@@ -161,9 +50,7 @@ def best_text(
     else:
         lines = [f"{first}{worst}", *([f"  with {fixed}"] if fixed else [])]
     lines += say.conditions(one, found.conditions, found.at_every)
-    lines += _of_how_many(found)
-    lines += _near_the_grid(found, say)
-    return "\n".join([*lines, _few_rows(found, say, quantities, width, python)])
+    return [*lines, *_of_how_many(found), *_near_the_grid(found, say)]
 
 
 def _of_how_many(found: Found) -> list[str]:
@@ -182,7 +69,7 @@ def _of_how_many(found: Found) -> list[str]:
     return lines
 
 
-def _near_the_grid(found: Found, say: _Wording) -> list[str]:
+def _near_the_grid(found: Found, say: Wording) -> list[str]:
     """A line on how near the least inertia of a grid is to what is needed."""
     name = found.name
     if not found.least or name not in INERTIAS or name not in found.place:
@@ -203,7 +90,7 @@ def _near_the_grid(found: Found, say: _Wording) -> list[str]:
 
 
 def _few_rows(
-    found: Found, say: _Wording, quantities: Sequence[str] | None, width: int | None, python: bool
+    found: Found, say: Wording, quantities: Sequence[str] | None, width: int | None, python: bool
 ) -> str:
     """The points of a design, the worst first, or the cases with the most or the least."""
     if found.ranked:
@@ -257,7 +144,7 @@ def _deciding(found: Found, one: xr.Dataset) -> tuple[str, bool]:
     It is that of the condition that is nearest to its limit, else what is optimised; "" where a
     design has only one point.
     """
-    say = _Wording(one)
+    say = Wording(one)
     near = sorted(
         (margin_of(c, say.worst(one, c.name, c.above)[0]), number)
         for number, c in enumerate(found.conditions) if one[c.name].ndim
@@ -293,7 +180,7 @@ def _one(
     archive: xr.Dataset, design: int, kind: str, name: str, about: Mapping[str, Any]
 ) -> list[str]:
     """Lines on the best design: its parameters, and quantities that are optimised or limited."""
-    one, say = archive.isel({DESIGN: design}), _Wording(archive)
+    one, say = archive.isel({DESIGN: design}), Wording(archive)
     value, place = say.worst(one, name, kind == "least")
     certain = {"": "best found: ", "inertia": "best found: "}.get(about["exact"], "")
     end = _end_of_range(value, about["over"].get(name))
@@ -307,7 +194,7 @@ def _front(
     archive: xr.Dataset, front: np.ndarray, wanted: list[tuple[str, str]], about: Mapping[str, Any]
 ) -> list[str]:
     """Table of the front, the best in the first quantity first."""
-    say = _Wording(archive)
+    say = Wording(archive)
     worst = {
         name: [say.worst(archive.isel({DESIGN: int(i)}), name, kind == "least")[0] for i in front]
         for kind, name in wanted
@@ -330,7 +217,7 @@ def _front(
     best = "" if about["exact"] not in ("", "inertia") else "best found: "
     first = f"{best}front of {counted(len(front), 'design')}{some}"
     limits = f" with {' and '.join(about['within'])}" if about["within"] else ""
-    return [f"{first}{limits}{_everywhere(about['at_every'])}", *table]
+    return [f"{first}{limits}{everywhere(about['at_every'])}", *table]
 
 
 def _nothing(archive: xr.Dataset, about: Mapping[str, Any]) -> list[str]:
@@ -338,7 +225,7 @@ def _nothing(archive: xr.Dataset, about: Mapping[str, Any]) -> list[str]:
     needed = about.get("needed")
     of_delta = [n for c, n in zip(about["within"], about["alone"], strict=True) if "delta <" in c]
     if needed and not any(of_delta):
-        say = _Wording(archive)
+        say = Wording(archive)
         place = say.place(archive, needed["at"])
         some = "" if about["exact"].startswith("inverse") else " by the computed designs"
         return [
@@ -354,7 +241,7 @@ def _nothing(archive: xr.Dataset, about: Mapping[str, Any]) -> list[str]:
         )
     told = f": {'; '.join(each)}" if each else ""
     return [
-        f"no design meets all conditions{_everywhere(about['at_every'])}; of "
+        f"no design meets all conditions{everywhere(about['at_every'])}; of "
         f"{counted(about['designs'], 'design')}{told}"
     ]
 
@@ -388,7 +275,7 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
         searches = "1 search" if len(restarts) == 1 else f"{len(restarts)} searches"
         lines.append(f"{searches} of {per}, seed {about['seed']}")
         if wanted == 1:
-            name, say = (about["least"] + about["most"])[0], _Wording(archive)
+            name, say = (about["least"] + about["most"])[0], Wording(archive)
             each = [
                 "none" if one["best"] is None else say.number(name, one["best"][0], 6)
                 for one in restarts
@@ -409,7 +296,7 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
 
 def _parameters(archive: xr.Dataset, design: int, about: Mapping[str, Any], told: str) -> list[str]:
     """Searched parameters of a design but for one; values at the end of their range are marked."""
-    say = _Wording(archive)
+    say = Wording(archive)
     return [
         f"{key} = {say.both(key, archive[key].values[design])}"
         f"{_end_of_range(archive[key].values[design], table)}"
@@ -426,7 +313,3 @@ def _end_of_range(value: Any, table: Any) -> str:
     if abs(float(value) - low) <= near:
         return ", the lower limit of its range"
     return ", the upper limit of its range" if abs(float(value) - high) <= near else ""
-
-
-def _everywhere(at_every: Sequence[str]) -> str:
-    return f" at every {listed(at_every)}" if at_every else ""
