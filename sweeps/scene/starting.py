@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Mapping
 
 from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import TorqueOverSpeed
 from engine_dyn.parameters import PARAMETERS
+from engine_dyn.plausibility.usual_ranges import CHECKS
 from engine_dyn.quantities.features import torque_tables
 from engine_dyn.quantities.friction import FRICTION_LAWS
 from sweeps.scene.reading import built_in_scenes
@@ -63,12 +65,13 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
         lines["speed"] += "\n# Usual values, which the engine file does not give: replace them.\n"
         lines["speed"] += "\n".join(lacking)
     lines = {key: f"{key} = {line}" for key, line in lines.items()}
+    number = 25
     key = next((key for key in ("inertia", "flywheel_inertia") if key in values), None)
     if key is not None:
-        low, high = (float(f"{values[key] * factor:.3g}") for factor in (0.5, 4.0))
+        low, high, number = _range_of_inertia(values, key)
         lines["inertia"] = (
-            f'{key} = {{ start = {low}, stop = {high}, num = 25, spacing = "log" }}    # kg m2; '
-            f"the engine's own is {values[key]:g}"
+            f'{key} = {{ start = {low}, stop = {high}, num = {number}, spacing = "log" }}    '
+            f"# kg m2; the engine's own is {values[key]:g}"
         )
     elif {"bore", "stroke", "cylinders"} <= values.keys():
         volume = math.pi / 4.0 * values["bore"] ** 2 * values["stroke"] * values["cylinders"]
@@ -81,8 +84,37 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
             "usual for engines of its size"
         )
     text = re.sub(r"(?m)^(\w+) = .*$", lambda match: lines.get(match[1], match[0]), text)
-    counts = f"{len(loads)} x 25 designs"
+    counts = f"{len(loads)} x {number} designs"
     return text.replace("3 x 25 designs", counts)
+
+
+_MARGIN = 0.9
+"""Share of the largest usual inertia up to which that of a flywheel goes: the running gear, whose
+inertia follows from other values, is added to it."""
+
+
+def _range_of_inertia(values: Mapping[str, float], key: str) -> tuple[float, float, int]:
+    """Ends and number of points of the axis of an inertia, in steps of 2^(1/8) from the own one.
+
+    The ends are half and four times the own, as far as that is usual: the axis gives no warning
+    unless the own inertia does. Warnings of results, such as a large delta, need a computation.
+    """
+    points = {step: float(f"{values[key] * 2.0 ** (step / 8):.3g}") for step in range(-8, 17)}
+    check = next(one for one in CHECKS if one.name == "inertia")
+    if {*check.needs[1:]} <= values.keys():
+        others, share = 0.0, 1.0
+        if key == "flywheel_inertia":
+            load = values.get("load_inertia", 0.0) * values.get("gear_ratio", 1.0) ** 2
+            others, share = values.get("auxiliary_inertia", 0.0) + load, _MARGIN
+        low, high = check.edges
+        sizes = [values[need] for need in check.needs[1:]]
+        usual = {
+            step: point
+            for step, point in points.items()
+            if low <= check.measure(point + others, *sizes) <= share * high
+        }
+        points = usual if 0 in usual and len(usual) > 1 else points
+    return min(points.values()), max(points.values()), len(points)
 
 
 def _quoted(text: str) -> str:

@@ -115,6 +115,22 @@ def test_an_inertia_that_the_file_lacks_is_usual_for_its_size(size: float, tmp_p
     assert "moment of inertia over" not in told.output
 
 
+@pytest.mark.parametrize("over", [310.0, 590.0, 3e5, 0.99e6])
+def test_an_unusual_inertia_is_not_reached_from_the_own_one(over: float, tmp_path: Path) -> None:
+    volume = np.pi / 4.0 * 0.14**2 * 0.18
+    own = float(f"{over * volume ** (5 / 3):.6g}")
+    text = re.sub(r"(?m)^inertia = .*$", f"inertia = {own}", catalogue()["ntua"].read_text("utf-8"))
+    (tmp_path / "engine.toml").write_text(text, "utf-8")
+    ok("new", tmp_path / "study.toml", "--for", tmp_path / "engine.toml")
+    inertia = read_scene(tmp_path / "study.toml").axes["inertia"]
+    assert np.min(np.abs(inertia / own - 1.0)) < 5e-3  # The own one is a point of the axis
+    assert inertia[0] >= 0.499 * own and inertia[-1] <= 4.01 * own
+    told = invoke("plan", tmp_path / "study.toml")
+    assert told.exit_code == 0 and "moment of inertia over" not in told.output
+    loads = 2  # Those of the engine's diagrams above 0
+    assert f"here {loads} x {inertia.size} designs" in (tmp_path / "study.toml").read_text("utf-8")
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_the_reader_refuses_does_not_fit(kind: str) -> None:
     """Each number of a modelled cycle: its ends, beyond them, a text, an unknown key."""
