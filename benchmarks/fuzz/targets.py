@@ -125,8 +125,8 @@ KEYS = ["bore", "stroke", "case", "design", "speed", "Bore", "delta", "x", "pass
 ATTRIBUTES: Drawn = st.tuples(
     st.sampled_from(
         ["units", "scale_factor", "add_offset", "valid_range", "missing_value", "coordinates",
-         "long_name", "symbol", "comment", "calendar", "flag_values", "flag_meanings", "dtype",
-         "_Unsigned", "bounds", "grid_mapping", "valid_max"]
+         "long_name", "description", "symbol", "comment", "calendar", "flag_values",
+         "flag_meanings", "dtype", "_Unsigned", "bounds", "grid_mapping", "valid_max"]
     ),
     st.one_of(
         st.sampled_from(["m", "rpm", "", "days since 0001-01-01", "$\\frac{$", "x\x1b[2J", "true"]),

@@ -23,6 +23,7 @@ import numpy.typing as npt
 from engine_dyn.units import DEGREE
 from sweeps.base.errors import SceneError, counted, not_known, one_line, shown
 from sweeps.base.files.libraries import library
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.columns import chosen_curves, columns_of
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def _data_set(
         CRANK_ANGLE: f"{zero_of_angle}; grows with the rotation",
         ORDER: f"Re[(re + i im) exp(i order phi)], {zero_of_angle}",
     }
-    lines = (f"{name}: {one.attrs.get('long_name', '')}", about.get("engine_title"), None, told,
+    lines = (f"{name}: {meaning_of(one.attrs)}", about.get("engine_title"), None, told,
              says[over])  # fmt: skip
     of_moments = ("ordinate_spec_data_type", "ordinate_len_unit_exp", "ordinate_force_unit_exp")
     return {
@@ -185,7 +186,7 @@ def order_table(archive: xr.Dataset, quantity: str) -> xr.Dataset:
     taken = [f"{quantity}_order", f"{quantity}_phase", FREQUENCY]
     units = ", ".join(f"{name} [{part.attrs.get('units', '1')}]" for name, part in parts.items())
     lines = (
-        f"{quantity}: {amplitude.attrs.get('long_name', 'amplitude of its orders')}",
+        f"{quantity}: {meaning_of(amplitude.attrs, 'amplitude of its orders')}",
         "an order is amplitude cos(order phi + phase) = Re((real + i imaginary) exp(i order phi))",
         "phi: crank angle in the sense of rotation; 0 at firing top dead centre of cylinder 1",
         "sign: a torque is positive in the sense of rotation; its mean is left out",
@@ -240,7 +241,7 @@ def functional_mockup_unit(
         "curves": {
             name: {
                 "unit": _fmi_unit(str(curve.attrs.get("units", "1"))),
-                "description": one_line(curve.attrs.get("long_name", name)),
+                "description": one_line(meaning_of(curve.attrs, name)),
                 "values": curve.values.reshape(count).tolist(),
             }
             for name, curve in curves.items()

@@ -21,6 +21,7 @@ import numpy.typing as npt
 from sweeps.base.checks import a_path, check_dataset
 from sweeps.base.errors import SceneError, one_line, plain_number, shown
 from sweeps.base.files.libraries import library
+from sweeps.base.naming import DESCRIPTION, meaning_of
 from sweeps.decide.explore.attributes import members_of, of_designs
 from sweeps.decide.explore.columns import (
     check_one_table,
@@ -282,7 +283,9 @@ def _parquet(path: Path, columns: Mapping[str, xr.Variable], archive: xr.Dataset
         is_text = name in words or variable.dtype.kind in "UOT"
         kind = pa.string() if is_text else pa.from_numpy_dtype(variable.dtype)
         about = {
-            key: str(variable.attrs[key]) for key in ("units", "long_name") if key in variable.attrs
+            key: str(variable.attrs[key])
+            for key in ("units", "long_name", DESCRIPTION)
+            if key in variable.attrs
         }
         return pa.field(name, kind, metadata=about)
 
@@ -393,7 +396,7 @@ def _about(archive: xr.Dataset) -> dict[str, list[list[Any]]]:
         if coordinate.ndim == 1:
             texts = ", ".join(f"{v:.7g}" if coordinate.dtype.kind in "fiu" else str(v)
                               for v in coordinate.values[:100].tolist())  # fmt: skip
-            axes.append([str(name), str(coordinate.attrs.get("long_name", "")),
+            axes.append([str(name), meaning_of(coordinate.attrs),
                          str(coordinate.attrs.get("units", "")),
                          texts + (" ..." if coordinate.size > 100 else "")])  # fmt: skip
     assumptions: list[list[Any]] = [["assumed", "why"]]

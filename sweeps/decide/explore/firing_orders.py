@@ -26,6 +26,7 @@ from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned
 from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, OF_ORDERS
 from sweeps.base.errors import SceneError, counted, not_known, shown
+from sweeps.base.naming import named
 from sweeps.scene.engine.cylinder_keys import arrangement_of, read_arrangement
 from sweeps.scene.engine.engine_files import catalogue
 from sweeps.scene.engine_choices import those_possible
@@ -358,9 +359,9 @@ def _ranked(
         "other_way": "order with the opposite sense of rotation",
     }
     along = {
-        key: (ARRANGEMENT, np.asarray(values, dtype=np.int32), {"long_name": text, "units": "1"})
+        key: (ARRANGEMENT, np.asarray(values, dtype=np.int32), {**named(key, text), "units": "1"})
         for key, (values, text) in numbers.items()
-    } | {key: (ARRANGEMENT, texts[key], {"long_name": text}) for key, text in meanings.items()}
+    } | {key: (ARRANGEMENT, texts[key], named(key, text, None)) for key, text in meanings.items()}
     ranks = {key: along.pop(key) for key in ("rank", "rank_sum")}
     made = archive.assign(ranks).assign_coords(along)
     about = {"crank": crank, "own_order": own_order, "orders": total, "computed": len(orders),

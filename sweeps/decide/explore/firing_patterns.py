@@ -15,6 +15,7 @@ import numpy as np
 from engine_dyn.geometry.cylinders import LARGEST_FIRING, shortest
 from sweeps.base.dimensions import DESIGN, ENGINE, FIRING_PATTERN, OF_PATTERNS
 from sweeps.base.errors import SceneError, shown
+from sweeps.base.naming import DESCRIPTION
 from sweeps.base.ratios import number_or_ratio
 from sweeps.decide.explore.firing_orders import check_left_out, given_scene
 from sweeps.scene.model import SeveralEngines
@@ -102,7 +103,9 @@ def firing_patterns(
     firings = [words[i].replace("0", idle) for i in sequence]
     about = {"density": str(share), "by": by, "order": order, "pressure_factor": factor}
     kept = {
-        key: computed[by].attrs[key] for key in ("units", "long_name") if key in computed[by].attrs
+        key: computed[by].attrs[key]
+        for key in ("units", "long_name", DESCRIPTION)
+        if key in computed[by].attrs
     }
     text = {"long_name": "firings in sequence"}
     made = computed.isel({FIRING_PATTERN: sequence}).assign_coords(

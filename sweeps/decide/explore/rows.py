@@ -27,6 +27,7 @@ from sweeps.base.dimensions import (
     words_of,
 )
 from sweeps.base.errors import SceneError, not_known, one_line, shown
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import axes_of, members_of, of_designs
 from sweeps.decide.explore.columns import (
     check_one_table,
@@ -151,7 +152,7 @@ def rows(
             for name, variable in columns.items()
             if variable.dtype.kind in "fiu" and name not in words
         },
-        texts={name: str(v.attrs.get("long_name", "")) for name, v in columns.items()},
+        texts={name: meaning_of(v.attrs) for name, v in columns.items()},
         given=tuple(name for name in columns if name not in names),
         fixed=fixed_of(archive, part),
         designs=math.prod(shape),

@@ -35,6 +35,7 @@ from sweeps.base.checks import check_dataset, names_given
 from sweeps.base.dimensions import DESIGN, LABELS, PARAMETER, REDUCTION, STATUS, TORSION_STATUS
 from sweeps.base.errors import SceneError, counted, shown
 from sweeps.base.files.libraries import library
+from sweeps.base.naming import made_from, meaning_of
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.columns import chosen_quantities
 from sweeps.running.compute.progress import progress_bar
@@ -160,7 +161,7 @@ def sensitivities(
     rest = {d for v in indices.values() for d in v[0]} - {PARAMETER}
     dataset = xr.Dataset(indices, coords={d: archive[d] for d in rest if d in archive.coords})
     keys = [*study.parameters]
-    meanings = [str(archive[key].attrs.get("long_name", key)) for key in keys]
+    meanings = [meaning_of(archive[key].attrs, key) for key in keys]
     dataset = dataset.assign_coords(
         {
             PARAMETER: (PARAMETER, np.array(keys, dtype=object)),
@@ -289,19 +290,19 @@ def _of_quantity(
         raise SceneError(f"{name}: {error}{_outcomes(archive)}") from None
     ending = "_conditional" if conditional else ""
     said = ", only designs with results" if conditional else ""
-    label = str(array.attrs.get("long_name", name))
+    label = {"long_name": name, **array.attrs}
     indices: dict[str, Any] = {
         f"{name}_{key}{ending}": (
             (*rest, PARAMETER),
             np.reshape([one[key] for one in each], (*shape, len(study.parameters))),
-            {"long_name": f"{NAMES[key]} of the {label}{said}", "units": "1"},
+            made_from(label, f"{NAMES[key]} of the {{}}{said}"),
         )
         for key in each[0]
     }
     indices[f"{name}_left_out"] = (
         tuple(rest),
         (~good).reshape(len(good), -1).sum(axis=1).reshape(shape).astype(np.int64),
-        {"long_name": f"designs without a number of the {label}", "units": "1"},
+        made_from(label, "designs without a number of the {}"),
     )
     return indices, method
 

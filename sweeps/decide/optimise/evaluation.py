@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from engine_dyn.types import Booleans, Floats, Integers
 from sweeps.base.dimensions import DESIGN, GENERATION, RESTART
+from sweeps.base.naming import named
 from sweeps.decide.optimise.space import Space
 from sweeps.decide.optimise.task import Task
 from sweeps.running.archive.labels import dataset_with_warnings, describe
@@ -157,7 +158,7 @@ class Designs:
         }
         for number, name in enumerate((RESTART, GENERATION), start=1):
             values = np.repeat([mark[number] for mark in self._marks], counts).astype(np.int32)
-            attributes = {"long_name": about[name], "units": "1"}
+            attributes = {**named(name, about[name]), "units": "1"}
             dataset = dataset.assign_coords({name: xr.Variable((DESIGN,), values, attributes)})
         return dataset
 

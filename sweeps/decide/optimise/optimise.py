@@ -292,11 +292,14 @@ class _Search:
         }  # fmt: skip
         archive = self.designs.archive(seconds)
         attributes = flags(
+            FOUND,
             "whether the design is a result of the search: the best one, or one on the Pareto "
             "front",
             ("computed", "found"),
         )
-        fulfils = flags("whether the design meets all conditions at every point", ("no", "yes"))
+        fulfils = flags(
+            FULFILLING, "whether the design meets all conditions at every point", ("no", "yes")
+        )
         archive = archive.assign_coords(
             {
                 FOUND: xr.Variable((DESIGN,), chosen, attributes),

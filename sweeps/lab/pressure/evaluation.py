@@ -22,6 +22,7 @@ from engine_dyn.recordings.heat_release import (
 from engine_dyn.recordings.signal_checks import LARGEST, LEAST_SAMPLES
 from engine_dyn.types import Floats
 from engine_dyn.units import BAR, CUBIC_CENTIMETRE, DEGREE
+from sweeps.base.naming import named
 from sweeps.base.one_thread import linear_algebra_on_one_thread
 
 NOT_SIZED = "bore and stroke unknown: relative volume, no heat release"
@@ -123,6 +124,9 @@ def evaluated(
     ):  # fmt: skip
         if np.isfinite(value):
             data[name] = _named((), np.float64(value), said, unit, symbol)
+    for key, variable in data.variables.items():
+        about = variable.attrs
+        about |= named(str(key), about["long_name"], about["units"])
     data.attrs["summary"] = _summary(works.net, peak, variation)
     if not sized:
         data.attrs["summary"] += f"; {NOT_SIZED}"

@@ -15,6 +15,7 @@ from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError
+from sweeps.base.naming import named
 from sweeps.lab.speed.computed_speeds import (
     NOT_OF_SCENES,
     OF_RECORDING,
@@ -220,7 +221,11 @@ def _of_teeth(speed_fit: SpeedFit) -> dict[str, Any]:
 def _attributes_of(key: str) -> dict[str, str]:
     """Attributes of a value that the scene gives to each recording."""
     node = PARAMETERS[key]
-    return {"long_name": node.long_name, "units": node.unit, "symbol": f"${node.symbol}$"}
+    return {
+        **named(key, node.long_name, node.unit),
+        "units": node.unit,
+        "symbol": f"${node.symbol}$",
+    }
 
 
 def _unit(name: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine_dyn.types import Booleans, Floats
 from engine_dyn.units import DEGREE
+from sweeps.base.naming import named
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,13 +26,16 @@ def labelled_dataset(
     """
     import xarray as xr
 
-    def labelled(dims: Any, values: Any, unit: str | None, meaning: str) -> tuple[Any, Any, Any]:
-        return dims, values, {"long_name": meaning} | ({} if unit is None else {"units": unit})
+    def labelled(
+        name: str, dims: Any, values: Any, unit: str | None, meaning: str
+    ) -> tuple[Any, Any, Any]:
+        about = named(name, meaning, unit)
+        return dims, values, about | ({} if unit is None else {"units": unit})
 
-    made = {name: labelled(*one) for name, one in data.items()}
+    made = {name: labelled(name, *one) for name, one in data.items()}
     dataset = xr.Dataset(
         {name: (dims, np.asarray(v, dtype), about) for name, (dims, v, about) in made.items()},
-        {name: labelled(*one) if len(one) == 4 else one for name, one in coordinates.items()},
+        {name: labelled(name, *one) if len(one) == 4 else one for name, one in coordinates.items()},
         attributes,
     )
     for coordinate in dataset.coords.values():

@@ -35,6 +35,7 @@ from sweeps.base.dimensions import (
     WORD_AXES,
 )
 from sweeps.base.errors import printable
+from sweeps.base.naming import named, renamed
 from sweeps.base.netcdf import ARCHIVE_FORMAT
 from sweeps.running.archive.provenance import provenance
 from sweeps.running.archive.warnings import ATTRIBUTE, Watch
@@ -112,21 +113,20 @@ def describe(
         node, dims = plan.computed[name].node, plan.dims(name)
         if name == "status":
             words = node.meanings or status.OF_SPEED
-            variables[name] = Variable(dims, flags(node.long_name, words), kind="i1")
+            variables[name] = Variable(dims, flags(name, node.long_name, words), kind="i1")
         elif name.endswith(KIND):
-            variables[name] = Variable(dims, flags(node.long_name, KINDS), kind="i1")
+            variables[name] = Variable(dims, flags(name, node.long_name, KINDS), kind="i1")
         else:
             kind = "f4" if single else "f8"
             about = _of_several(plan, name) if plan.parts else _attributes(plan, node)
             if node.meanings:
-                about = {**about, **flags(node.long_name, node.meanings, kind)}
+                about = {**about, **flags(name, node.long_name, node.meanings, kind)}
             variables[name] = Variable(dims, about, kind=kind, si=node.si)
     if scene.reference is not None:
         for name, column in scene.reference.columns.items():
             node = scene.node(name)
             attributes = {
-                **_attributes(plan, node),
-                "long_name": f"{node.long_name}, published",
+                **renamed(_attributes(plan, node), "{}, published"),
                 "comment": f"from {printable(scene.reference.file)}",
             }
             variables[f"{name}{PUBLISHED}"] = Variable(
@@ -292,9 +292,10 @@ def _variable(
 
 
 def _attributes(plan: Plan, node: Node) -> dict[str, str]:
-    attributes = {"long_name": node.long_name}
+    meaning = node.long_name
     if node.name == "pressure" and _as_recorded(plan.scene):
-        attributes["long_name"] = "pressure in cylinder 1, level as recorded"
+        meaning = "pressure in cylinder 1, level as recorded"
+    attributes = named(node.name, meaning, node.unit)
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"
     unit: str | None = node.unit
@@ -318,10 +319,10 @@ def _as_recorded(scene: Scene) -> bool:
     return any(" level: " in f" {line}" for line in scene.engine.diagram_warnings)
 
 
-def flags(long_name: str, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
+def flags(name: str, meaning: str, meanings: Sequence[str], kind: str = "i1") -> dict[str, Any]:
     """Attributes of a variable whose numbers stand for words; `kind` is that of its numbers."""
     return {
-        "long_name": long_name,
+        **named(name, meaning),
         "units": "1",
         "flag_values": np.arange(len(meanings), dtype=kind),
         "flag_meanings": " ".join(meanings),
@@ -337,7 +338,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
             coordinates[name] = _of_values(name, scene.axes[name], PARAMETERS[name])
             continue
         what = "design" if name == DESIGN else WORD_AXES[name].long_name
-        about = {"long_name": f"number of the {what}", "units": "1"}
+        about = {**named(name, f"number of the {what}"), "units": "1"}
         coordinates[name] = Variable((name,), about, np.arange(plan.sizes[name], dtype=np.int32))
         if name != DESIGN:
             coordinates[f"{name}_name"] = _of_texts(
@@ -347,7 +348,7 @@ def _coordinates(plan: Plan, used: set[str]) -> dict[str, Variable]:
         for column, values in scene.designs.items():
             coordinates[column] = _of_values(DESIGN, values, PARAMETERS[column])
         for column, texts in scene.labels.items():
-            coordinates[column] = _of_texts(DESIGN, texts, WORD_AXES[column].long_name)
+            coordinates[column] = _of_texts(DESIGN, texts, WORD_AXES[column].long_name, column)
     for name, points in plan.points.items():
         if name in used:
             coordinates[name] = _of_values(name, points, DIMENSIONS[name])
@@ -384,15 +385,15 @@ def _called(scene: Scene, name: str, texts: Iterable[Any]) -> list[str]:
 
 def _of_values(dimension: str, values: Any, node: Node | Dimension) -> Variable:
     """Coordinate of numbers, or of words that are the points of a dimension."""
-    attributes = {"long_name": node.long_name, "units": node.unit}
+    attributes = {**named(node.name, node.long_name, node.unit), "units": node.unit}
     if node.symbol:
         attributes["symbol"] = f"${node.symbol}$"
     return Variable((dimension,), attributes, np.asarray(values))
 
 
-def _of_texts(dimension: str, texts: Any, long_name: str) -> Variable:
-    """Coordinate of texts."""
-    attributes = {"long_name": long_name, "units": "1"}
+def _of_texts(dimension: str, texts: Any, meaning: str, name: str = "") -> Variable:
+    """Coordinate of texts; `name` is its own if it is not that of names along the dimension."""
+    attributes = {**named(name or f"{dimension}_name", meaning), "units": "1"}
     return Variable((dimension,), attributes, np.array(texts, dtype=object))
 
 

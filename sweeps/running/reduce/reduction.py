@@ -21,6 +21,7 @@ from engine_dyn.plausibility.judgement import Implausible
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from sweeps.base.dimensions import DESIGN, LABELS, PARAMETER, RANK, REDUCTION, STATE, STATUS
 from sweeps.base.errors import SceneError, counted
+from sweeps.base.naming import made_from, meaning_of, named, renamed
 from sweeps.running.archive.labels import Labels, Variable, as_stored, dataset_of, describe
 from sweeps.running.archive.warnings import ATTRIBUTE
 from sweeps.running.reduce.indices import NAMES, Indices
@@ -308,7 +309,7 @@ class Reduction:
         self, variables: dict[str, Variable], coordinates: dict[str, Variable]
     ) -> None:
         shares = np.array(self.asked.quantiles)
-        long_names = {
+        texts = {
             "mean": "mean of the {}",
             "deviation": "standard deviation of the {}",
             "smallest": "smallest {}",
@@ -320,7 +321,7 @@ class Reduction:
         for name, statistics in self.statistics.items():
             label = self.labels.variables[name].attributes
             for key, data in statistics.results(self.asked.quantiles).items():
-                about = {**label, "long_name": long_names[key].format(label["long_name"])}
+                about = renamed(label, texts[key])
                 about.pop("symbol", None)
                 if key == "count":
                     about["units"] = "1"
@@ -328,28 +329,28 @@ class Reduction:
                 variables[f"{name}_{key}"] = Variable(dims, about, data)
             self._add_histogram(name, variables, coordinates)
         if self.statistics:
-            about = {"long_name": "share of the values that are below", "units": "1"}
+            about = {**named("quantile", "share of the values that are below"), "units": "1"}
             coordinates["quantile"] = Variable(("quantile",), about, shares)
 
     def _add_indices(
         self, variables: dict[str, Variable], coordinates: dict[str, Variable]
     ) -> None:
         for name, one in self.indices.items():
-            label, cells = self.labels.variables[name].attributes["long_name"], (*self.cells[name],)
+            label, cells = self.labels.variables[name].attributes, (*self.cells[name],)
             ending, said = "", ""
             if one.conditional:
                 ending, said = "_conditional", ", only designs with results"
             for key, data in one.results().items():
-                about = {"long_name": f"{NAMES[key]} of the {label}{said}", "units": "1"}
+                about = made_from(label, f"{NAMES[key]} of the {{}}{said}")
                 variables[f"{name}_{key}{ending}"] = Variable((*cells, PARAMETER), about, data)
             for key, counts, words in (
                 ("left_out", one.lacking, "designs without a number"),
                 ("groups_left_out", one.dropped, "groups of designs left out of the indices"),
             ):
-                about = {"long_name": f"{words} of the {label}", "units": "1"}
+                about = made_from(label, f"{words} of the {{}}")
                 variables[f"{name}_{key}"] = Variable(cells, about, counts.reshape(one.shape))
             keys = [*one.sample.parameters]
-            meanings = [str(self._about(key).get("long_name", key)) for key in keys]
+            meanings = [meaning_of(self._about(key), key) for key in keys]
             for key, texts in ((PARAMETER, keys), (f"{PARAMETER}_long_name", meanings)):
                 about = {"long_name": key.replace("_", " "), "units": "1"}
                 coordinates[key] = Variable((PARAMETER,), about, np.array(texts, dtype=object))
@@ -363,12 +364,12 @@ class Reduction:
             return
         label = self.labels.variables[name].attributes
         along = f"{name}_bin"
-        told = "number of values of the {} in each bin".format(label["long_name"])
+        told = made_from(label, "number of values of the {} in each bin")
         dims = (*self.cells[name], along)
-        variables[f"{name}_histogram"] = Variable(dims, {"long_name": told, "units": "1"}, counts)
+        variables[f"{name}_histogram"] = Variable(dims, told, counts)
         coordinates[along] = Variable((along,), label, 0.5 * (edges[:-1] + edges[1:]))
         for ending, data, word in (("low", edges[:-1], "lower"), ("high", edges[1:], "upper")):
-            about = {**label, "long_name": f"{word} end of a bin of the {label['long_name']}"}
+            about = renamed(label, f"{word} end of a bin of the {{}}")
             about.pop("symbol", None)
             coordinates[f"{along}_{ending}"] = Variable((along,), about, data)
 
@@ -376,7 +377,7 @@ class Reduction:
         left = tuple(self.left)
         if self.outcomes.any():
             used = np.flatnonzero(self.outcomes.reshape(-1, len(MEANINGS)).any(axis=0))
-            about = {"long_name": "number of designs of each outcome", "units": "1"}
+            about = {**named("outcomes", "number of designs of each outcome"), "units": "1"}
             variables["outcomes"] = Variable((*left, "outcome"), about, self.outcomes[..., used])
             words = np.array([MEANINGS[code] for code in used], dtype=object)
             coordinates["outcome"] = Variable(
@@ -385,7 +386,8 @@ class Reduction:
         if self.conditions:
             texts = [str(c) for c in self.conditions]
             texts += ["all conditions"] if len(texts) > 1 else []
-            about = {"long_name": "number of designs that fulfil each condition", "units": "1"}
+            told = "number of designs that fulfil each condition"
+            about = {**named("designs_within", told), "units": "1"}
             counts = self.within[..., : len(texts)]
             variables["designs_within"] = Variable((*left, "condition"), about, counts)
             coordinates["condition"] = Variable(
@@ -420,10 +422,12 @@ class Reduction:
                 coordinates[f"{name}_name"] = Variable(dims, about, texts[values.astype(int)])
             target[name] = Variable(dims, self._about(name), values)
         self._name_cases(places, coordinates)
-        about = {"long_name": "number of the design in the whole scene", "units": "1"}
+        about = {**named(DESIGN, "number of the design in the whole scene"), "units": "1"}
         coordinates[DESIGN] = Variable((DESIGN,), about, places.astype(np.int64))
         variables[RANK] = Variable(
-            ("search", DESIGN), {"long_name": "rank by each search, 0 for none", "units": "1"}, rank
+            ("search", DESIGN),
+            {**named(RANK, "rank by each search, 0 for none"), "units": "1"},
+            rank,
         )
         texts = np.array([str(one.asked) for one in self.searches], dtype=object)
         coordinates["search"] = Variable(("search",), {"long_name": "search", "units": "1"}, texts)

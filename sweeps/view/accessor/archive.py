@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps.base.errors import SceneError, did_you_mean, printable, shown
+from sweeps.base.naming import meaning_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +79,7 @@ class ArchiveAccessor:
             )
         codes = self._archive["status"]
         words = codes.copy(data=np.array(MEANINGS)[codes.values.astype(np.int64)])
-        words.attrs = {"long_name": codes.attrs.get("long_name", "outcome")}
+        words.attrs = {"long_name": meaning_of(codes.attrs, "outcome")}
         return words.rename("status_words")
 
     @property

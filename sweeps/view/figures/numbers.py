@@ -12,6 +12,7 @@ import xarray as xr
 from engine_dyn.types import Floats
 from engine_dyn.units import RPM
 from sweeps.base.dimensions import COUNTED, PUBLISHED, REDUCTION
+from sweeps.base.naming import DESCRIPTION
 from sweeps.view.figures.maps import map_figure
 from sweeps.view.figures.marks import doubt_look, line_style, lost_handle, lost_look, target_lines
 from sweeps.view.figures.parameter_lines import (
@@ -282,7 +283,7 @@ def _with_deviations(view: View, names: Sequence[str]) -> View:
         letter = "n" if str(array.attrs["units"]) == "rpm" else r"\omega_n"
         attributes = {
             **array.attrs,
-            "long_name": f"deviation of the {name_of(array, name)}, from the nominal speed",
+            DESCRIPTION: f"deviation of the {name_of(array, name)}, from the nominal speed",
             "common_name": "deviation of the crank speed from the nominal speed",
             "symbol": rf"${symbol}/{letter}-1$" if symbol else "",
             "units": "percent",

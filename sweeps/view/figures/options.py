@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps.base.errors import SceneError, did_you_mean, one_line, shown, size_text
+from sweeps.base.naming import DESCRIPTION
 from sweeps.base.ratios import number_or_ratio
 
 SMALLEST, LARGEST = 60.0, 1200.0
@@ -335,7 +336,7 @@ def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:
     counted = np.round((angle - before - low) % period, 9) % period + low
     order = np.argsort(counted, kind="stable")
     attributes = data["crank_angle"].attrs | {
-        "long_name": f"crank angle, 0 at {name}",
+        DESCRIPTION: f"crank angle, 0 at {name}",
         "zero_at": before,
     }
     moved = data.isel(crank_angle=order)

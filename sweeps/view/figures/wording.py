@@ -11,6 +11,7 @@ import xarray as xr
 
 from engine_dyn.types import Floats
 from sweeps.base.errors import printable
+from sweeps.base.naming import meaning_of
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # Space that no line break replaces, as before a unit
 EN_DASH = "\N{EN DASH}"
@@ -142,8 +143,8 @@ def sentence(text: str) -> str:
 
 
 def name_of(variable: xr.Variable, key: str) -> str:
-    """The long name up to its first comma, without brackets: the file keeps what they explain."""
-    name = re.sub(r" \([^()]*\)", "", str(variable.attrs.get("long_name") or ""))
+    """What it is up to its first comma, without brackets: the file keeps what they explain."""
+    name = re.sub(r" \([^()]*\)", "", meaning_of(variable.attrs))
     name = name.split(",")[0].strip()
     return plain_text(name or key.replace("_", " "))
 

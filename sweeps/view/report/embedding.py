@@ -20,6 +20,7 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
 from sweeps.base.dimensions import COUNTED, words_of
 from sweeps.base.errors import SceneError, one_line
+from sweeps.base.naming import meaning_of
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.readable_units import converted, unit_choices
 from sweeps.view.texts.tables import last_digits
@@ -75,8 +76,8 @@ def choices_of(archive: xr.Dataset, units: str | None) -> dict[str, str]:
 
 
 def text_of(variable: xr.Variable | xr.DataArray, name: str) -> str:
-    """Long name of a variable, or its name."""
-    return one_line(variable.attrs.get("long_name") or name, LONGEST_WORD)
+    """What a variable is, or its name."""
+    return one_line(meaning_of(variable.attrs, name), LONGEST_WORD)
 
 
 def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Embedded:

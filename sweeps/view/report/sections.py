@@ -14,6 +14,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.base.dimensions import REDUCTION
 from sweeps.base.errors import one_line
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import (
     axes_of,
     count_of_designs,
@@ -214,7 +215,7 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     axes = [_axis_row(archive, d, choices) for d in dims]
     if axes:
         parts += ["<h3>Axes</h3>", table(("axis", "meaning", "number", "values"), axes, (2,))]
-    columns = [(str(n), c.attrs.get("long_name", ""), str(c.dims[0]),
+    columns = [(str(n), meaning_of(c.attrs), str(c.dims[0]),
                 _values_text(c, choices.get(str(n)))) for n, c in archive.coords.items()
                if c.ndim == 1 and c.dims[0] in dims
                and n not in (c.dims[0], f"{c.dims[0]}_name")]  # fmt: skip
@@ -245,8 +246,8 @@ def _arrangements(archive: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _meaning(variable: xr.DataArray) -> str:
-    """The long name of a quantity, and the engines that do not have it."""
-    said = (variable.attrs.get("long_name"), variable.attrs.get("comment"))
+    """What a quantity is, and the engines that do not have it."""
+    said = (meaning_of(variable.attrs), variable.attrs.get("comment"))
     return "; ".join(str(part) for part in said if part)
 
 
@@ -284,13 +285,13 @@ def _axis_row(archive: xr.Dataset, dim: str, choices: Choices) -> tuple[Any, ...
     if dim not in archive.coords:
         return dim, "", size, ""
     coordinate = archive[dim]
-    long_name = coordinate.attrs.get("long_name", "")
+    meaning = meaning_of(coordinate.attrs)
     words = f"{dim}_name"
     if words in archive.coords and archive[words].dims == (dim,):
         coordinate = archive[words]
-        long_name = archive[words].attrs.get("long_name", "")
+        meaning = meaning_of(archive[words].attrs)
     told = _values_text(coordinate, choices.get(dim)) if dim != "design" else ""
-    return dim, long_name, size, told
+    return dim, meaning, size, told
 
 
 # ---- outcomes, warnings, assumptions -------------------------------------------------------------

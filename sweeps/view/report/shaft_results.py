@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweeps.base.errors import one_line
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.shaft_extremes import Worst, worst_of_shaft
 from sweeps.view.report.html import table
@@ -128,7 +129,7 @@ def _worst(archive: xr.Dataset) -> Iterator[str]:
             if best is None or one.worse_than(best):
                 most[one.quantity] = one
         for name, one in most.items():
-            meaning = str(archive[name].attrs.get("long_name", name))
+            meaning = meaning_of(archive[name].attrs, name)
             meaning = meaning.partition(",")[0].partition(":")[0]
             unit = "" if one.unit == "1" else one.unit
             at = ", ".join(f"{key} {value:g}" for key, value in one.at.items()

@@ -17,6 +17,7 @@ import numpy as np
 from engine_dyn.types import Booleans, Floats
 from sweeps.base.dimensions import NOT_CHOSEN, REDUCTION
 from sweeps.base.errors import SceneError, counted, one_line
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
 from sweeps.decide.explore.search import INERTIAS, search_best
 from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES, Worst, worst_of_shaft
@@ -228,7 +229,7 @@ def _required(archive: xr.Dataset, name: str, say: Wording) -> str:
         _, most, worst, cases = rows[0]
         lead = f"most {name} = {most}{f' at {worst}' if worst else ''}, {cases}"
         parts.append(paragraph(lead, "verdict"))
-    parts.append(paragraph(f"{one_line(data.attrs.get('long_name', name), 200)}.", "note"))
+    parts.append(paragraph(f"{one_line(meaning_of(data.attrs, name), 200)}.", "note"))
     if rows[1:]:
         heads = ("", "needed in every case", "the case that needs most", "")
         parts.append(table(heads, rows, (1,)))

@@ -14,6 +14,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, UNLESS_GIVEN
 from engine_dyn.status import MEANINGS, PASSES_DONE
 from sweeps.base.dimensions import REDUCTION, STATE
 from sweeps.base.errors import as_name, counted, one_line, size_text
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import axes_of, count_of_designs, of_designs
 from sweeps.running.archive.partial import Partial
 from sweeps.running.reduce.ranges import ranges
@@ -146,7 +147,7 @@ def _quantity_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
         data = dataset[name]
         over = ", ".join(str(d) for d in data.dims)
         parts = [
-            one_line(data.attrs.get("long_name", "")),
+            one_line(meaning_of(data.attrs)),
             f"over {over}, {size_text(data.nbytes)}" if over else "",
         ]
         extent = _extent_text(data, chosen.get(name), lasts.get(name))

@@ -10,6 +10,7 @@ import numpy as np
 from engine_dyn.geometry.possible_orders import CRANKS
 from sweeps.base.dimensions import ARRANGEMENT, FIRING_PATTERN, OF_ORDERS, OF_PATTERNS
 from sweeps.base.errors import counted, one_line
+from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.firing_orders import CRITERIA, worst_of_orders
 from sweeps.decide.explore.rows import Rows
 from sweeps.view.texts.tables import rows_text
@@ -45,7 +46,7 @@ def orders_text(
     numbers["rank"] = "1"
     rows = Rows(
         table=table, units=numbers,
-        texts={name: str(ranked[name].attrs.get("long_name", "")) for name in table},
+        texts={name: meaning_of(ranked[name].attrs) for name in table},
         given=("rank", "firing_order"), fixed={}, designs=ranked.sizes[ARRANGEMENT], curves=(),
     )  # fmt: skip
     lines = [_head(ranked, about), rows_text(rows, units, width)]
@@ -86,7 +87,7 @@ def patterns_text(
     attributes = ranked["ranked_by"].attrs
     rows = Rows(
         table=table, units={name: str(attributes.get("units", "1"))},
-        texts={"firings": "", name: str(attributes.get("long_name", ""))}, given=("firings",),
+        texts={"firings": "", name: meaning_of(attributes)}, given=("firings",),
         fixed={}, designs=ranked.sizes[FIRING_PATTERN], curves=(),
     )  # fmt: skip
     engine = one_line(str(ranked.attrs.get("engine_title", "")), 80)
