@@ -233,6 +233,7 @@ FOLLOWED = frozenset({
     "inertia_torque", "inertia_torque_actual", "torque_after_throw", "shaft_torque_extremes",
     "torque_solution", "indicated_torque_solution", "speed_solution", "inertia_search",
     "piston_friction_torque", "held_load", "torque_to_hold",
+    "torque_missing",
     *(f"{whose}_{part}_sum" for whose in ("engine", "cylinder")
       for part in ("gas", "speed", "inertia")),
     # Masses that turn with the crank, and the first crank pin.

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
@@ -20,6 +19,7 @@ from sweeps.scene import cylinders, firing_patterns
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, CylinderKeys
 from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range
+from sweeps.scene.whole_keys import check_of_designs
 from sweeps.scene.word_keys import WordKey
 
 MOST_VALUES = 2 * LARGEST_AXIS  # Largest number of values of all axes of one scene together
@@ -79,20 +79,9 @@ def read_axes(
     return axes, words
 
 
-def _check_of_scene(key: str, where: str) -> None:
-    """Refuse a key that holds for a whole scene where values of single designs stand."""
-    if key in KEYS_OF_SET and KEYS_OF_SET[key].scenes_only:
-        raise SceneError(f"{where}: must be in [set], one for all designs")
-
-
 def _parameter(key: str, table: str, name: str) -> Node:
     """Parameter that a key of [set] or [axes] names."""
-    _check_of_scene(key, f"{name}: [{table}] {key}")
-    if key in CYLINDER_KEYS or key in KEYS_OF_SET:
-        one = f"{key.removesuffix('s')}_2"  # Parameter of the second cylinder
-        instead = f"{one} and so on" if one in PARAMETERS else "misfire and arrangement"
-        also = f"; [{table}] may have {instead}" if table != "set" else ""
-        raise SceneError(f"{name}: [{table}] {key}: must be in [set] or the engine file{also}")
+    check_of_designs(key, f"{name}: [{table}] {key}", "" if table == "set" else f"[{table}]")
     if key in SOLVER_COLUMNS:
         raise SceneError(f"{name}: [{table}] {key}: must be in [solver] or a column of [designs]")
     if key in (METHOD, INERTIA_MODEL):
@@ -156,7 +145,8 @@ def read_designs_table(
         return _designs_from_file(raw, name, base)
     for key, item in raw.items():
         where = f"{name}: [designs] {key}"
-        _check_of_scene(key, where)
+        if key not in LABELS:
+            check_of_designs(key, where, "[designs]")
         node = known_key(key, f"{name}: [designs]", LABELS)
         if node is None:
             labels[key] = _labels(item, where)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.engine import Engine
+from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.types import Floats
 from sweeps.base.checks import known_key, plain
 from sweeps.base.dimensions import LABELS
@@ -23,6 +24,7 @@ from sweeps.base.files.libraries import library
 from sweeps.scene.crossings import exclusive_pair, refused
 from sweeps.scene.distributions import Distribution, read_distribution
 from sweeps.scene.values import GivenValues
+from sweeps.scene.whole_keys import check_of_designs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -145,10 +147,12 @@ def read_sample(
     method = raw.get("method", "sobol")
     if not isinstance(method, str) or method not in (*METHODS, *([SEARCH] if known else ())):
         raise SceneError(f"{where} method = {shown(method)}: must be one of {', '.join(METHODS)}")
-    parameters = {
-        key: read_distribution(item, f"{where} {key}", known_key(key, where, (*words, *_OWN)))
-        for key, item in ((key, raw[key]) for key in parameters_of(raw))
-    }
+    parameters = {}
+    for key in parameters_of(raw):
+        if key not in words:
+            check_of_designs(key, f"{where} {key}", where.rpartition(": ")[2])
+        node = known_key(key, where, (*words, *_OWN))
+        parameters[key] = read_distribution(raw[key], f"{where} {key}", node)
     if not parameters:
         raise SceneError(
             f"{where}: no parameter; at least one is needed, such as inertia = {{ low = 1.0, "
@@ -330,6 +334,8 @@ def read_uncertainty(
         if key in values.axes or key in values.designs:
             place = "axes" if key in values.axes else "designs"
             raise SceneError(f"{where} {key}: varies in [{place}]; give it in one place")
+        if key in HELD_KEYS and not values.gives(key):
+            raise SceneError(f"{where} {key}: needs the value in [set] that it is uncertain about")
     known = {k: item for k, item in engine.uncertainty.items() if not _given_instead(k, values)}
     if not {**known, **own}:
         raise SceneError(

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 import warnings
 from collections.abc import Callable
@@ -281,6 +282,15 @@ def test_states_of_reductions_from_before_are_merged() -> None:
         ({"axes": {"hold": ["brake_power"]}}, "[axes] hold: must be in [set], one for all designs"),
         ({"designs": {"hold": ["brake_power"], "load": [50]}},
          "[designs] hold: must be in [set], one for all designs"),
+        ({"sample": {"number": 4, "hold": ["brake_power"]}},
+         "[sample] hold: must be in [set], one for all designs"),
+        ({"sample": {"number": 4, "pressure_factor": [1, 2]}},
+         "[sample] pressure_factor: must be in [set] or the engine file; [sample] may have "
+         "pressure_factor_2 and so on"),
+        ({"uncertainty": {"hold": ["brake_power", "brake_torque"]}},
+         "[uncertainty] hold: must be in [set], one for all designs"),
+        ({"uncertainty": {"held_power": {"low": 1e4, "high": 2e4}}},
+         "[uncertainty] held_power: needs the value in [set] that it is uncertain about"),
         ({"set": {"held_torque": -50}},
          "[set] held_torque = -50: must be a finite number 0 or more [N m]"),
         ({"set": {"held_power": "38 kw"}}, "[set] held_power = '38 kw': must be a finite number in "
@@ -299,6 +309,72 @@ def test_states_of_reductions_from_before_are_merged() -> None:
 def test_bad_input(tables: dict[str, Any], says: str) -> None:
     scene = {"engine": FOUR, "output": {"quantities": ["delta"]}, **tables}
     assert refusal(scene) == f"scene: {says}"
+
+
+def test_columns_of_files_hold_nothing(tmp_path: Path) -> None:
+    (tmp_path / "designs.csv").write_text("inertia,hold\n1.0,brake_power\n", encoding="utf-8")
+    scene = {"engine": FOUR, "designs": {"file": str(tmp_path / "designs.csv")},
+             "output": {"quantities": ["delta"]}}  # fmt: skip
+    assert refusal(scene).endswith("hold: must be in [set], one for all designs")
+
+
+@pytest.mark.parametrize("table", ["sample", "uncertainty"])
+def test_values_that_are_drawn_go_with_a_torque_that_is_held(table: str) -> None:
+    """Each design holds the torque; a held power may be drawn itself."""
+    drawn = {"number": 8, "inertia": {"low": 0.5, "high": 2.0}}
+    found = computed(ASKED, FOUR, set={**HELD, "misfire": 2}, **{table: drawn})
+    assert (found.status == 0).all() and (found.held_load > 70.0).all()
+    assert_allclose(found.torque_mean, found.torque_to_hold, rtol=1e-11)
+    powers = {"number": 8, "held_power": {"low": 3.5e4, "high": 4e4}}
+    found = computed(ASKED, FOUR, set={"speed": 3000.0, "held_power": 3.6e4} if table != "sample"
+                     else {"speed": 3000.0}, **{table: powers})  # fmt: skip
+    assert (found.status == 0).all()
+    if table == "uncertainty":
+        low, high = found.torque_to_hold_low, found.torque_to_hold_high
+        assert 3.5e4 / (3000.0 * RPM) <= low < high <= 4e4 / (3000.0 * RPM)
+
+
+def test_what_is_missing_is_told() -> None:
+    """In N m beyond the first or the last diagram; nothing where the torque is held."""
+    asked = ("torque_missing", "torque_to_hold", "torque_mean", "status")
+    scene: dict[str, Any] = {"set": {**HELD, "load": 95.0}, "axes": {"misfire": [0, 2]}}
+    found = computed(asked, FOUR, **scene)
+    dead = {**NUMBERS, "load": 100.0, "misfire": 2}
+    largest = float(computed(("torque_mean",), FOUR, set=dead).torque_mean)
+    assert found.status.values.tolist() == [0, TORQUE_NOT_REACHED]
+    assert found.torque_missing.values[0] == 0.0
+    assert_allclose(found.torque_to_hold - found.torque_missing.values[1], largest, rtol=1e-12)
+    engine = load_engine(FOUR, Path(), "")
+    least = {**NUMBERS, "load": engine.family.low}
+    smallest = float(computed(("torque_mean",), FOUR, set=least).torque_mean)
+    few = computed(asked, FOUR, set={"speed": 3000.0, "held_torque": 0.5 * smallest})
+    assert_allclose(few.torque_missing, -0.5 * smallest, rtol=1e-12)
+    assert float(computed(asked[:1], FOUR, set=NUMBERS).torque_missing) == 0.0
+
+
+@pytest.mark.parametrize(
+    "search",
+    [
+        {"least": "inertia", "over": "inertia = 0.5 to 5"},
+        {"least": "inertia", "over": ["inertia = 0.5 to 5", "cylinders = 3, 4"]},
+        {"least": "mean_piston_speed", "over": ["stroke = 0.1 to 0.102"]},
+    ],
+)
+def test_a_search_ends_early_where_no_design_holds(search: dict[str, Any]) -> None:
+    pytest.importorskip("pymoo")
+    scene: dict[str, Any] = {
+        "engine": FOUR, "set": {**HELD, "load": 95.0}, "axes": {"misfire": [0, 2]},
+        "within": "delta <= 1/50", "number": 16, "generations": 1000,
+    }  # fmt: skip
+    line = refusal_of(lambda: sweeps.optimise(**scene, **search))
+    assert re.match(
+        r"torque_not_reached: none of \d+ designs? holds its torque: of the one that comes "
+        r"nearest, the largest torque at misfire = 2 is \d+\.?\d* N m, and \d+\.?\d* N m is to "
+        r"be held",
+        line,
+    )
+    few = {**scene, "set": {"speed": 3000.0, "held_torque": 5.0}, "axes": {}}
+    assert "the smallest torque is" in refusal_of(lambda: sweeps.optimise(**few, **search))
 
 
 def test_engine_files_hold_nothing(tmp_path: Path) -> None:

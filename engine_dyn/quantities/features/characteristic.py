@@ -85,6 +85,10 @@ CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
 """Characteristics by name; "diesel" is for an undivided combustion chamber."""
 
 
+SLACK = 1e-9
+"""Share of a torque by which that of the first or the last diagram may miss it, by rounding."""
+
+
 def load_for_torque(
     torque_of: Callable[[Floats, Integers], Any], loads: npt.ArrayLike, wanted: npt.ArrayLike,
     resolution: float = 0.0,
@@ -116,7 +120,7 @@ def load_for_torque(
     miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
     # Where the wanted torque differs from that of the largest or smallest load by less than this,
     # which is only rounding, that load is the solution.
-    slack = 1e-9 * np.abs(goal)
+    slack = SLACK * np.abs(goal)
     solution = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
         solution = np.where(np.abs(here) <= slack, load, solution)
@@ -177,6 +181,28 @@ def load_with_torque(
     variant_of : callable
         Variant of a node that the scene has.
     """
+    wanted, torque_of = _torques(wanted, load, needs, variant_of)
+    family = needs["family"]
+    return load_for_torque(torque_of, family.loads, wanted, family.resolution)
+
+
+def torque_beyond(
+    wanted: Any, load: str, needs: Mapping[str, Any], variant_of: Callable[[str], Node]
+) -> Floats:  # fmt: skip
+    """Wanted mean brake torque less the nearest one of the diagrams; as `load_with_torque`."""
+    wanted, torque_of = _torques(wanted, load, needs, variant_of)
+    every = np.arange(wanted.size)
+    given = [torque_of(np.full(wanted.size, one), every) for one in needs["family"].loads]
+    flat = wanted.reshape(-1)
+    beyond = flat - np.clip(flat, np.minimum.reduce(given), np.maximum.reduce(given))
+    # A torque that differs from the first or the last one by rounding alone is reached.
+    return np.where(np.abs(beyond) <= SLACK * np.abs(flat), 0.0, beyond).reshape(wanted.shape)
+
+
+def _torques(
+    wanted: Any, load: str, needs: Mapping[str, Any], variant_of: Callable[[str], Node]
+) -> tuple[Floats, Callable[[Floats, Integers], Any]]:  # fmt: skip
+    """The wanted torque of every design, and the torque of some of them at other loads."""
     arrays = {n: v for n, v in needs.items() if isinstance(v, np.ndarray) and v.ndim}
     wanted = np.broadcast_to(
         wanted, np.broadcast_shapes(np.shape(wanted), *(v.shape for v in arrays.values()))
@@ -188,8 +214,7 @@ def load_with_torque(
         known |= {n: np.broadcast_to(v, wanted.shape)[places] for n, v in arrays.items()}
         return made_of("torque_mean", known, variant_of)
 
-    family = needs["family"]
-    return load_for_torque(torque_of, family.loads, wanted, family.resolution)
+    return wanted, torque_of
 
 
 def _load_of_characteristic(

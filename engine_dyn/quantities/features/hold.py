@@ -23,6 +23,7 @@ from engine_dyn.quantities.features.characteristic import (
     OF_TORQUE,
     load_with_torque,
     made_of,
+    torque_beyond,
 )
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node, parameter
@@ -46,6 +47,10 @@ def _load_of_undisturbed(*, load: Any, undisturbed_set: Any, **needs: Any) -> An
     undisturbed = np.asarray(needs["cylinder_set"]) == undisturbed_set
     # Undisturbed designs keep the load that they are given, to the bit
     return np.where(undisturbed, load, _held_load(**needs))
+
+
+def _torque_missing(*, torque_to_hold: Any, variant_of: Callable[[str], Node], **needs: Any) -> Any:
+    return torque_beyond(torque_to_hold, "held_load", needs, variant_of)
 
 
 PARAMETERS = (
@@ -80,9 +85,16 @@ _TORQUE = (
     "mean brake torque that is held", "this project",
 )  # fmt: skip
 
+_MISSING = (
+    "torque_missing", r"\Delta M_{hold}", "N m",
+    "torque to hold less the nearest one that the diagrams give: 0 where it is held",
+    "this project",
+)  # fmt: skip
+
 NODES = (
     Node(*_LOAD, when="not_held", make=lambda load: load),
     Node(*_TORQUE, when="not_held", make=lambda torque_mean: torque_mean),
+    Node(*_MISSING, when="not_held", make=lambda torque_mean: 0.0 * torque_mean),
     Node(*_TORQUE, when="held hold_torque", make=lambda held_torque: held_torque),
     Node(*_TORQUE, when="held hold_power", make=lambda held_power, speed: held_power / speed),
     *(
@@ -97,6 +109,10 @@ NODES = (
                 *_LOAD, when=f"held hold_undisturbed {law}", make=_load_of_undisturbed,
                 needs=("torque_to_hold", "load", "undisturbed_set", *OF_TORQUE, *of_law),
                 width=_WIDTH,
+            ),
+            Node(
+                *_MISSING, when=f"held {law}", make=_torque_missing, width=_WIDTH,
+                needs=("torque_to_hold", *OF_TORQUE, *of_law),
             ),
             *(
                 Node(
@@ -125,5 +141,6 @@ FEATURE: Feature[str] = Feature(
     called={
         "held_load": "governor, constant power, other cylinders take up the load",
         "torque_to_hold": "governor, constant torque",
+        "torque_missing": "torque not reached, overload",
     },
 )  # fmt: skip

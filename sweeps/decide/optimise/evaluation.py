@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn.status import MEANINGS, TORQUE_NOT_REACHED
 from engine_dyn.types import Booleans, Floats, Integers
-from sweeps.base.dimensions import DESIGN, GENERATION, RESTART
+from sweeps.base.dimensions import DESIGN, GENERATION, RESTART, words_of
+from sweeps.base.errors import SceneError, counted, shown
 from sweeps.base.naming import named
 from sweeps.decide.optimise.space import Space
 from sweeps.decide.optimise.task import Task
-from sweeps.running.archive.labels import dataset_with_warnings, describe
+from sweeps.running.archive.labels import dataset_with_warnings, describe, label
 from sweeps.running.compute.in_memory import compute
 from sweeps.running.reduce.every_point import EveryPoint
 from sweeps.scene.plan.blocks import check_memory
@@ -116,6 +118,42 @@ class Designs:
         self._results.append((plan, data))
         for key, kept in self._columns.items():
             kept.append(columns[key])
+
+    def check_hold(self) -> None:
+        """Refuse a torque to hold that no design reaches, of those computed so far.
+
+        Designs that do not reach it have no results, from which a search could learn nothing.
+        """
+        import xarray as xr
+
+        task, lacking = self.task, self._violation[:, -1] > 0.0
+        left_out = MEANINGS[TORQUE_NOT_REACHED] in task.not_counted
+        if left_out or not lacking.all() or "held" not in self._results[0][0].scene.words:
+            return
+        plan = task.plan(self.columns(), len(self), ("torque_to_hold", "torque_missing"))
+        found = label(plan, compute(plan, threads=self.threads), seconds=0.0)
+        missing = abs(found["torque_missing"])
+        largest = missing.max([d for d in missing.dims if d != DESIGN])  # At the worst point
+        if not (largest > 0.0).all():
+            return
+        one = (
+            found.isel({DESIGN: int(largest.values.argmin())}) if DESIGN in largest.dims else found
+        )
+        lacks, wanted = xr.broadcast(one["torque_missing"], one["torque_to_hold"])
+        at = np.unravel_index(int(abs(lacks).values.argmax()), lacks.shape)
+        most, held = float(lacks.values[at]), float(wanted.values[at])
+        words = words_of(found)
+        place = ", ".join(
+            f"{d} = {shown(one[words.get(str(d), str(d))].values[i])}"
+            for d, i in zip(lacks.dims, at, strict=True)
+        )
+        raise SceneError(
+            f"{MEANINGS[TORQUE_NOT_REACHED]}: none of {counted(len(self), 'design')} holds its "
+            f"torque: of the one that comes nearest, the {'largest' if most > 0.0 else 'smallest'} "
+            f"torque{f' at {place}' if place else ''} is {held - most:.4g} N m, and {held:.4g} N m "
+            "is to be held; give another load or torque, or leave such points out "
+            f"(--not-counted {MEANINGS[TORQUE_NOT_REACHED]}, not_counted)"
+        )
 
     def check_memory(self, most: int) -> None:
         """Refuse, with the size and what is free, a search whose designs do not fit into memory."""

@@ -128,7 +128,8 @@ def optimise(
     SceneError
         In one line, before anything is computed: for quantities that are not computed or are
         curves, for ranges that a key does not allow, where nothing varies, and where the designs
-        would not fit into memory. Where pymoo or SciPy is missing (extra `optimise`).
+        would not fit into memory. Where pymoo or SciPy is missing (extra `optimise`). After the
+        first generation, where a torque is held that none of its designs reaches.
 
     Warns
     -----
@@ -211,6 +212,7 @@ class _Search:
                 )
             ]
             self.seen = [np.unique(np.concatenate(places))]
+            self.designs.check_hold()
             return
         seeds = np.random.SeedSequence(self.task.seed).generate_state(2 * self.restarts)
         with progress_bar(
@@ -225,6 +227,8 @@ class _Search:
                     seen: list[Integers] = seen,
                 ) -> Judgement:  # fmt: skip
                     places = self.designs.at(positions, restart + 1, generation)
+                    if len(self.designs) == len(np.unique(places)):  # The first generation
+                        self.designs.check_hold()
                     seen.append(np.unique(places))
                     bar.update(1)
                     return self.designs.all[places]

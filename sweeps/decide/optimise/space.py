@@ -16,6 +16,7 @@ from sweeps.base.errors import SceneError, plain_number, shown
 from sweeps.base.ratios import number_or_ratio
 from sweeps.scene.distributions import Choice, Distribution, WholeNumbers, read_distribution
 from sweeps.scene.sample import WORDS, parameters_of
+from sweeps.scene.whole_keys import check_of_designs
 
 FORMS = (
     "'inertia = 0.2 to 5' (with the word log after it uniform in the logarithm), 'cylinders = 4, "
@@ -106,6 +107,8 @@ def read_space(over: Any, raw: Mapping[str, Any], name: str) -> Space:
         )
     parameters = {}
     for key, table in tables.items():
+        if key not in WORDS:
+            check_of_designs(key, where[key], "the search")
         node = known_key(key, where[key].removesuffix(f" {key}"), also=WORDS)
         parameters[key] = read_distribution(table, where[key], node)
         if key in (raw.get("axes") or {}):

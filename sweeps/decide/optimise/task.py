@@ -46,9 +46,12 @@ class Task:
             dict.fromkeys((*(n for n, _ in self.wanted), *(c.name for c in self.conditions)))
         )
 
-    def plan(self, columns: Mapping[str, Any], number: int) -> Plan:
-        """Plan of some designs; `number` is how many of them the scene is said to have."""
-        output = _with_quantities(self.given, self.quantities)
+    def plan(self, columns: Mapping[str, Any], number: int, quantities: Sequence[str] = ()) -> Plan:
+        """Plan of some designs; `number` is how many of them the scene is said to have.
+
+        `quantities` are others than those of the task.
+        """
+        output = _with_quantities(self.given, quantities or self.quantities)
         return plan_of_designs(
             self.given, self.space, columns, number, self.seed, self.files, output=output
         )

@@ -19,6 +19,7 @@ from engine_dyn.types import Floats
 from sweeps.base.checks import allowed, check_range, is_ratio, known_key, number, outside
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
+from sweeps.scene.whole_keys import check_of_designs
 
 ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
 
@@ -55,6 +56,9 @@ def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict
         # Any file may be named: the message must not show the content of a file that is not ours.
         meant = not_known(keys[0], known, command="engine-dyn list keys")
         raise SceneError(f"{name}: {what} 1: unknown key{meant}")
+    for key in keys:
+        if key not in LABELS:
+            check_of_designs(key, f"{name}: {what} {key}", "the file")
     return {key: known_key(key, f"{name}: {what}", LABELS) for key in keys}
 
 
