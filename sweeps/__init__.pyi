@@ -1,4 +1,5 @@
 from .base.errors import SceneError as SceneError
+from .decide.explore.barred import barred_ranges as barred_ranges
 from .decide.explore.export import export as export
 from .decide.explore.firing_orders import firing_orders as firing_orders
 from .decide.explore.firing_patterns import firing_patterns as firing_patterns

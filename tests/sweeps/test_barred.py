@@ -156,6 +156,13 @@ def test_the_command_says_ranges_cases_and_causes(diesel: xr.Dataset, tmp_path: 
         assert options[1].partition("=")[0] in refused("barred", path, *options)
 
 
+def test_it_stands_beside_the_other_functions(diesel: xr.Dataset, solved: Barred) -> None:
+    assert sweeps.barred_ranges is barred_ranges
+    assert diesel.dyn.barred_ranges(threads=1).ranges == solved.ranges
+    with pytest.raises(SceneError, match="archive = 'first': must be"):
+        sweeps.barred_ranges("first")
+
+
 # ---- reports -------------------------------------------------------------------------------------
 
 

@@ -47,44 +47,84 @@ NEAR = 0.15
 
 @dataclass(frozen=True)
 class BarredRange:
-    """A range of speed in which a quantity is above its limit on one shaft, in one case."""
+    """A range of speed in which a quantity is above its limit on one shaft, in one case.
 
-    quantity: str  # Name of the quantity that is above its limit
-    place: str  # Name of the shaft
-    # Values of the other axes, such as misfire and load; names where an axis has names
+    Attributes
+    ----------
+    quantity : str
+        Name of the quantity that is above its limit.
+    place : str
+        Name of the shaft.
+    case : dict
+        Values of the other axes, such as misfire and load; names where an axis has names.
+    low, high : float
+        Edges of the range [rpm].
+    low_between, high_between : tuple of float
+        From where to where each edge is sure to lie [rpm]: between two speeds that were computed,
+        or infinite where the archive's speeds end above the limit.
+    largest : float
+        Largest ratio of value to limit within the range.
+    at : float
+        Speed of the largest ratio [rpm].
+    order : float
+        Order of the largest torque there.
+    mode : int
+        The mode whose critical speed of this order lies near; 0 where there is none: the vibration
+        is forced, without a resonance.
+    critical_speed : float
+        That speed [rpm]; NaN where there is none.
+    """
+
+    quantity: str
+    place: str
     case: Mapping[str, Any]
-    # Edges of the range [rpm], and from where to where each is sure to lie [rpm]: between two
-    # speeds that were computed, or infinite where the archive's speeds end above the limit.
     low: float
     high: float
     low_between: tuple[float, float]
     high_between: tuple[float, float]
-    largest: float  # Largest ratio of value to limit within the range
-    at: float  # Speed of the largest ratio [rpm]
-    # Order of the largest torque there, and the mode whose critical speed of this order lies near;
-    # NaN and 0 where there is none: the vibration is forced, without a resonance.
+    largest: float
+    at: float
     order: float = math.nan
     mode: int = 0
-    critical_speed: float = math.nan  # [rpm]
+    critical_speed: float = math.nan
 
 
 @dataclass(frozen=True)
 class Barred:
-    """What was found about the barred speeds of an archive."""
+    """What was found about the barred speeds of an archive.
 
-    quantities: tuple[str, ...]  # Quantities over limits that were looked at
-    speeds: tuple[float, float]  # Speeds between which was looked, those of the archive [rpm]
-    step: float  # Largest distance of the speeds on both sides of an edge [rpm]
-    cases: tuple[Mapping[str, Any], ...]  # All cases
+    Attributes
+    ----------
+    quantities : tuple of str
+        Quantities over limits that were looked at.
+    speeds : tuple of float
+        Speeds between which was looked, those of the archive [rpm].
+    step : float
+        Largest distance of the speeds on both sides of an edge [rpm].
+    cases : tuple of dict
+        All cases.
+    ranges : tuple of BarredRange
+        The ranges of all cases; empty where no speed is barred.
+    worst : tuple of tuple
+        Largest value of each case over all shafts and quantities with its shaft and speed.
+    without : tuple of int
+        Number of speeds without a result of each case.
+    solved, ratio : ndarray
+        All speeds that were solved [rpm], and the largest ratio of each case over shafts and
+        quantities, shape (speed, case).
+    modes : Dataset
+        Natural frequencies, critical speeds and vector sums of the first case.
+    """
+
+    quantities: tuple[str, ...]
+    speeds: tuple[float, float]
+    step: float
+    cases: tuple[Mapping[str, Any], ...]
     ranges: tuple[BarredRange, ...]
-    # Largest value of each case over all shafts and quantities with its shaft and speed
     worst: tuple[tuple[float, str, float], ...]
-    without: tuple[int, ...]  # Number of speeds without a result of each case
-    # All speeds that were solved [rpm], and the largest ratio of each case over shafts and
-    # quantities, shape (speed, case).
+    without: tuple[int, ...]
     solved: Floats = field(repr=False)
     ratio: Floats = field(repr=False)
-    # Natural frequencies, critical speeds and vector sums of the first case
     modes: xr.Dataset = field(repr=False)
 
 
@@ -129,7 +169,6 @@ def barred_ranges(
     Examples
     --------
     >>> import sweeps
-    >>> from sweeps.decide.explore.barred import barred_ranges
     >>> archive = sweeps.run(
     ...     engine="diesel_105x137",
     ...     shaft="diesel_105x137",
@@ -137,10 +176,12 @@ def barred_ranges(
     ...     axes={"speed": [1000, 1500, 2000, 2500]},
     ...     output={"quantities": ["shaft_stress_over_limit"]},
     ... )
-    >>> found = barred_ranges(archive)
+    >>> found = sweeps.barred_ranges(archive)
     >>> one = found.ranges[-1]
     >>> one.place, one.order, one.mode, round(one.at, -1)
     ('throw 6 - flywheel', 6.0, 1, 2170.0)
+    >>> round(one.low, -1), round(one.high, -1)
+    (2120.0, 2210.0)
     """
     threads = thread_count(threads)
     names, speeds = _asked(archive)

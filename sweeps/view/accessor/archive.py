@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sweeps.decide.explore.barred import Barred
     from sweeps.decide.explore.export import Exported
 
 
@@ -29,8 +30,8 @@ class ArchiveAccessor:
     """Methods of `sweeps` on an archive: ``archive.dyn``.
 
     `plot` draws its figures, `show` and `table` give numbers, `best`, `show_best` and `pareto` find
-    designs, `status_words` and `outcomes` tell what became of them, `to_excel` and `export` write
-    files.
+    designs, `barred_ranges` finds speeds at which a shaft is above a limit, `status_words` and
+    `outcomes` tell what became of designs, `to_excel` and `export` write files.
 
     Examples
     --------
@@ -194,6 +195,26 @@ class ArchiveAccessor:
             not_counted=not_counted,
         )  # fmt: skip
 
+    def barred_ranges(self, *, threads: int | None = None, progress: bool = False) -> Barred:
+        """Find the speeds at which a shaft is above a limit; see `sweeps.barred_ranges`.
+
+        Examples
+        --------
+        >>> import sweeps
+        >>> archive = sweeps.run(
+        ...     engine="diesel_105x137",
+        ...     shaft="diesel_105x137",
+        ...     set={"shaft_stress_limit_8": 60},
+        ...     axes={"speed": [2000, 2300]},
+        ...     output={"quantities": ["shaft_stress_over_limit"]},
+        ... )
+        >>> [round(one.at, -1) for one in archive.dyn.barred_ranges().ranges]
+        [2170.0]
+        """
+        from sweeps.decide.explore.barred import barred_ranges
+
+        return barred_ranges(self._archive, threads=threads, progress=progress)
+
     def nearest(self, **values: float | str) -> xr.Dataset:
         """Take the nearest values of axes: ``nearest(speed=1500)``; see `sweeps.nearest`.
 
@@ -336,7 +357,7 @@ class ArchiveAccessor:
     def report(
         self, path: str | Path, *, limit: float = 20e6,
         units: str | Mapping[str, str] | None = None, target: str | Sequence[str] = (),
-        overwrite: bool = False,
+        not_counted: str | Sequence[str] = (), overwrite: bool = False,
     ) -> Path:  # fmt: skip
         """Write one HTML file with tables, figures and an explorer; see `sweeps.report`.
 
@@ -353,7 +374,7 @@ class ArchiveAccessor:
         with said_in_python():
             return report(
                 self._archive, a_path(path, "path"), limit=limit, units=units_text(units),
-                target=target, overwrite=overwrite,
+                target=target, not_counted=not_counted, overwrite=overwrite,
             )  # fmt: skip
 
     def explore(self, *, units: str | Mapping[str, str] | None = None) -> Any:
