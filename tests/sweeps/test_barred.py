@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import html
+import tomllib
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps import SceneError
@@ -17,6 +19,7 @@ from sweeps.decide.explore.barred import Barred, barred_ranges
 from sweeps.running.archive.netcdf import write
 from sweeps.view.report import verdict as verdicts
 from sweeps.view.report.page import page
+from sweeps.view.report.verdict_figures import MODES, campbell_figure
 from sweeps.view.texts.barred import barred_text
 from tests.support.commands import ok, refused
 
@@ -190,6 +193,54 @@ def test_a_report_on_a_shaft_without_limits_has_a_campbell_diagram() -> None:
     told = page(archive)
     assert "Campbell diagram" in told and 'id="verdict"' not in told
     assert "Campbell diagram" not in page(archive.drop_vars("mode_vector_sum"))
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> dict[str, Any]:
+    """The diesel's shaft with a pendulum on its flywheel, whose modes change with the speed."""
+    path = Path(str(resources.files("sweeps.catalogue"))) / "shafts" / f"{ENGINE}.toml"
+    shaft: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))["shaft"]
+    one = {"on": "flywheel", "mass": 6.0, "distance": 0.12, "length": 0.03}
+    return {**shaft, "pendulums": [one]}
+
+
+@pytest.mark.parametrize("axes", [{}, {"misfire": [0, 1]}, {"pendulum_mass_1": [3.0, 6.0]}])
+@pytest.mark.parametrize("limited", [False, True])
+def test_modes_that_change_with_the_speed_are_drawn(
+    pendulum: dict[str, Any], axes: dict[str, Any], limited: bool
+) -> None:
+    pytest.importorskip("bokeh")
+    names = [STRESS if limited else "shaft_torque_half_range", *MODES]
+    archive = sweeps.run(
+        engine=ENGINE, shaft=pendulum, axes={**axes, "speed": [2500, 1000, 2000]},
+        set={"shaft_stress_limit_8": 58.0}, output={"quantities": names},
+        silenced_warnings=["all"],
+    )  # fmt: skip
+    first = archive.isel({d: 0 for d in axes})
+    drawn = verdicts.verdict(archive, [], [], None).figures[-1]
+    assert drawn.title.startswith("Campbell") and "change with the speed" in drawn.note
+    assert ("Case:" in drawn.note) == bool(axes)
+    line = drawn.figure.renderers[0].data_source.data
+    frequency = first["natural_frequency"].isel(mode=0).sortby("speed")
+    assert_allclose(line["x"], [1000.0, 2000.0, 2500.0])
+    assert_allclose(line["y"], frequency.values, rtol=1e-6)
+    assert line["y"][-1] > 2.0 * line["y"][0]
+    assert "Campbell" in page(archive)
+    if "pendulum_mass_1" not in axes:  # Else the figure is of the shaft's own mass
+        lines = archive.dyn.plot("campbell")["campbell"].axes[0].lines
+        levels = [np.interp(line["x"], *one.get_data()) for one in lines]
+        assert any(np.allclose(level, frequency.values, rtol=1e-6) for level in levels)
+
+
+def test_modes_of_other_dimensions_are_not_drawn(diesel: xr.Dataset, solved: Barred) -> None:
+    pytest.importorskip("bokeh")
+    assert campbell_figure(solved.modes, solved.speeds, "")
+    for name in MODES:
+        one = solved.modes[name]
+        for other in (one.expand_dims(x=2), one.isel(mode=0, drop=True)):
+            assert campbell_figure(solved.modes.assign({name: other}), solved.speeds, "") == []
+        assert campbell_figure(solved.modes.drop_vars(name), solved.speeds, "") == []
+    assert campbell_figure(solved.modes * np.nan, solved.speeds, "") == []
 
 
 def test_a_report_tells_which_designs_meet_a_target() -> None:

@@ -113,7 +113,8 @@ class Barred:
         All speeds that were solved [rpm], and the largest ratio of each case over shafts and
         quantities, shape (speed, case).
     modes : Dataset
-        Natural frequencies, critical speeds and vector sums of the first case.
+        Natural frequencies, critical speeds and vector sums of the first case; over the archive's
+        speeds, where they change with the speed.
     """
 
     quantities: tuple[str, ...]
@@ -202,7 +203,7 @@ def barred_ranges(
 
         more = scene.solved(np.setdiff1d(finer, grid), names)
         ratio = xr.concat([ratio, more], SPEED, data_vars="minimal").sortby(SPEED)
-    first_case = {d: 0 for d in modes.dims if d not in ("mode", "order", SHAFT)}
+    first_case = {d: 0 for d in modes.dims if d not in ("mode", "order", SHAFT, SPEED)}
     found = _judged(ratio, names, speeds, modes.isel(first_case))
     return replace(found, ranges=tuple(_explained(found.ranges, scene)))
 

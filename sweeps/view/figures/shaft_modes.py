@@ -176,16 +176,17 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
     levels = np.broadcast_to(np.atleast_2d(modes), (speed.size, modes.shape[-1])).T
     if not np.isfinite(levels).any():
         return
-    sums = (
-        view.array("mode_vector_sum").transpose(MODE, ORDER).values
-        if "mode_vector_sum" in used
-        else None
-    )
+    sums = None
+    if "mode_vector_sum" in used:
+        sums = view.array("mode_vector_sum").transpose(..., MODE, ORDER).values
     crossed = crossings(speed.values, levels, slopes)
     low, high = float(speed.values.min()), float(speed.values.max())
     met = [levels[mode].max() for mode, _, _ in crossed]
     top = 1.15 * max(met) if met else 1.15 * min(np.nanmin(levels), slopes.max() * high)
-    sizes = [1.0 if sums is None else float(sums[mode, order]) for mode, order, _ in crossed]
+    sizes = [
+        1.0 if sums is None else sum_at(sums[..., mode, order], speed.values, at)
+        for mode, order, at in crossed
+    ]
     largest = max(sizes, default=1.0) or 1.0
     strength = np.zeros(orders.size)
     for (_, order, _), size in zip(crossed, sizes, strict=True):
@@ -221,6 +222,14 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
         )
     drawn = finish(figure, "Campbell diagram of the shaft", notes, entries, caption=view.caption)
     yield stem_of("campbell", view, None), drawn
+
+
+def sum_at(sums: Floats, speeds: Floats, at: float) -> float:
+    """A vector sum at a speed: one number, or one at each of some speeds, straight between them."""
+    if not sums.ndim:
+        return float(sums)
+    order = np.argsort(speeds)
+    return float(np.interp(at, speeds[order], sums[order]))
 
 
 def crossings(speeds: Floats, levels: Floats, slopes: Floats) -> list[tuple[int, int, float]]:

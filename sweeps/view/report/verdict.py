@@ -25,7 +25,7 @@ from sweeps.running.reduce.every_point import EveryPoint
 from sweeps.scene.conditions import PARTS, check_name, constraint, units_of
 from sweeps.view.report.charts import Drawn
 from sweeps.view.report.html import listed, paragraph, table, text
-from sweeps.view.report.verdict_figures import barred_figure, campbell_figure, target_figure
+from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_figure, target_figure
 from sweeps.view.texts.barred import HEADS, case_text, notes, range_cells
 from sweeps.view.texts.optimised import decision_lines
 from sweeps.view.texts.wording import Wording
@@ -41,10 +41,6 @@ MOST_DESIGNS = 12  # Largest number of designs in the table of a target
 
 REQUIRED = ("inertia_required", "flywheel_inertia_required")
 """Quantities of which the largest over all cases is what the engine needs."""
-
-
-_MODES = ("natural_frequency", "critical_speed", "mode_vector_sum")
-"""Quantities that a Campbell diagram needs."""
 
 
 @dataclass
@@ -81,11 +77,10 @@ def verdict(
         elif archive.sizes.get("speed", 0) > 1 and archive["speed"].dtype.kind in "iuf":
             # Without limits there is no verdict, but a figure, of the first design.
             speed = archive["speed"].values.astype(float)
-            named = [n for n in _MODES if n in archive]
-            modes = archive[named]
-            first = {d: 0 for d in modes.dims if d not in ("mode", "order")}
-            ends = float(speed.min()), float(speed.max())
-            found.figures += campbell_figure(archive, modes.isel(first), ends)
+            modes = archive[[n for n in MODES if n in archive]]
+            first = {d: 0 for d in modes.dims if d not in ("mode", "order", "speed")}
+            modes, ends = modes.isel(first), (float(speed.min()), float(speed.max()))
+            found.figures += campbell_figure(modes, ends, say.fixed(archive, modes))
     return found
 
 
@@ -255,8 +250,9 @@ def _shaft(found: Verdict, archive: xr.Dataset) -> None:
         found.html += "".join(_unsolved(archive, command, one_line(error, 300)))
         return
     found.html += "".join(_barred(archive, solved))
+    case = case_text(archive, solved.cases[0]) if solved.cases[0] else ""
     found.figures += [*barred_figure(archive, solved),
-                      *campbell_figure(archive, solved.modes, solved.speeds, solved)]  # fmt: skip
+                      *campbell_figure(solved.modes, solved.speeds, case, solved)]  # fmt: skip
 
 
 def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:

@@ -12,6 +12,7 @@ from sweeps.base.dimensions import DESIGN, NOT_CHOSEN, words_of
 from sweeps.base.ratios import ratio_text
 from sweeps.decide.explore.barred import Barred
 from sweeps.scene.conditions import Constraint
+from sweeps.view.figures.shaft_modes import sum_at
 from sweeps.view.report import charts
 from sweeps.view.texts.barred import case_text
 from sweeps.view.texts.readable_units import converted
@@ -175,29 +176,45 @@ def barred_figure(archive: xr.Dataset, solved: Barred) -> list[charts.Drawn]:
     return [charts.Drawn("Stress or torque over its limit, over the speed", note, made)]
 
 
+MODES = ("natural_frequency", "critical_speed", "mode_vector_sum")
+"""Quantities that a Campbell diagram needs."""
+
+
 def campbell_figure(
-    archive: xr.Dataset, modes: xr.Dataset, speeds: tuple[float, float],
-    solved: Barred | None = None,
-) -> list[charts.Drawn]:  # fmt: skip
+    modes: xr.Dataset, speeds: tuple[float, float], case: str, solved: Barred | None = None
+) -> list[charts.Drawn]:
     """Natural frequencies over the speed, orders, and critical speeds by their vector sums.
 
-    `modes` are of one case; barred ranges are those of the first case of `solved`.
+    `modes` are of one case, named by `case`; they may change with the speed. Barred ranges are
+    those of the first case of `solved`.
     """
-    over = {"natural_frequency": ("mode",), "critical_speed": ("mode", "order"),
-            "mode_vector_sum": ("mode", "order")}  # fmt: skip
-    if any(name not in modes or modes[name].dims != dims for name, dims in over.items()):
+    over = {"mode"}, {"mode", "order"}, {"mode", "order"}
+    if not {"mode", "order"} <= {*modes.coords} or any(
+        name not in modes or {*modes[name].dims} - {"speed"} != dims
+        for name, dims in zip(MODES, over, strict=True)
+    ):
         return []
-    frequency, critical, sums = (
-        modes[n].values for n in ("natural_frequency", "critical_speed", "mode_vector_sum")
-    )
+    own = "speed" in modes["natural_frequency"].dims
     low, high = speeds
+    speed = np.sort(modes["speed"].values.astype(float)) if own else np.array([low, high])
+    frequency = modes["natural_frequency"].transpose("mode", ...)
+    frequency = frequency.sortby("speed") if own else frequency
+    critical = modes["critical_speed"].transpose(..., "mode", "order").values
+    if critical.ndim > 2:
+        return []
     orders, numbers = modes["order"].values.astype(float), modes["mode"].values
+    along = modes["mode_vector_sum"].transpose(..., "mode", "order").values
+    sums = np.reshape([
+        sum_at(along[..., i, j], modes["speed"].values if along.ndim > 2 else speed, at)
+        for (i, j), at in np.ndenumerate(critical)
+    ], critical.shape)  # fmt: skip
+    if not np.isfinite(sums).any():
+        return []
     inside = (critical >= low) & (critical <= high) & (sums >= 0.3 * np.nanmax(sums))
     shown = sorted({*np.flatnonzero(inside.any(axis=1)).tolist(), 0})
-    speed = np.array([low, high])
     series = [
-        (f"mode {numbers[i]}", np.broadcast_to(np.take(frequency, i, axis=-1), 2).astype(float))
-        for i in shown if np.isfinite(np.take(frequency, i, axis=-1)).all()
+        (f"mode {numbers[i]}", np.broadcast_to(frequency.values[i], speed.shape).astype(float))
+        for i in shown if np.isfinite(frequency.values[i]).all()
     ][:MOST_LINES]  # fmt: skip
     if not series:
         return []
@@ -231,15 +248,16 @@ def campbell_figure(
         ("order", "@order"), ("mode", "@mode"), ("critical speed", "@x{0.0} rpm"),
         ("vector sum", "@sum{0.00}"),
     ]))  # fmt: skip
-    case = {} if solved is None else solved.cases[0]
     if solved is not None:
-        _shaded(made, solved, case)
+        _shaded(made, solved, solved.cases[0])
     made.y_range.update(start=0.0, end=top)
     made.x_range.update(start=low, end=high, range_padding=0.0)
     note = (
         "Grey lines are orders; a point is the critical speed of an order and a mode, the larger "
         "the stronger the throws excite it (vector sum, from 0.3 of the strongest on)."
     )
+    if own:
+        note += " Natural frequencies change with the speed: straight between the archive's speeds."
     if case:
-        note += f" Case: {case_text(archive, case)}, whose barred ranges are shaded."
+        note += f" Case: {case}{', whose barred ranges are shaded' if solved is not None else ''}."
     return [charts.Drawn("Campbell diagram: critical speeds", note, made)]
