@@ -15,7 +15,8 @@ import numpy as np
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.forces import mechanism
 from engine_dyn.forces.superposition import along_shaft
-from engine_dyn.geometry.cylinders import Cylinders, Member, PressureFactor
+from engine_dyn.geometry.cylinders import Cylinders, Member
+from engine_dyn.geometry.firing_sequence import PressureFactor
 from engine_dyn.geometry.slider_crank import sine_of_top, sum_of_angles
 from engine_dyn.pressure.family import Family, own_diagrams
 from engine_dyn.pressure.motored import pressures_of_rows

@@ -35,7 +35,7 @@ import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.geometry import kinematic_series, slider_crank
-from engine_dyn.geometry.cylinders import SEALED, PressureFactor
+from engine_dyn.geometry.firing_sequence import SEALED, PressureFactor
 from engine_dyn.geometry.masses import AT_ONCE, by_highest_order, velocity_waves
 from engine_dyn.pressure.curves import on_threads
 from engine_dyn.pressure.cycle_table import CycleTable

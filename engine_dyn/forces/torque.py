@@ -15,7 +15,8 @@ import numpy as np
 from engine_dyn.forces.superposition import CrankTrain, along_shaft
 from engine_dyn.geometry import slider_crank
 from engine_dyn.geometry.cylinder_means import value_of_sets
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.firing_sequence import PressureFactor
 from engine_dyn.loads.friction import StrokeFriction, mean_parts, stacked_parts
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import values_of_each

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,18 +27,16 @@ from engine_dyn.geometry.arrangement import (
     symmetry,
 )
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
+from engine_dyn.geometry.firing_sequence import (
+    MOST_CYCLES,
+    SEALED,
+    PressureFactor,
+    checked_pattern,
+    shortest,
+)
 from engine_dyn.geometry.layouts import in_line
 from engine_dyn.given_numbers import given_array
 from engine_dyn.types import Floats
-
-SEALED = -1.0  # Factor on the pressure of a cylinder whose valves stay shut: see `pressure.motored`
-MOST_CYCLES = 64  # Largest number of cycles after which a firing pattern repeats
-
-Firings = TypeVar("Firings", tuple[float, ...], str)
-"""A firing pattern: a factor, or a letter, for each firing."""
-
-PressureFactor = float | tuple[float, ...]
-"""Factor on a cylinder's pressure [1]: for all cycles, or for each cycle of a pattern."""
 
 
 class Member(NamedTuple):
@@ -164,9 +162,6 @@ SMALLEST_RADIUS = 0.1  # Smallest crank radius of a throw, over the engine's
 LARGEST_FACTOR = 2.0
 """Largest factor on pressure rise or mass: beyond twice the others' it is another engine."""
 
-LARGEST_FIRING = 4.0
-"""Largest factor of a firing pattern: few firings that keep the torque need more pressure each."""
-
 
 @dataclass(frozen=True)
 class Cylinders:
@@ -277,7 +272,7 @@ class Cylinders:
         >>> four.cycles, four.symmetry, four.members[0].pressure_factor
         (3, 4, (1.0, 1.0, 0.0))
         """
-        wanted, count = shortest(_checked_pattern(pattern)), len(self.members)
+        wanted, count = shortest(checked_pattern(pattern)), len(self.members)
         cycles = len(wanted) // math.gcd(len(wanted), count)
         if cycles > MOST_CYCLES:
             raise ValueError(
@@ -546,30 +541,6 @@ class Cylinders:
             return part
         firing = "even firing" if self.even else "uneven firing"
         return f"{part}, {firing}{'' if self.are_equal else ', unequal cylinders'}"
-
-
-def _checked_pattern(pattern: Sequence[float]) -> tuple[float, ...]:
-    if not len(pattern):
-        raise ValueError("firing_pattern: empty; must have at least one firing")
-    for place, value in enumerate(pattern, start=1):
-        if not (0.0 <= value <= LARGEST_FIRING or value == SEALED):
-            raise ValueError(
-                f"firing_pattern, firing {place} = {value:g}: must be a number from 0 (no "
-                f"combustion) to {LARGEST_FIRING:g}"
-            )
-    return tuple(map(float, pattern))
-
-
-def shortest(pattern: Firings) -> Firings:
-    """Part of a pattern, a tuple or a text, that it repeats.
-
-    >>> shortest("110110")
-    '110'
-    """
-    for length in range(1, len(pattern)):
-        if len(pattern) % length == 0 and pattern[:length] * (len(pattern) // length) == pattern:
-            return pattern[:length]
-    return pattern
 
 
 CylindersByCount = Mapping[int, Cylinders]

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine_dyn.geometry.arrangement import TURN
-from engine_dyn.geometry.cylinders import SEALED
+from engine_dyn.geometry.firing_sequence import SEALED
 from engine_dyn.periodic_spline import wrapped
 from engine_dyn.pressure.curves import FLAT, Curves, morphed, on_threads, pressures_at, sampled
 from engine_dyn.pressure.diagram import Diagram, in_compression, largest_of_rows, table_angles

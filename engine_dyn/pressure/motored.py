@@ -33,13 +33,8 @@ import numpy.typing as npt
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders, value_of_sets
-from engine_dyn.geometry.cylinders import (
-    SEALED,
-    Cylinders,
-    CylindersByCount,
-    Member,
-    PressureFactor,
-)
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.firing_sequence import SEALED, PressureFactor
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram, in_compression, values_at

@@ -11,7 +11,8 @@ import numpy as np
 
 from engine_dyn import status, time_over_angle
 from engine_dyn.card import card_of
-from engine_dyn.geometry.cylinders import MOST_CYCLES, even_cylinders
+from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.geometry.firing_sequence import MOST_CYCLES
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.pressure.family import flat_family
 from engine_dyn.quantities.features.torque_tables import OF_ANGLE

@@ -25,7 +25,8 @@ from engine_dyn.forces.torque import (
 )
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinder_means import mean_of_cylinders
-from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member, PressureFactor
+from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
+from engine_dyn.geometry.firing_sequence import PressureFactor
 from engine_dyn.loads.driven_machine import NOTHING_DRIVEN, DrivenMachine, whole_ratio
 from engine_dyn.loads.friction import StrokeFriction
 from engine_dyn.plain_arrays import plain

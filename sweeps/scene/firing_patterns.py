@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.geometry.cylinders import LARGEST_FIRING, MOST_CYCLES, SEALED
+from engine_dyn.geometry.firing_sequence import LARGEST_FIRING, MOST_CYCLES, SEALED
 from sweeps.base.checks import numbers
 from sweeps.base.dimensions import DESIGN, FIRING_PATTERN
 from sweeps.base.errors import SceneError, shown

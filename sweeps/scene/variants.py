@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from engine_dyn.geometry.cylinders import SEALED, Cylinders
+from engine_dyn.geometry.cylinders import Cylinders
+from engine_dyn.geometry.firing_sequence import SEALED
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from engine_dyn.quantities.parameters import INERTIA_PARTS

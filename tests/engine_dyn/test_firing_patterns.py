@@ -9,7 +9,8 @@ import pytest
 
 from engine_dyn import diagram_from_points, periodic_speed
 from engine_dyn.forces.harmonics import gas_part, of_engine
-from engine_dyn.geometry.cylinders import SEALED, Cylinders, even_cylinders
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
+from engine_dyn.geometry.firing_sequence import SEALED
 from engine_dyn.pressure.motored import motored, pressures_of_rows
 from engine_dyn.speed.keywords import family_of
 from engine_dyn.speed.torque import mean_gas_torque

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn.geometry.cylinders import LARGEST_FIRING, shortest
+from engine_dyn.geometry.firing_sequence import LARGEST_FIRING, shortest
 from sweeps.base.dimensions import DESIGN, ENGINE, FIRING_PATTERN, OF_PATTERNS
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.naming import DESCRIPTION
