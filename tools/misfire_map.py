@@ -18,6 +18,7 @@ from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from pages import DOCS, csv_text, figures_wanted, filled, keep_figure, sheet, write
@@ -471,8 +472,8 @@ def counted_table(motors: Motors) -> Rows:
     return rows
 
 
-def example(motor: Motor) -> None:
-    """Figure of the command: one weak cylinder and three missed cycles, at 2500 rpm."""
+def example(motor: Motor) -> xr.Dataset:
+    """What the command finds: one weak cylinder and three missed cycles, at 2500 rpm."""
     rng = np.random.default_rng(SEED)
     factors = 1.0 + 0.05 * rng.standard_normal((1, 101, len(motor.firing)))
     factors += np.array([1.0, -3.0, 1.0, 1.0]) * 0.06  # keeps the mean speed
@@ -486,15 +487,13 @@ def example(motor: Motor) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "teeth.csv"
         write_times(path, times)
-        found = sweeps.cylinder_deviations({
+        return sweeps.cylinder_deviations({
             "engine": motor.engine.name,
             "set": {"speed": float(np.mean(raw)) / RPM, "load": load, "load_exponent": 0.0},
             "measured": {"file": str(path), "kind": "teeth", "wheel": WHEEL.text,
                          "gap_angle": GAP / DEGREE},
             "output": {"quantities": ["delta"]},
         })  # fmt: skip
-    keep_figure(found, "cylinder_deviations")
-    print(deviations_text(found))
 
 
 TABLES: dict[str, Callable[[Motors], Rows]] = {
@@ -517,7 +516,9 @@ def main() -> None:
         **{BESIDE / f"{name}.csv": csv_text(make(motors)) for name, make in TABLES.items()},
     })  # fmt: skip
     if with_figures:
-        example(motors["si_four_87x101"])
+        found = example(motors["si_four_87x101"])
+        keep_figure(found, "cylinder_deviations")
+        print(deviations_text(found))
         draw(motors)
 
 

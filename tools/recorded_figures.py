@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from pages import csv_text, keep_figure
 
 import sweeps
@@ -21,8 +22,8 @@ from sweeps.scene.engine.engine_files import load_engine
 from sweeps.view.texts.lab_texts import train_text
 
 
-def pressure() -> None:
-    """The sheet of forty noisy cycles of a modelled diesel engine, six degrees late."""
+def pressure() -> xr.Dataset:
+    """Evaluation of forty noisy cycles of a modelled diesel engine, six degrees late."""
     rng = np.random.default_rng(3)
     angle = np.arange(-360.0, 360.0, 0.5) * DEGREE
     light, heavy = (one(angle - 6.0 * DEGREE) for one in load_engine("ntua").family.diagrams[1:])
@@ -33,12 +34,11 @@ def pressure() -> None:
     cycles = RecordedCycles(angle, np.array(rows))
     cylinder = CylinderGeometry(0.14, 0.18, 0.18 / 0.7, 17.433233)
     title = "Recorded pressure, modelled diesel engine 140/180 mm, dead centre wrong by 6 degrees"
-    found = evaluated(cycles, cylinder, title=title, findings=examine(cycles, cylinder))
-    keep_figure(found, "recorded_pressure")
+    return evaluated(cycles, cylinder, title=title, findings=examine(cycles, cylinder))
 
 
-def train() -> None:
-    """Sixteen cycles in a row of a modelled diesel engine, the sixth of which hardly burns."""
+def train() -> xr.Dataset:
+    """Speed over sixteen cycles of a modelled diesel engine, the sixth of which hardly burns."""
     rng = np.random.default_rng(3)
     angle = np.arange(-360.0, 360.0)
     light, *_, heavy = (one(angle * DEGREE) / BAR for one in load_engine("ntua").family.diagrams)
@@ -50,16 +50,16 @@ def train() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cycles.csv"
         path.write_text(csv_text(rows), encoding="utf-8")
-        found = sweeps.follow_cycles({
+        return sweeps.follow_cycles({
             "engine": "ntua",
             "axes": {"recorded_cycle": list(range(1, 17))},
             "indicator": {"file": str(path), "unit": "bar"},
             "output": {"quantities": ["delta"]},
         })  # fmt: skip
-    print(train_text(found))
-    keep_figure(found, "recorded_train")
 
 
 if __name__ == "__main__":
-    pressure()
-    train()
+    keep_figure(pressure(), "recorded_pressure")
+    found = train()
+    print(train_text(found))
+    keep_figure(found, "recorded_train")

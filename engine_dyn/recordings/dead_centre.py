@@ -213,7 +213,7 @@ def text_of(centre: DeadCentre | MotoredDeadCentre, imep: float) -> str:
     """One line about a suspected shift; `imep` [Pa] is that of the cycles."""
     tenth = f"0.1 degree is worth {centre.imep_of_tenth / BAR:+.3g} bar"
     if imep > 0.0:
-        tenth += f" ({centre.imep_of_tenth / imep:+.1%})"
+        tenth += f" ({100.0 * centre.imep_of_tenth / imep:+.1f} %)"
     tenth += " of imep"
     late = "late" if centre.shift > 0.0 else "early"
     size = f"{abs(centre.shift) / DEGREE:.1f} degree {late}"

@@ -195,8 +195,9 @@ def _noisy(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Findi
     if span > 0.0 and size > 0.005 * span:
         yield Finding(
             "noise",
-            f"the standard deviation of the noise is {size / BAR:.3g} bar, {size / span:.2%} of "
-            "the range; usual is up to 0.3 %; smooth, or average over cycles",
+            f"the standard deviation of the noise is {size / BAR:.3g} bar, "
+            f"{100.0 * size / span:.2f} % of the range; usual is up to 0.3 %; smooth, or average "
+            "over cycles",
             size / BAR, "bar",
         )  # fmt: skip
 
@@ -217,9 +218,9 @@ def _coarse(cycles: RecordedCycles, geometry: CylinderGeometry) -> Iterator[Find
     # There are too few samples if, when every second one is left out, imep changes by more than
     # 0.5 % of its gross value, or the largest pressure by more than 1 %.
     if abs(work) - free > 0.005 * gross:
-        said, value = f"imep by {work / gross:+.1%}", work / gross
+        said, value = f"imep by {100.0 * work / gross:+.1f} %", work / gross
     elif abs(peak) - 3.0 * size / float(mean.pressure.max()) > 0.01:
-        said, value = f"the largest pressure by {peak:+.1%}", peak
+        said, value = f"the largest pressure by {100.0 * peak:+.1f} %", peak
     else:
         return
     step = cycles.period / len(cycles.angle) / DEGREE

@@ -10,11 +10,11 @@ import xarray as xr
 
 import sweeps
 from sweeps.base.errors import SceneError
+from sweeps.base.numbers import number_text
 from sweeps.decide.explore.search import least_between, search_best
 from sweeps.decide.optimise import optimise as optimising
 from sweeps.view.report.verdict import verdict
 from sweeps.view.texts.optimised import best_text, decision_lines, optimised_text
-from sweeps.view.texts.tables import number_text
 from sweeps.view.texts.wording import Wording
 from tests.support.commands import ok, refused
 

@@ -20,7 +20,7 @@ from sweeps.view.figures.cycle_curves import curve_figure
 from sweeps.view.figures.scales import crank_axis
 from sweeps.view.figures.sheet import new_sheet
 from sweeps.view.figures.study import study_of
-from sweeps.view.figures.wording import axis_label, number_text, unit_text, value_text, wrap
+from sweeps.view.figures.wording import axis_label, typeset, unit_text, value_text, wrap
 from tests.support.figures import assert_inside, plain, plates, style, texts, variable, words
 from tests.support.tiers import all_but
 
@@ -196,7 +196,7 @@ def test_a_label_has_name_symbol_and_unit() -> None:
      (123456.7, "123457"), (np.nan, "–")],
 )  # fmt: skip
 def test_numbers_are_printed_shortly(value: float, printed: str) -> None:
-    assert number_text(value) == printed
+    assert typeset(value) == printed
 
 
 def test_lines_break_outside_formulas_and_brackets() -> None:

@@ -7,22 +7,24 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import sweeps
 from engine_dyn.quantities.graph import ALL_QUANTITIES
 from sweeps.base.errors import SceneError
+from sweeps.base.numbers import digits_of, number_text, number_texts
 from sweeps.decide.explore.export import with_digits
 from sweeps.decide.explore.rows import rows
 from sweeps.scene.reading import read_scene
+from sweeps.view.figures.wording import typeset
 from sweeps.view.report.embedding import choices_of, described
 from sweeps.view.report.key_results import results
 from sweeps.view.texts.archives import archive_text
 from sweeps.view.texts.loads import load_line
 from sweeps.view.texts.readable_dataset import readable_dataset
 from sweeps.view.texts.readable_units import READABLE, SHOWN, readable_of_archive
-from sweeps.view.texts.tables import last_digits, number_cells, number_text, number_texts, rows_text
+from sweeps.view.texts.tables import last_digits, number_cells, rows_text
 from tests.support.commands import invoke, ok, refused
 
 ENDS = ("_max", "_min", "_mean")
@@ -43,6 +45,27 @@ def test_numbers_that_differ_by_rounding_alone_get_no_more_digits() -> None:
     assert number_texts([1500.00000001, 1500.0]) == ["1500", "1500"]
     assert number_texts([math.nan, 2.0, math.inf, -math.inf]) == ["-", "2", "inf", "-inf"]
     assert number_text(1500.7, last=-1) == "1500.7" and number_text(0.0, last=-3) == "0"
+
+
+@given(st.lists(st.floats(-1e9, 1e9).filter(lambda v: abs(v) > 1e-9), min_size=2, max_size=6))
+def test_different_numbers_have_different_texts(values: list[float]) -> None:
+    distinct = np.unique(values)
+    sizes = np.maximum(np.abs(distinct[1:]), np.abs(distinct[:-1]))
+    assume((np.diff(distinct) > 2e-7 * sizes).all())
+    assert len(set(number_texts(distinct.tolist()))) == distinct.size
+    digits = digits_of(distinct)
+    assert len({typeset(value, digits) for value in distinct}) == distinct.size
+
+
+def test_values_of_wide_axes_get_no_digits_for_their_smallest_step() -> None:
+    assert digits_of(np.geomspace(1e-3, 1e3, 40)) == 4
+    assert digits_of([1500.04, 1499.96]) == 6 and digits_of([0.3, 0.1 + 0.2, 1.0]) == 4
+    assert digits_of([]) == digits_of([np.nan, 2.0]) == 4
+
+
+def test_figures_write_the_same_number_in_their_own_letters() -> None:
+    assert typeset(-0.25) == "\N{MINUS SIGN}0.25" and number_text(-0.25) == "-0.2500"
+    assert typeset(1.5e8) == r"1.5$\times 10^{8}$" and number_text(1.5e8) == "1.5e+08"
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base.errors import SceneError
+from sweeps.base.numbers import number_text
 from sweeps.view.report.page import page
-from sweeps.view.texts.tables import number_text
 from tests.support.commands import ok, refused
 from tests.support.reports import SCENE, hostile, large
 

@@ -368,7 +368,7 @@ def test_values_that_no_shaft_has_are_warned_of() -> None:
     assert line.startswith("shaft_section: shaft 2, 'throw 2 - throw 3' of 1250 N m/rad")
     assert said(changed(shafts__1__stiffness=1250.0), silenced_warnings=["shaft_section"]) == ""
     light = changed(**{f"discs__{i}__inertia": 0.004 for i in range(6)}, reciprocating="included")
-    assert "152% of the inertia of a throw's disc, which is said to hold their mean" in said(light)
+    assert "152 % of the inertia of a throw's disc, which is said to hold their mean" in said(light)
     # A shaft of 20 mm: more than 1000 MPa, which a report must not call usual.
     thin = changed(**{f"shafts__{i}__diameter": 0.02 for i in range(5)})
     found = sweeps.run(
@@ -397,7 +397,7 @@ def test_warnings_where_the_rigid_engine_is_far_from_the_shaft() -> None:
     assert said(ENGINE, "natural_frequency") == ""
     light = changed(**{f"discs__{i}__inertia": 0.01 for i in range(6)})
     line = said(light, "shaft_torque_half_range")
-    assert line.startswith("reciprocating_share: the reciprocating masses have 38% of the inertia")
+    assert line.startswith("reciprocating_share: the reciprocating masses have 38 % of the inertia")
     assert said(light, "shaft_torque_half_range", silenced_warnings=["reciprocating_share"]) == ""
 
 

@@ -11,10 +11,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base.errors import SceneError
+from sweeps.base.numbers import number_text
 from sweeps.decide.explore.rows import rows
 from sweeps.running.reduce import ranges as reading
 from sweeps.view.texts.readable_units import factor
-from sweeps.view.texts.tables import number_text, rows_text
+from sweeps.view.texts.tables import rows_text
 from tests.support.archives import run
 from tests.support.commands import ok, refused
 

@@ -262,7 +262,7 @@ def _one_cycle(
         if difference > 0.02 * highest:
             raise SceneError(
                 f"{where}: two pressures at {inside[at]:g} degree differ by "
-                f"{difference / highest:.1%} of the largest; must be the same within 2 %"
+                f"{100.0 * difference / highest:.1f} % of the largest; must be the same within 2 %"
             )
     if len(same):
         pressure = pressure.copy()

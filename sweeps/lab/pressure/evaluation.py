@@ -209,5 +209,5 @@ def _summary(imep: Floats, peak: Floats, variation: float) -> str:
     if len(imep) > 1:
         parts.insert(0, f"{len(imep)} cycles")
     if np.isfinite(variation):
-        parts.append(f"coefficient of variation of imep {variation:.2%}")
+        parts.append(f"coefficient of variation of imep {100.0 * variation:.2f} %")
     return "; ".join(parts)

@@ -467,12 +467,12 @@ def _describe(
         motored = looks_motored(cycles)  # With an imep near 0, its relative spread means nothing
         varies = f"; {cycles.cycles} cycles" if cycles.cycles > 1 else ""
         if cycles.cycles > 1 and not motored:
-            varies += (
-                f", coefficient of variation of imep {abs(coefficient_of_variation(imep)):.2%}"
-            )
+            variation = 100.0 * abs(coefficient_of_variation(imep))
+            varies += f", coefficient of variation of imep {variation:.2f} %"
         if cycles.cycles > 1:
             before = ", coefficient of variation" if motored else ","
-            varies += f"{before} of the largest pressure {coefficient_of_variation(peak):.2%}"
+            variation = 100.0 * coefficient_of_variation(peak)
+            varies += f"{before} of the largest pressure {variation:.2f} %"
         if motored:
             varies += f"; motored, loss angle {-float(at.mean()) / DEGREE:.3g} degree"
         said.append(
@@ -484,7 +484,8 @@ def _describe(
         for name in recorded:
             said.append(
                 f"'{one_line(name, 60)}' differs from the mean of the cylinders: imep "
-                f"{works[name] / mean - 1.0:+.2%}, largest pressure {highest[name] / top - 1:+.2%}"
+                f"{100.0 * (works[name] / mean - 1.0):+.2f} %, largest pressure "
+                f"{100.0 * (highest[name] / top - 1.0):+.2f} %"
             )
 
 

@@ -329,8 +329,8 @@ def _merged(
             raise SceneError(
                 f"{source.recording.label}, '{one_line(name, 60)}': two pressures, "
                 f"{low[worst]:.4g} and {high[worst]:.4g}, at one piston position near crank angle "
-                f"{angle[np.argmax(group == worst)]:.4g} degree; must agree within {alike:.0%} "
-                "of the largest"
+                f"{angle[np.argmax(group == worst)]:.4g} degree; must agree within "
+                f"{100.0 * alike:.0f} % of the largest"
             )
         merged[name] = np.bincount(group, weights=values) / size
     return angle[new], merged

@@ -330,15 +330,16 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     share = max(moving / own[disc] for disc in shaft.throws)
     if of_share and share >= 1.0 and shaft.includes_reciprocating:
         lines.append(
-            f"{RECIPROCATING_SHARE}: the reciprocating masses have {share:.0%} of the inertia of a "
-            "throw's disc, which is said to hold their mean (reciprocating = 'included'): must be "
-            "less than 100%; give a larger inertia, or reciprocating = 'added'"
+            f"{RECIPROCATING_SHARE}: the reciprocating masses have {100.0 * share:.0f} % of the "
+            "inertia of a throw's disc, which is said to hold their mean (reciprocating = "
+            "'included'): must be less than 100 %; give a larger inertia, or reciprocating = "
+            "'added'"
         )
     elif of_share and share > MOST_SHARE:
         lines.append(
-            f"{RECIPROCATING_SHARE}: the reciprocating masses have {share:.0%} of the inertia of a "
-            f"throw; above {MOST_SHARE:.0%} their variable part, which is left out, may excite "
-            "secondary resonance"
+            f"{RECIPROCATING_SHARE}: the reciprocating masses have {100.0 * share:.0f} % of the "
+            f"inertia of a throw; above {100.0 * MOST_SHARE:.0f} % their variable part, which is "
+            "left out, may excite secondary resonance"
         )
     if of_rigid:
         of_tables = np.full(len(shaft.shafts), np.nan)

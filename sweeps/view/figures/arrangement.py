@@ -15,7 +15,7 @@ from sweeps.view.figures.scales import crank_axis
 from sweeps.view.figures.sheet import GREY, NamedFigures, finish, new_sheet
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View
-from sweeps.view.figures.wording import HARD_SPACE, number_text, sentence, slug
+from sweeps.view.figures.wording import HARD_SPACE, sentence, slug, typeset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +70,7 @@ def arrangements(study: Study, names: Sequence[str]) -> NamedFigures:
         _end_view(view, one)
         _firing_star(star, one)
         view.set_title("end view as cylinder 1 fires")
-        star.set_title(f"firing star, one turn is {number_text(one['period'])}°")
+        star.set_title(f"firing star, one turn is {typeset(one['period'])}°")
         yield f"arrangement{suffix}", finish(figure, sentence(called(one)), firing_notes(one))
 
 
@@ -212,7 +212,7 @@ def blank(panel: Axes, room: float) -> None:
 
 
 def _degrees(angle: float) -> str:
-    return f"{number_text(round(float(angle), 2))}°"
+    return f"{typeset(round(float(angle), 2))}°"
 
 
 WEB, JOURNAL = 0.14, 0.2
@@ -233,7 +233,7 @@ def crank_stars(study: Study, names: Sequence[str]) -> NamedFigures:
     notes = ["the crank of cylinder 1 up", "take-off at cylinder 1",
              "side view from the right of the star, throws to its left are lighter"]  # fmt: skip
     if fraction:
-        notes.append(f"counterweights for the fraction {number_text(fraction)}")
+        notes.append(f"counterweights for the fraction {typeset(fraction)}")
     for suffix, one in arrangements_of(study.view, has_throws).items():
         throws = _throws(one)
         long = PITCH * len({place for place, *_ in throws}) + 1.0

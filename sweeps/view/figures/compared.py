@@ -41,7 +41,7 @@ from sweeps.view.figures.views import (
     pick,
     stem_of,
 )
-from sweeps.view.figures.wording import name_of, number_text, plain_text, with_unit, wrap
+from sweeps.view.figures.wording import name_of, plain_text, typeset, with_unit, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -192,7 +192,7 @@ def _bar_figure(view: View, names: Sequence[str]) -> Figure:
     change = [float(difference(one, two)) for one, two in values]
     panel.barh(range(len(names)), np.nan_to_num(change), 0.55, color=SECOND)
     for row, (name, (one, two), percent) in enumerate(zip(names, values, change, strict=True)):
-        said = f"{number_text(float(one), 5)} \N{RIGHTWARDS ARROW} "
+        said = f"{typeset(float(one), 5)} \N{RIGHTWARDS ARROW} "
         said += with_unit(view.array(name), float(two), 5)
         if np.isfinite(percent):
             said += f" ({percent:+.3g} %)".replace("-", "\N{MINUS SIGN}")
@@ -305,7 +305,7 @@ def _differences(
         panel.set_xscale("symlog", linthresh=0.1, linscale=0.6)
         panel.xaxis.set_major_locator(SymmetricalLogLocator(base=10, linthresh=0.1))
         panel.xaxis.set_minor_locator(NullLocator())
-        panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
+        panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: typeset(value)))
         notes.append("scale linear to 0.1 %, logarithmic beyond")
     title = "Difference from the published values"
     return finish(figure, title, notes, entries)

@@ -32,7 +32,7 @@ from sweeps.view.figures.angle_lines import over_angle, set_cycle, trace
 from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, rc, y_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import View
-from sweeps.view.figures.wording import number_text, symbol_of, with_unit
+from sweeps.view.figures.wording import symbol_of, typeset, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +100,7 @@ def crank_train(study: Study, names: Sequence[str]) -> NamedFigures:
     if lost:
         return
     at = chosen_angle(view, angle, tangential)
-    said = f"{number_text(round(float(angle[at]), 2))}°"
+    said = f"{typeset(round(float(angle[at]), 2))}°"
     figure, (left, right) = new_sheet(1, 2, 4.6, width_ratios=(5, 8))
     curves = {name: trace(view, name, {}) for name in names}
     values = {name: float(y[at]) for name, (_, y, _) in curves.items()}

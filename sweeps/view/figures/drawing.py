@@ -17,7 +17,7 @@ from sweeps.view.figures.kinds import KINDS, Kind, figures_of, taken_by_kinds
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.sheet import NamedFigures, Setting, drawn_with
 from sweeps.view.figures.study import study_of
-from sweeps.view.figures.wording import HARD_SPACE, plain_text, shorten, slug
+from sweeps.view.figures.wording import HARD_SPACE, plain_text, shorten, slug, typeset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,7 +148,7 @@ def _subject(dataset: xr.Dataset) -> str:
         parts.append(shorten(title, 90))
     speed = _one(dataset, "speed")
     if speed > 0 and "speed" not in dataset.coords:
-        parts.append(f"{speed:.6g}{HARD_SPACE}rpm")
+        parts.append(f"{typeset(speed)}{HARD_SPACE}rpm")
     return plain_text("; ".join(parts)) if parts else ""
 
 

@@ -16,7 +16,7 @@ from sweeps.view.figures.scales import crank_axis, set_log
 from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, multiples, x_label, y_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import StudyAxis, View, pick, stem_of
-from sweeps.view.figures.wording import number_text
+from sweeps.view.figures.wording import sentence, typeset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,11 +146,18 @@ def recording_sheet(study: Study, names: Sequence[str]) -> NamedFigures:
         panel.set_title(title)
         y_label(panel, view.label(ordinate), 1.7)
     attributes = view.data.attrs
-    checks = str(attributes.get("findings", "")).split("\n")
-    caption = "; ".join(f"Checks: {line}" for line in checks if line)
+    checks = [_sentence(line) for line in str(attributes.get("findings", "")).split("\n") if line]
+    caption = " ".join(checks)
     title = str(attributes.get("title", "")) or "Recorded pressure"
     notes = str(attributes.get("summary", "")).split("; ")
     yield "recorded_pressure", sheet.finish(title, notes, caption)
+
+
+def _sentence(finding: str) -> str:
+    """A finding of the checks as a sentence: its name in words, and a stop at its end."""
+    name, _, text = finding.partition(": ")
+    said = f"{sentence(name.replace('_', ' '))}: {text}" if text else sentence(name)
+    return said if said.endswith(("?", ".")) else f"{said}."
 
 
 Drawn = tuple[str, str]  # Title of a panel, and the variable of its ordinate
@@ -247,7 +254,7 @@ def _log_log(panel: Axes, view: View, entries: Entries) -> Drawn:
         (line,) = panel.plot(wide, level * wide**-exponent, color=colour, linestyle=dashes,
                              linewidth=0.9, zorder=4)  # fmt: skip
         word = name.split("_")[0]
-        text = f"{word}, exponent {exponent:.3f} from {number_text(start)}° to {number_text(end)}°"
+        text = f"{word}, exponent {exponent:.3f} from {typeset(start)}° to {typeset(end)}°"
         entries.setdefault(text, line)
     low, high = float(np.nanmin(p)), float(np.nanmax(p))
     if low > 0.0:

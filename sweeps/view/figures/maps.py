@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import REDUCTION
+from sweeps.base.numbers import digits_of
 from sweeps.view.figures.marks import (
     LOST,
     LOST_OTHERWISE,
@@ -24,7 +25,7 @@ from sweeps.view.figures.scales import parameter_ticks
 from sweeps.view.figures.sheet import GREY, Entries, Multiples, NamedFigures, columns_for, multiples
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, SOUND, StudyAxis, View, facet_of, meanings_of
-from sweeps.view.figures.wording import digits_of, number_text, sentence, wrap
+from sweeps.view.figures.wording import sentence, typeset, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,7 +126,7 @@ def _map_panel(
         digits = digits_of(levels)
         levels = levels[(levels > inside.min()) & (levels < inside.max())]
         if levels.size:
-            written = {float(level): number_text(level, digits) for level in levels}
+            written = {float(level): typeset(level, digits) for level in levels}
             lines = panel.contour(
                 x.values, y.values, masked, levels, colors="black", linewidths=0.7, linestyles="-"
             )
@@ -257,7 +258,7 @@ def _colour_bar(
     bar.set_label(wrap(label, int(height * 11.5)))
     if levels.size:
         digits = digits_of(levels)
-        bar.set_ticks(list(levels), labels=[number_text(level, digits) for level in levels])
+        bar.set_ticks(list(levels), labels=[typeset(level, digits) for level in levels])
         bar.ax.yaxis.set_minor_locator(NullLocator())
         for level in levels:
             bar.ax.axhline(level, color="black", linewidth=0.7)

@@ -55,7 +55,7 @@ from sweeps.view.figures.views import (
     pick,
     stem_of,
 )
-from sweeps.view.figures.wording import HARD_SPACE, name_of, number_text, sentence, symbol_of
+from sweeps.view.figures.wording import HARD_SPACE, name_of, sentence, symbol_of, typeset
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,7 +117,7 @@ def family_panels(view: View, group: Sequence[str], families: Sequence[tuple[str
 def case_chart(view: View, group: Sequence[str]) -> Figure:
     """Unrelated designs: a row for each."""
     axis = view.axis("design")
-    rows = [axis.tag(i) if axis.words else number_text(axis.values[i]) for i in range(axis.size)]
+    rows = [axis.tag(i) if axis.words else typeset(axis.values[i]) for i in range(axis.size)]
     picked = pick(axis.size, MOST_ROWS)
     figure, (panel,) = new_sheet(1, 1, 0.7 + 0.2 * len(picked))
     entries: Entries = {}

@@ -25,7 +25,7 @@ from sweeps.view.figures.sheet import (
 )
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View, facet_of, stem_of
-from sweeps.view.figures.wording import number_text, unit_text
+from sweeps.view.figures.wording import typeset, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -218,7 +218,7 @@ def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, facto
     panel.set_ylim(speeds.min() - 0.25 * gap, tops.max() + 0.35 * gap)
     panel.grid(False, axis="y")
     if speeds.size <= 12:
-        panel.set_yticks(np.sort(speeds), [number_text(value) for value in np.sort(speeds)])
+        panel.set_yticks(np.sort(speeds), [typeset(value) for value in np.sort(speeds)])
 
 
 def _scale(panel: Axes, unit: str, largest: float, factor: float) -> None:
@@ -233,6 +233,6 @@ def _scale(panel: Axes, unit: str, largest: float, factor: float) -> None:
     panel.plot([1.02, 1.02], [bottom, top], transform=where, **style)
     for end in (bottom, top):
         panel.plot([1.012, 1.028], [end, end], transform=where, **style)
-    text = f"{number_text(length)} {unit}".rstrip()
+    text = f"{typeset(length)} {unit}".rstrip()
     panel.text(1.04, 0.5 * (bottom + top), text, transform=where, va="center", color=GREY,
                fontsize=7.5)  # fmt: skip

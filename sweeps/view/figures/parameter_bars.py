@@ -18,9 +18,9 @@ from sweeps.view.figures.views import StudyAxis, View, stem_of
 from sweeps.view.figures.wording import (
     middle_of_sentence,
     name_of,
-    number_text,
     sentence,
     symbol_of,
+    typeset,
     value_text,
     with_unit,
     wrap,
@@ -166,7 +166,7 @@ def uncertain_values(study: Study, names: Sequence[str]) -> NamedFigures:
         name_rows(panel, _parameters(view, shown, UNCERTAIN), "Share of the variance (%)")
         value, low, high, explained = (float(view.array(one).values) for one in results)
         of = view.array(quantity)
-        ends = f"95 % range {number_text(low)} to {with_unit(of, high)}"
+        ends = f"95 % range {typeset(low)} to {with_unit(of, high)}"
         notes = [*view.notes([name]), value_text(of, quantity, value), ends]
         # The shares mean little where straight lines explain less than 90 % of the variance.
         if explained < 0.9:

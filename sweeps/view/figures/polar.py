@@ -16,7 +16,7 @@ from sweeps.view.figures.marks import line_style
 from sweeps.view.figures.sheet import WIDTH, Entries, NamedFigures, columns_for, multiples, rc
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, StudyAxis, View, facet_of, stem_of
-from sweeps.view.figures.wording import name_of, number_text
+from sweeps.view.figures.wording import name_of, typeset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -225,7 +225,7 @@ def _write_angles(panel: Axes, loop: _Loop, colour: Any, *, apart: float) -> Non
         sideways, above = sign * sideways, sign * upward * above
         far = float(np.hypot(sideways, above)) or 1.0
         panel.annotate(
-            f"{number_text(angle[mark])}°", here, textcoords="offset points",
+            f"{typeset(angle[mark])}°", here, textcoords="offset points",
             xytext=(6.0 * sideways / far, 6.0 * above / far),
             ha="left" if sideways > 0.3 * far else "right" if sideways < -0.3 * far else "center",
             va="bottom" if above > 0.3 * far else "top" if above < -0.3 * far else "center",

@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
+from sweeps.base.numbers import digits_of
 from sweeps.view.figures.sheet import room_scale, x_label
 from sweeps.view.figures.views import StudyAxis
-from sweeps.view.figures.wording import LEAST_SPAN, axis_label, digits_of, number_text
+from sweeps.view.figures.wording import LEAST_SPAN, axis_label, typeset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,13 +42,13 @@ def _value_ticks(axis: Axis, values: Floats, log: bool, which: str, room: float)
     places = np.sort(np.log(values) if log else values)
     span = float(np.ptp(places)) or 1.0
     digits = digits_of(values)
-    texts = [number_text(value, digits) for value in values]
+    texts = [typeset(value, digits) for value in values]
     size = max(0.07 * len(text) + 0.06 if which == "x" else 0.17 for text in texts)
     gaps = np.diff(places) / span * 0.88 * room
     if values.size <= 7 and not np.any(gaps < size):
         axis.set_major_locator(FixedLocator(list(values)))
         axis.set_minor_locator(NullLocator())
-        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, digits)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: typeset(value, digits)))
     elif log:
         log_ticks(axis, float(values.min()), float(values.max()), few=room < 2)
     elif np.all(values == np.round(values)) and span < 50:
@@ -66,7 +67,7 @@ def log_ticks(axis: Axis, low: float, high: float, few: bool = False) -> None:
     )
 
     decades = np.log10(high / low)
-    plain = FuncFormatter(lambda value, _: number_text(value))
+    plain = FuncFormatter(lambda value, _: typeset(value))
     if decades < 0.7:
         axis.set_major_locator(MaxNLocator(4 if few else 6))
         axis.set_minor_locator(NullLocator())
@@ -119,11 +120,11 @@ def sensible_span(panels: Sequence[Axes], values: Sequence[Floats]) -> str:
     if not LEAST_SPAN * size < span < 0.02 * size or panels[0].get_yscale() != "linear":
         return ""
     if span >= 0.002 * size:
-        return f"the vertical axis spans {number_text(100 * span / size, 2)} % of the values"
+        return f"the vertical axis spans {typeset(100 * span / size, 2)} % of the values"
     middle = 0.5 * float(known.min() + known.max())
     for panel in panels:
         panel.set_ylim(middle - 0.005 * size, middle + 0.005 * size)
-    return f"changes by {number_text(100 * span / size, 2)} % only; the vertical axis spans 1 %"
+    return f"changes by {typeset(100 * span / size, 2)} % only; the vertical axis spans 1 %"
 
 
 def comparable(panels: Sequence[Sequence[Floats]]) -> bool:
@@ -154,7 +155,7 @@ def crank_axis(axes: Axes, angle: xr.Variable, room: float, named: bool = True) 
     gap = " " if 180 * per_degree > 0.62 else "\n"
 
     def text(value: float, _: object) -> str:
-        number = number_text(value)
+        number = typeset(value)
         if value % 180:
             return number
         if (value + zero) % 360:

@@ -15,7 +15,7 @@ from sweeps.view.figures.scales import parameter_ticks
 from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc, x_label, y_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import View, stem_of
-from sweeps.view.figures.wording import number_text, with_unit
+from sweeps.view.figures.wording import typeset, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -131,7 +131,7 @@ def zero_crossings(shape: Floats, joined: np.ndarray) -> Floats:
 
 def mode_text(view: View, number: int, name: str = "natural_frequency") -> str:
     """A mode with its frequency, where the archive has it."""
-    text = f"mode {number_text(view.numbers(MODE)[number])}"
+    text = f"mode {typeset(view.numbers(MODE)[number])}"
     if not view.has(name) or view.array(name).dims != (MODE,):
         return text
     array = view.array(name)
@@ -216,7 +216,7 @@ def campbell(study: Study, names: Sequence[str]) -> NamedFigures:
         alike = "all crossings look alike: for their strength add mode_vector_sum to "
         notes.append(f"{alike}[output] quantities")
     if crossed:
-        area = f", area by the vector sum: here {number_text(largest, 3)}"
+        area = f", area by the vector sum: here {typeset(largest, 3)}"
         entries["crossing" + area * ("mode_vector_sum" in used)] = panel.scatter(
             [], [], s=LARGEST, **_mark()
         )
@@ -266,7 +266,7 @@ def _label_rays(panel: Axes, orders: Floats, slopes: Floats, strength: Floats) -
         for one in free_places(places, strength[rays] + 1e-6 * (orders[rays] % 1 == 0), room):
             at = (1.008, float(places[one])) if at_right else (float(places[one]), 1.01)
             panel.text(
-                *at, number_text(orders[rays[one]]), fontsize=6.5, alpha=0.75,
+                *at, typeset(orders[rays[one]]), fontsize=6.5, alpha=0.75,
                 transform=panel.transAxes, va="center" if at_right else "bottom",
                 ha="left" if at_right else "center",
             )  # fmt: skip
@@ -293,7 +293,7 @@ def _mark_crossings(
             side = "left" if places[one] < 0.04 else "right" if places[one] > 0.96 else "center"
             if shares[own][one] >= LABELLED:
                 panel.annotate(
-                    number_text(round(met[one])), (met[one], y[one]), (0, 8), fontsize=7.0,
+                    typeset(round(met[one])), (met[one], y[one]), (0, 8), fontsize=7.0,
                     textcoords="offset points", ha=side, va="bottom", zorder=4,
                     bbox={**_mark(), "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
                 )  # fmt: skip

@@ -40,7 +40,7 @@ from sweeps.view.figures.shaft_modes import (
 from sweeps.view.figures.sheet import GREY, OWN_ORDINATES, Entries, NamedFigures, multiples, rc
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MISFIRE, MOST_PANELS, StudyAxis, View, stem_of
-from sweeps.view.figures.wording import number_text, symbol_of, with_unit, wrap
+from sweeps.view.figures.wording import symbol_of, typeset, with_unit, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -221,7 +221,7 @@ def _orders_over_speed(view: View, what: str) -> Figure:
         for rank, one in enumerate(strong):
             style = line_style(rank, len(strong)) | {"markevery": max(speed.size // 8, 1)}
             (line,) = panel.plot(speed.values, values[one], **style)
-            sheet.entries[f"order {number_text(orders[one])}"] = line
+            sheet.entries[f"order {typeset(orders[one])}"] = line
         if size != name:
             look: dict[str, Any] = {"color": rc("text.color"), "linewidth": 1.9}
             (line,) = panel.plot(speed.values, view.numbers(size, place), **look)
@@ -251,7 +251,7 @@ def _critical_speeds(
     low, high = float(view.axis(SPEED).values.min()), float(view.axis(SPEED).values.max())
     panel.set_xlim(low, high)
     met = [
-        (float(of_mode[one]), f"{roman}/{number_text(view.numbers(ORDER)[one])}", sizes[one])
+        (float(of_mode[one]), f"{roman}/{typeset(view.numbers(ORDER)[one])}", sizes[one])
         for roman, of_mode in zip(("I", "II", "III", "IV", "V", "VI"), critical, strict=False)
         for one in strong
         if low <= of_mode[one] <= high
@@ -302,7 +302,7 @@ def _cycle(view: View, what: str) -> Figure:
     large = sorted(np.argsort(-sizes, kind="stable")[:3])
     sheet = multiples(len(places), 0.6, 2.0, columns=1, sharex=True, sharey=True)
     for panel, place in zip(sheet.panels, places, strict=True):
-        curves = {f"order {number_text(order[one])}": [one] for one in large}
+        curves = {f"order {typeset(order[one])}": [one] for one in large}
         here = _over_angle(view, what, place, {"sum of all orders": [*range(order.size)], **curves})
         for rank, text in enumerate(map(str, here.data.data_vars)):
             style = line_style(rank, len(here.data.data_vars)) | {"marker": "", "linewidth": 0.8}

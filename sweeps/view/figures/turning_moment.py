@@ -32,7 +32,7 @@ from sweeps.view.figures.marks import MEAN_LOOK, lost_handle, mark_lost
 from sweeps.view.figures.sheet import GREY, Entries, NamedFigures, finish, new_sheet, y_label
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import View
-from sweeps.view.figures.wording import HARD_SPACE, number_text
+from sweeps.view.figures.wording import HARD_SPACE, typeset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -212,5 +212,5 @@ def _energy_text(energy: float, swing: float, named: bool = True) -> str:
     """Part of an energy swing, with as many digits as are readable next to an area."""
     factor, unit = _unit(swing)
     value = energy / factor
-    text = number_text(round(value) if abs(value) >= 100.0 else float(f"{value:.3g}"))
+    text = typeset(round(value) if abs(value) >= 100.0 else float(f"{value:.3g}"))
     return f"{text} {unit}" if named else text

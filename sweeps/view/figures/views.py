@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import COUNTED, PUBLISHED, WORD_AXES
+from sweeps.base.numbers import digits_of
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.wording import (
     LEAST_SPAN,
     axis_label,
-    digits_of,
     name_of,
-    number_text,
     plain_text,
     sentence,
     shorten,
     title_of,
+    typeset,
     unit_in_brackets,
     value_text,
 )
@@ -103,7 +103,7 @@ class StudyAxis:
 
     def text(self, index: int) -> str:
         """The value alone, for a legend that has the label as its title."""
-        text = self.words[index] if self.words else number_text(self.values[index], self.digits)
+        text = self.words[index] if self.words else typeset(self.values[index], self.digits)
         if self.remarks and self.remarks[index]:
             text += f", {self.remarks[index]}"
         return text
@@ -254,7 +254,7 @@ class View:
         nominal = self.nominal.get(dim)
         if dim == MISFIRE and not is_words(own):
             numbers = np.asarray(own.values, dtype=float)
-            words = tuple("none" if value == 0 else number_text(value) for value in numbers)
+            words = tuple("none" if value == 0 else typeset(value) for value in numbers)
             places = np.arange(len(words), dtype=float)
             return StudyAxis(dim, places, words, "Misfiring cylinder", own, False, nominal=nominal)
         if labels:

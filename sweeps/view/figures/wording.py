@@ -9,9 +9,9 @@ from pathlib import PureWindowsPath
 import numpy as np
 import xarray as xr
 
-from engine_dyn.types import Floats
 from sweeps.base.errors import printable
 from sweeps.base.naming import meaning_of
+from sweeps.base.numbers import DIGITS, number_text
 
 HARD_SPACE = "\N{NO-BREAK SPACE}"  # Space that no line break replaces, as before a unit
 EN_DASH = "\N{EN DASH}"
@@ -79,32 +79,13 @@ def plain_text(text: str) -> str:
     return HARD_SPACE.join(map(printable, text.split(HARD_SPACE))).replace("$", r"\$")
 
 
-def number_text(value: float, digits: int = 4) -> str:
-    """Some significant digits, without an exponent where it can be read without."""
-    value = float(value)
-    size = abs(value)
+def typeset(value: float, digits: int = DIGITS) -> str:
+    """A number as figures set it: `number_text` with a minus sign and a power of ten."""
     if not np.isfinite(value):
         return EN_DASH
-    if value == round(value) and size < 1e7:
-        text = f"{value:.0f}"
-    elif 1e-4 <= size < 1e6:
-        text = f"{value:.{digits}g}" if size < 10.0**digits else f"{value:.0f}"
-    else:
-        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
-        text = f"{float(mantissa):.{digits}g}".replace("-", "\N{MINUS SIGN}")
-        return text + rf"$\times 10^{{{int(exponent)}}}$"
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-def digits_of(values: Floats) -> int:
-    """Significant digits, 4 or more, at which different numbers have different texts."""
-    distinct = np.unique(values[np.isfinite(values)])
-    if distinct.size > 200:
-        return 4
-    for digits in range(4, 12):
-        if len({number_text(value, digits) for value in distinct}) == distinct.size:
-            return digits
-    return 4
+    text, exponent, power = number_text(float(value), digits, zeros=False).partition("e")
+    text = text.replace("-", "\N{MINUS SIGN}")
+    return text + rf"$\times 10^{{{int(power)}}}$" if exponent else text
 
 
 def shorten(text: str, most: int = 40) -> str:
@@ -180,18 +161,18 @@ def middle_of_sentence(text: str) -> str:
     return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
-def value_text(variable: xr.Variable, key: str, value: float, digits: int = 4) -> str:
+def value_text(variable: xr.Variable, key: str, value: float, digits: int = DIGITS) -> str:
     """One value of a parameter: symbol = number unit."""
     said = with_unit(variable, value, digits)
     # No line break comes between a symbol, its number and the unit
     return f"{symbol_of(variable) or name_of(variable, key)}{HARD_SPACE}={HARD_SPACE}{said}"
 
 
-def with_unit(variable: xr.Variable, value: float, digits: int = 4) -> str:
+def with_unit(variable: xr.Variable, value: float, digits: int = DIGITS) -> str:
     """A number and its unit."""
     unit = unit_text(str(variable.attrs.get("units", "")))
     space = "" if unit in ("", "\N{DEGREE SIGN}") else HARD_SPACE
-    return f"{number_text(value, digits)}{space}{unit.replace(' ', HARD_SPACE)}"
+    return f"{typeset(value, digits)}{space}{unit.replace(' ', HARD_SPACE)}"
 
 
 def slug(text: str) -> str:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS
 from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.libraries import library
+from sweeps.base.numbers import number_text
 from sweeps.view.report import charts
 from sweeps.view.report.charts import COLOURS, Specification
 from sweeps.view.report.embedding import (
@@ -30,7 +31,7 @@ from sweeps.view.report.embedding import (
 )
 from sweeps.view.report.key_figures import views
 from sweeps.view.texts.readable_units import converted
-from sweeps.view.texts.tables import last_digits, number_text
+from sweeps.view.texts.tables import last_digits
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,6 +10,7 @@ import numpy as np
 from engine_dyn.quantities.graph import DIMENSIONS
 from sweeps.base.dimensions import EXPLAINED, HIGH, LOW, REDUCTION, SHARE
 from sweeps.base.errors import SceneError, one_line
+from sweeps.base.numbers import number_texts
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.columns import columns_of
 from sweeps.decide.explore.rows import Rows, rows
@@ -20,7 +21,7 @@ from sweeps.view.report.shaft_results import shaft_results
 from sweeps.view.texts.archives import recorded_cycle_lines
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.reductions import counts_within, searches, statistics_table
-from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells, number_texts
+from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,20 +15,14 @@ from engine_dyn.status import MEANINGS, PASSES_DONE
 from sweeps.base.dimensions import REDUCTION, STATE
 from sweeps.base.errors import as_name, counted, one_line, size_text
 from sweeps.base.naming import meaning_of
+from sweeps.base.numbers import last_digit, number_text, number_texts
 from sweeps.decide.explore.attributes import axes_of, count_of_designs, of_designs
 from sweeps.running.archive.partial import Partial
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.key_texts import unit_text, with_word
 from sweeps.view.texts.readable_units import factor, readable_of_archive
 from sweeps.view.texts.reductions import outcomes_of_all, reduction_lines
-from sweeps.view.texts.tables import (
-    aligned,
-    last_digit,
-    last_digits,
-    number_text,
-    number_texts,
-    without_rounding,
-)
+from sweeps.view.texts.tables import aligned, last_digits, without_rounding
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sweeps.base.errors import counted, one_line
+from sweeps.base.numbers import number_text
 from sweeps.decide.explore.barred import Barred, BarredRange
 from sweeps.view.texts.readable_units import converted
-from sweeps.view.texts.tables import aligned, number_text
+from sweeps.view.texts.tables import aligned
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -207,7 +207,8 @@ def _recording(one: xr.Dataset) -> str:
         predicted = float(one["delta_predicted"])
         text += (
             f", predicted from the others {predicted:.4f} +- "
-            f"{float(one['delta_predicted_deviation']):.4f} ({predicted / measured - 1:+.1%})"
+            f"{float(one['delta_predicted_deviation']):.4f} "
+            f"({100.0 * (predicted / measured - 1.0):+.1f} %)"
         )
     return text
 

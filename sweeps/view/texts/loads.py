@@ -10,8 +10,8 @@ import numpy as np
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.family_grid import FamilyGrid
 from engine_dyn.quantities.graph import PARAMETERS
+from sweeps.base.numbers import number_text, number_texts
 from sweeps.scene.plan.variations import ordinary
-from sweeps.view.texts.tables import number_text, number_texts
 
 if TYPE_CHECKING:
     from sweeps.scene.model import Scene

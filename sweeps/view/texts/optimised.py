@@ -11,11 +11,12 @@ import numpy as np
 
 from sweeps.base.dimensions import DESIGN, FOUND, STATUS
 from sweeps.base.errors import counted, one_line
+from sweeps.base.numbers import number_text
 from sweeps.decide.explore.rows import Rows, rows
 from sweeps.decide.explore.search import INERTIAS, Found, least_between
 from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH
 from sweeps.scene.conditions import PARTS, constraint, units_of
-from sweeps.view.texts.tables import aligned, number_text, rows_text
+from sweeps.view.texts.tables import aligned, rows_text
 from sweeps.view.texts.wording import Wording, everywhere, margin_of
 
 if TYPE_CHECKING:

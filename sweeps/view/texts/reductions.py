@@ -9,9 +9,10 @@ import numpy as np
 
 from sweeps.base.dimensions import REDUCTION
 from sweeps.base.errors import one_line
+from sweeps.base.numbers import last_digit, number_texts
 from sweeps.decide.explore.attributes import count_of_designs, members_of
 from sweeps.view.texts.readable_units import factor
-from sweeps.view.texts.tables import aligned, last_digit, number_texts
+from sweeps.view.texts.tables import aligned
 
 if TYPE_CHECKING:
     import xarray as xr

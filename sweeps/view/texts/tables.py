@@ -16,6 +16,7 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS, has_numbers
 from sweeps.base.dimensions import words_of
 from sweeps.base.errors import SceneError, counted, one_line, outside_axis
+from sweeps.base.numbers import DIGITS, digits_of, finest, last_digit, number_text
 from sweeps.base.ratios import number_or_ratio
 from sweeps.decide.explore.rows import Rows
 from sweeps.view.texts.readable_units import converted, unit_choices
@@ -23,62 +24,7 @@ from sweeps.view.texts.readable_units import converted, unit_choices
 if TYPE_CHECKING:
     import xarray as xr
 
-DIGITS = 4  # Significant digits of a table for reading; `export` writes all of them
-
 OF_BANDS = "in brackets: 95 % range due to the uncertain values"
-
-
-def number_text(value: float, digits: int = DIGITS, sign: str = "", last: int | None = None) -> str:
-    """Write a number with some significant digits; of large ones all before the point.
-
-    `sign` is "+" where positive numbers have a sign too. `last` is the power of ten of a digit that
-    the text must have, -1 for tenths: see `last_digit`.
-    """
-    if math.isnan(value):
-        return "-"
-    if value == 0.0:
-        return "0"
-    if math.isinf(value):
-        return f"{value:{sign}}"
-    first = math.floor(math.log10(abs(value)))
-    if last is not None:
-        digits = max(digits, first - last + 1)
-    if not 1e-4 <= abs(value) < 1e7:
-        return f"{value:{sign}.{digits}g}"
-    places = max(0, digits - 1 - first)
-    text = f"{value:{sign}.{places}f}"
-    return text.rstrip("0").rstrip(".") if value == round(value) and places else text
-
-
-SAME = 1e-7
-"""Difference, relative to the larger of two numbers, up to which they are shown as equal."""
-
-
-def last_digit(one: Any, other: Any, digits: int = 1) -> int | None:
-    """Power of ten of the last digit with which the smallest difference of numbers can be read.
-
-    The difference then has some `digits`. Numbers (or arrays of them) that are the same, but for
-    rounding, have none; None where there is no difference.
-    """
-    differences = np.abs(np.asarray(one, float) - np.asarray(other, float))
-    sizes = np.maximum(np.abs(one), np.abs(other))
-    told = differences[np.isfinite(differences) & (differences > SAME * sizes)]
-    # A difference of 0.1 is not always 0.1 to the last bit
-    return math.floor(math.log10(1.0000001 * told.min())) - digits + 1 if told.size else None
-
-
-def number_texts(values: Sequence[float], last: int | None = None) -> list[str]:
-    """Texts of numbers that are read beside each other: they differ where the numbers do."""
-    distinct = np.unique([value for value in values if math.isfinite(value)])
-    return [
-        number_text(value, last=finest(last, last_digit(distinct[1:], distinct[:-1])))
-        for value in values
-    ]
-
-
-def finest(*lasts: int | None) -> int | None:
-    """Return the smallest of some powers of ten; None stands for no demand."""
-    return min((last for last in lasts if last is not None), default=None)
 
 
 def last_digits(columns: Mapping[str, Any]) -> dict[str, int]:
@@ -229,8 +175,7 @@ def number_cells(rows: Rows, name: str, wanted: str | None) -> tuple[tuple[str, 
     values = rows.table[name]
     last = None
     if name in rows.given:
-        distinct = np.unique(values[np.isfinite(values)]) * factor
-        last = last_digit(distinct[1:], distinct[:-1])
+        digits = digits_of(values * factor)
     elif name not in rows.changes:
         values = without_rounding(values, rows.units[name])
         alike = {n: rows.table[n] * factor for n, of in rows.units.items()

@@ -10,11 +10,11 @@ import numpy as np
 
 from sweeps.base.dimensions import SEARCHED
 from sweeps.base.errors import listed, one_line
+from sweeps.base.numbers import number_text
 from sweeps.base.ratios import ratio_text
 from sweeps.decide.explore.rows import fixed_of
 from sweeps.scene.conditions import Constraint
 from sweeps.view.texts.readable_units import asked_units, converted, unit_choices
-from sweeps.view.texts.tables import number_text
 
 if TYPE_CHECKING:
     import xarray as xr
