@@ -439,9 +439,9 @@ def required_inertia(diagram: Diagram, wanted_delta: float, **engine: Any) -> Re
     tolerance = given_number("tolerance", engine.get("tolerance", 1e-6))
     of_torque = {name: value for name, value in engine.items() if name in {
         "bore", "stroke", "crank_ratio", "reciprocating_mass", "speed", "cylinders", "offset",
-        "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "crankcase_pressure",
-        "friction_shape", "friction_torque", "tolerance", "driven", "gear_ratio", "load_phase",
-        "load_scale",
+        "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "bore_factor",
+        "diagrams", "crankcase_pressure", "friction_shape", "friction_torque", "tolerance",
+        "driven", "gear_ratio", "load_phase", "load_scale",
     }}  # fmt: skip
     swing = energy_swing(diagram, **of_torque)
     estimate = float(energy_swing_inertia(swing, wanted_delta, speed))

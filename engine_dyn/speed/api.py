@@ -6,7 +6,7 @@ The keywords are checked and grouped in `engine_dyn.speed.keywords`.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +29,6 @@ from engine_dyn.speed.keywords import (
     Solver,
     check_keywords,
     check_positive,
-    family_of,
 )
 from engine_dyn.speed.torque import torque_extremes
 from engine_dyn.types import Floats
@@ -93,6 +92,7 @@ def periodic_speed(
     inertia: float, speed: float, cylinders: int = 1, offset: float = 0.0,
     firing_angles: Sequence[float] | None = None, pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None, radius_factor: Sequence[float] | None = None,
+    bore_factor: Sequence[float] | None = None, diagrams: Mapping[int, Diagram] | None = None,
     firing_pattern: Sequence[float] | None = None,
     friction_shape: FrictionShape | None = None, load_exponent: float | None = None,
     load_linear: float = 0.0, load_square: float = 0.0, load_offset: float = 0.0,
@@ -133,6 +133,12 @@ def periodic_speed(
         + f (p - p_motored), see `pressure.motored`, and the factor on its reciprocating mass.
     radius_factor : sequence of float, optional
         Crank radius of each cylinder over the first's; their rods are equally long.
+    bore_factor : sequence of float, optional
+        Bore of each cylinder over the first's, as of the stages of a compressor; `bore_N` of
+        engine files over `bore`.
+    diagrams : mapping of int to Diagram, optional
+        Diagrams of single cylinders in place of `diagram`, by their numbers from 1; [[diagram]]
+        with `cylinder` of engine files.
     firing_pattern : sequence of float, optional
         Which firings happen, in sequence and over as many cycles as it takes to repeat: see
         `Cylinders.with_pattern`. The speed then has the period of all these cycles.
@@ -206,6 +212,16 @@ def periodic_speed(
     0.037
     >>> found.omega.round(1)
     array([146.2, 151.7])
+
+    Two cylinders, of which the second has a smaller bore and burns half as much:
+
+    >>> weak = engine_dyn.diagram_from_points(np.radians(degrees), 0.5e5 * np.array(bar))
+    >>> found = engine_dyn.periodic_speed(
+    ...     diagram, **engine, inertia=1.0, speed=150.0, cylinders=2, bore_factor=[1.0, 0.9],
+    ...     diagrams={2: weak},
+    ... )
+    >>> round(found.delta, 3)
+    0.033
     """
     solver = Solver(inertia_model, method, closure, tolerance, passes, start_speed, start_angle)
     solver.check_names()
@@ -225,7 +241,7 @@ def periodic_speed(
     engine = Engine(
         diagram, bore, stroke, crank_ratio, reciprocating_mass, speed, offset,
         CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor,
-                      firing_pattern),
+                      bore_factor, firing_pattern, diagrams),
         friction_shape, friction_torque, crankcase_pressure,
     )  # fmt: skip
     engine.check()
@@ -260,7 +276,7 @@ def _solve(
     driven, gear = load.driven, load.gear(engine.diagram.period)
     torque_mean, constant = engine.torque_mean, load.constant(gear)
     result = dispatch.solve(
-        family=family_of(engine.diagram), driven=driven, method=solver.method,
+        family=engine.family, driven=driven, method=solver.method,
         wanted=(*SCALAR_NAMES, "omega") if angles.size else SCALAR_NAMES,
         inertia_model=solver.inertia_model, closure=solver.closure, tolerance=solver.tolerance,
         cylinders=engine.group.cylinders,
@@ -290,6 +306,7 @@ def energy_swing(
     speed: float, cylinders: int = 1, offset: float = 0.0,
     firing_angles: Sequence[float] | None = None, pressure_factor: Sequence[float] | None = None,
     mass_factor: Sequence[float] | None = None, radius_factor: Sequence[float] | None = None,
+    bore_factor: Sequence[float] | None = None, diagrams: Mapping[int, Diagram] | None = None,
     driven: DrivenMachine = NOTHING_DRIVEN, gear_ratio: float = 1.0, load_phase: float = 0.0,
     load_scale: float = 1.0, friction_shape: FrictionShape | None = None,
     crankcase_pressure: float = 101325.0, friction_torque: float = 0.0, tolerance: float = 1e-6,
@@ -307,7 +324,8 @@ def energy_swing(
     """
     engine = Engine(
         diagram, bore, stroke, crank_ratio, reciprocating_mass, speed, offset,
-        CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor),
+        CylinderGroup(cylinders, firing_angles, pressure_factor, mass_factor, radius_factor,
+                      bore_factor, diagrams=diagrams),
         friction_shape, friction_torque, crankcase_pressure,
     )  # fmt: skip
     engine.check()
@@ -315,7 +333,7 @@ def energy_swing(
     check_positive(tolerance=tolerance)
     load = Load(driven, gear_ratio=gear_ratio, load_phase=load_phase, load_scale=load_scale)
     torques = torque_extremes(
-        family=family_of(diagram), wanted=("energy_swing",), driven=driven, cylinders=cylinders,
+        family=engine.family, wanted=("energy_swing",), driven=driven, cylinders=cylinders,
         cylinders_by_count={cylinders: engine.cylinders}, tolerance=tolerance, threads=1,
         **engine.inputs(), **load.inputs(load.gear(diagram.period)),
     )  # fmt: skip

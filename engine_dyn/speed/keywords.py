@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -26,16 +26,23 @@ from engine_dyn.speed.torque import mean_gas_of_unequal_throws
 LOAD_EXPONENT = KEYWORDS["load_exponent"].typical  # Default exponent of the load torque
 
 
+OwnDiagrams = tuple[tuple[int, Diagram], ...]
+"""Numbers of cylinders with diagrams of their own, from 1, and these."""
+
+
 @lru_cache(maxsize=8)
-def family_of(diagram: Diagram) -> Family:
-    """Family of one diagram, cached because a search asks for the same one again and again."""
-    return family_from_diagrams([0.0], [diagram])
+def family_of(diagram: Diagram, own: OwnDiagrams = ()) -> Family:
+    """Family of one diagram, and those of single cylinders.
+
+    Cached because a search asks for the same one again and again.
+    """
+    family = family_from_diagrams([0.0], [diagram])
+    return replace(family, of_cylinders={number: family_of(one) for number, one in own})
 
 
 @lru_cache(maxsize=64)
-def _mean_gas(diagram: Diagram, ratio: float, offset: float, cylinders: Cylinders) -> float:
+def _mean_gas(family: Family, ratio: float, offset: float, cylinders: Cylinders) -> float:
     """Mean of `mean_gas_of_unequal_throws`, cached because searches ask repeatedly."""
-    family = family_of(diagram)
     return float(mean_gas_of_unequal_throws(ratio, offset, 0.0, family, 1, {1: cylinders}))
 
 
@@ -74,20 +81,70 @@ def check_positive(**values: float) -> None:
 
 
 class CylinderGroup(NamedTuple):
-    """Cylinders, their firing angles [rad] and their factors; keywords of `periodic_speed`."""
+    """Cylinders, their firing angles [rad], factors and diagrams; keywords of `periodic_speed`."""
 
     cylinders: int
     firing_angles: Sequence[float] | None
     pressure_factor: Sequence[float] | None
     mass_factor: Sequence[float] | None
     radius_factor: Sequence[float] | None
+    bore_factor: Sequence[float] | None = None
     firing_pattern: Sequence[float] | None = None
+    diagrams: Mapping[int, Diagram] | None = None
 
     def over(self, period: float) -> Cylinders:
         """Return the cylinders with a cycle [rad]; ValueError names lists that do not fit."""
-        *lists, pattern = map(_numbers_of_cylinders, self._fields[1:], self[1:])
+        given = map(_numbers_of_cylinders, self._fields[1:-1], self[1:-1])
+        *lists, bores, pattern = given
         cylinders = _cylinders(int(self.cylinders), period, *lists)
+        if self.several_makes:
+            numbers = [number for number, _ in self.own_diagrams(period)]
+            own = [number if number in numbers else 0 for number in range(1, cylinders.count + 1)]
+            cylinders = cylinders.with_makes(_bores(bores, cylinders.count), own)
         return cylinders if pattern is None else cylinders.with_pattern(pattern)
+
+    @property
+    def several_makes(self) -> bool:
+        """Whether cylinders are given bores or diagrams of their own."""
+        return self.bore_factor is not None or bool(self.diagrams)
+
+    def own_diagrams(self, period: float) -> OwnDiagrams:
+        """Diagrams of single cylinders; ValueError names one that cannot be theirs."""
+        given = dict(self.diagrams or {})
+        for number, diagram in given.items():
+            where = f"diagrams, cylinder {number}"
+            if number not in range(1, int(self.cylinders) + 1):
+                raise ValueError(f"{where}: must be a number from 1 to {int(self.cylinders)}")
+            check_diagram(where, diagram)
+            if diagram.period != period:
+                raise ValueError(f"{where}: must have the period of the others, {period:g} rad")
+        return tuple(sorted(given.items()))
+
+
+def _bores(factors: tuple[float, ...] | None, count: int) -> tuple[float, ...] | None:
+    """Checked bores over that of cylinder 1."""
+    if factors is None:
+        return None
+    if len(factors) != count:
+        raise ValueError(
+            f"bore_factor: {len(factors)} values for {count} cylinders: must be one for each"
+        )
+    for number, factor in enumerate(factors, start=1):
+        if factor <= 0.0:
+            raise ValueError(f"bore_factor, value {number} = {factor:g}: must be a positive number")
+    if factors[0] != 1.0:
+        raise ValueError(
+            f"bore_factor, value 1 = {factors[0]:g}: must be 1, the engine's bore is that of "
+            "cylinder 1"
+        )
+    return factors
+
+
+def check_diagram(name: str, given: object) -> None:
+    """Refuse what is no diagram; ValueError names it."""
+    if not isinstance(given, Diagram):
+        text = repr(given).splitlines()[0][:60]
+        raise ValueError(f"{name} = {text}: must be a Diagram, as returned by diagram_from_points")
 
 
 def _numbers_of_cylinders(name: str, given: Sequence[float] | None) -> tuple[float, ...] | None:
@@ -135,12 +192,7 @@ class Engine(_Group):
 
     def __post_init__(self) -> None:
         """Take numbers as floats after looking at the diagram; ValueError names a wrong value."""
-        given: object = self.diagram
-        if not isinstance(given, Diagram):
-            text = repr(given).splitlines()[0][:60]
-            raise ValueError(
-                f"diagram = {text}: must be a Diagram, as returned by diagram_from_points"
-            )
+        check_diagram("diagram", self.diagram)
         super().__post_init__()
 
     def check(self) -> None:
@@ -152,6 +204,11 @@ class Engine(_Group):
                 f"crank_ratio = {self.crank_ratio:g}: must lie between 0 and 1, both excluded"
             )
         check_keywords(cylinders=self.group.cylinders)
+        if self.group.several_makes and self.friction_shape is not None:
+            raise ValueError(
+                "friction_shape: not allowed together with bore_factor or diagrams: its parts are "
+                "those of equal cylinders"
+            )
         if self.friction_torque < 0.0:
             raise ValueError(
                 f"friction_torque = {self.friction_torque:g}: must be zero or a positive number, "
@@ -182,9 +239,14 @@ class Engine(_Group):
         return cylinders
 
     @property
+    def family(self) -> Family:
+        """The diagram, and those of single cylinders."""
+        return family_of(self.diagram, self.group.own_diagrams(self.diagram.period))
+
+    @property
     def torque_mean(self) -> float:
         """Mean torque over the cycle [N m]."""
-        mean = _mean_gas(self.diagram, self.crank_ratio, self.offset_ratio, self.cylinders)
+        mean = _mean_gas(self.family, self.crank_ratio, self.offset_ratio, self.cylinders)
         return self.lever * mean - self.friction_torque
 
     def inputs(self) -> dict[str, Any]:

@@ -84,7 +84,9 @@ ENGINE: dict[str, Any] = {
 MOTIONS = (
     engine_dyn.position, engine_dyn.velocity, engine_dyn.acceleration, engine_dyn.rod_angle,
 )  # fmt: skip
-OF_CYLINDERS = ("firing_angles", "pressure_factor", "mass_factor", "radius_factor")
+OF_CYLINDERS = (
+    "firing_angles", "pressure_factor", "mass_factor", "radius_factor", "bore_factor",
+)  # fmt: skip
 OPTIONAL = ("passes", "start_speed", "synchronous_speed", "breakdown_slip", "crank_angle")
 
 
@@ -103,6 +105,11 @@ def test_periodic_speed_refuses_what_is_no_number(diagram: engine_dyn.Diagram, n
         ({"mass_factor": 1.0}, "mass_factor: must be a list of numbers, one for each"),
         ({"pressure_factor": (1.0,)}, "pressure_factor: 1 values for 4 cylinders"),
         ({"mass_factor": (1.0, 1.0, 1.0, -0.1)}, "mass_factor, value 4 = -0.1: must be a number"),
+        ({"bore_factor": (1.0, 0.9)}, "bore_factor: 2 values for 4 cylinders: must be one for"),
+        ({"bore_factor": (1.0, 0.0, 1.0, 1.0)}, "bore_factor, value 2 = 0: must be a positive"),
+        ({"bore_factor": (0.9, 1.0, 1.0, 1.0)}, "bore_factor, value 1 = 0.9: must be 1"),
+        ({"diagrams": {2: 3}}, "diagrams, cylinder 2 = 3: must be a Diagram"),
+        ({"diagrams": {5: 3}}, "diagrams, cylinder 5: must be a number from 1 to 4"),
     ],
 )
 def test_factors_are_one_for_each_cylinder(

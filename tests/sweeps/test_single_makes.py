@@ -12,8 +12,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import engine_dyn
+from engine_dyn.pressure.family import Family
 from engine_dyn.quantities.each_cylinder import OF_MAKES
 from engine_dyn.quantities.graph import NODES, QUANTITIES
+from engine_dyn.speed.api import energy_swing
+from engine_dyn.units import BAR, RPM
 from sweeps import SceneError
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.reading import read_scene
@@ -249,6 +253,32 @@ def test_nothing_of_the_whole_engine_hangs_on_which_cylinder_is_the_first(tmp_pa
         != pytest.approx(float(first[name]), rel=1e-5, abs=1e-12, nan_ok=True)
     ]
     assert not bad
+
+
+def test_the_python_door_gives_what_the_scene_gives(tmp_path: Path) -> None:
+    path = engine(
+        tmp_path, "both", (1, 2), head=TWIN + f"radius_factor = {list(RADII)}",
+        more=f"bore_2 = {BORES[1]}\n",
+    )  # fmt: skip
+    load = {"load_exponent": 1.0, "inertia": 3.0, "reciprocating_mass": 5.0}
+    found = computed(("delta", "omega_max", "omega_min", "torque_mean", "energy_swing",
+                      "friction_torque"), path, set=load)  # fmt: skip
+    read = load_engine(path)
+    family, values = read.family, read.values
+    assert isinstance(family, Family)
+    one, two = family.diagrams[0], family.of_cylinders[2].diagrams[0]
+    makes = {
+        **{key: values[key] for key in ("bore", "stroke", "crank_ratio")},
+        "crankcase_pressure": BAR * values["crankcase_pressure"], "cylinders": 2,
+        "speed": RPM * values["speed"], "reciprocating_mass": 5.0,
+        "firing_angles": [0.0, 2.0 * math.pi], "radius_factor": RADII,
+        "bore_factor": [1.0, BORES[1] / BORES[0]], "diagrams": {2: two},
+        "friction_torque": float(found["friction_torque"]),
+    }  # fmt: skip
+    speed = engine_dyn.periodic_speed(one, **makes, inertia=3.0, load_exponent=1.0)
+    for name in ("delta", "omega_max", "omega_min", "torque_mean"):
+        assert getattr(speed, name) == float(found[name]), name
+    assert energy_swing(one, **makes) == float(found["energy_swing"])
 
 
 def test_nodes_that_take_bore_or_diagrams_are_known() -> None:
