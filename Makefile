@@ -219,6 +219,8 @@ $(python):
 $(VENV)/.installed: $(python) pyproject.toml $(CONSTRAINTS)
 	@echo "installing engine-dyn and what the README needs"
 	@$(pip_install) --editable '.[study,optimise,report]'
+	@: "pip compiles what it installs, but not these; where Python keeps no bytecode, each start would"
+	@$(python) -m compileall -q engine_dyn sweeps
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed

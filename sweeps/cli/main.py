@@ -7,6 +7,7 @@ imported by the commands that need them, so that help is quick.
 
 from __future__ import annotations
 
+import gc
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -14,6 +15,7 @@ from typing import Any
 
 import click
 
+from sweeps.base import array_libraries
 from sweeps.base.errors import one_line
 from sweeps.cli.exits import BAD_INPUT, FAILURE, end, open_closed_streams, replaced, replacing, warn
 from sweeps.cli.knowing import list_, new, plan, schema
@@ -51,6 +53,13 @@ COMMANDS = {
 
 class _Commands(click.Group):
     """Commands whose options with one value may be given once: click takes the last in silence."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Run as a program, which has its process to itself, and start quickly."""
+        array_libraries.keep_out()
+        # Imports make objects by the hundred thousand, among which the collector finds nothing.
+        gc.set_threshold(100_000)
+        return super().__call__(*args, **kwargs)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take the options before the command."""

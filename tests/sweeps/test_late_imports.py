@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import sweeps
+from sweeps.base import array_libraries
 from tests.support.archives import sound_archive
 from tests.support.commands import invoke, ok
 from tests.support.scenes import asking
@@ -24,6 +25,9 @@ pytestmark = pytest.mark.slow  # some twenty interpreters are started
 
 SCENE = asking(["delta", "omega"], axes={"inertia": [1.0, 2.0]})
 
+# None stands for a module whose import fails, see `sweeps.base.array_libraries`.
+TELL_MODULES = "import sys; print(*(name for name, one in sys.modules.items() if one is not None))"
+
 
 @pytest.mark.parametrize(
     "code",
@@ -37,7 +41,7 @@ SCENE = asking(["delta", "omega"], axes={"inertia": [1.0, 2.0]})
     ],
 )
 def test_nothing_is_imported_that_is_not_used(code: str) -> None:
-    done = python(f"{code}\nimport sys; print(*sys.modules)")
+    done = python(f"{code}\n{TELL_MODULES}")
     assert done.returncode == 0, done.stderr
     assert not LATE & set(done.stdout.splitlines()[-1].split())
 
@@ -55,7 +59,7 @@ def modules_after(*words: str) -> set[str]:
     code = (
         "from sweeps.cli.main import main\n"
         f"main({list(words)!r}, standalone_mode=False)\n"
-        "import sys; print(*sys.modules)"
+        f"{TELL_MODULES}"
     )
     return set(python(code, check=True).stdout.splitlines()[-1].split())
 
@@ -65,6 +69,7 @@ def test_telling_loads_neither_labels_nor_kernels(command: str) -> None:
     modules = modules_after(*command.split())
     assert not modules & {"xarray", "pandas", "netCDF4", "pyarrow", "sweeps.running.archive.labels"}
     assert not modules & {"scipy", "engine_dyn.speed.dispatch", *COMPILER}
+    assert command != "list" or "psutil" not in modules
 
 
 def test_help_loads_no_numbers() -> None:
@@ -76,10 +81,31 @@ def test_archives_are_told_without_the_compiler(tmp_path: Path) -> None:
     sweeps.stream(SCENE, path)
     for command in ("show", "info"):
         assert not modules_after(command, str(path)) & (COMPILER | LABELS)
+    least = ("best", str(path), "--least", "inertia", "--within", "delta <= 1")
+    for words in (least, ("plot", str(path), "-o", str(tmp_path / "figures"))):
+        assert not modules_after(*words) & (COMPILER | LIBRARIES | {"scipy"})
+
+
+LIBRARIES = set(array_libraries.LIBRARIES)
+
+
+@pytest.mark.parametrize("name", sorted(LIBRARIES))
+def test_libraries_of_arrays_come_when_they_are_asked_for(name: str) -> None:
+    told = python(
+        "import sys\n"
+        "from sweeps.base import array_libraries\n"
+        "array_libraries.keep_out()\n"
+        f"try: import {name}; print('there')\n"
+        "except ImportError: print('not there')\n"
+        f"array_libraries.let_in({name!r}); import {name}; array_libraries.let_in({name!r})\n"
+        f"array_libraries.keep_out(); print(sys.modules[{name!r}] is {name})",
+        check=True,
+    )
+    assert told.stdout.split("\n")[:2] == ["not there", "True"]
 
 
 def test_a_run_of_two_designs_loads_what_it_uses() -> None:
-    code = f"import sweeps; sweeps.run({SCENE})\nimport sys; print(*sys.modules)"
+    code = f"import sweeps; sweeps.run({SCENE})\n{TELL_MODULES}"
     modules = python(code, check=True).stdout.splitlines()[-1].split()
     ours = {name for name in modules if name.partition(".")[0] in ("engine_dyn", "sweeps")}
     # Neither laboratory nor figures, nor what no key of this scene asks for.

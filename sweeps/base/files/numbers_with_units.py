@@ -11,6 +11,7 @@ import re
 from functools import lru_cache
 from typing import Any
 
+from sweeps.base import array_libraries
 from sweeps.base.errors import SceneError, one_line, shown
 
 _OF_TURNS = ("radian", "degree", "revolution", "turn", "rpm", "rps")
@@ -131,6 +132,7 @@ def _wanted(unit: str) -> str:
 @lru_cache(maxsize=1)
 def unit_registry() -> Any:
     """Return pint's registry, which also knows PS and CV of engines, and a revolution as rev."""
+    array_libraries.let_in("pint")
     import pint
 
     registry: Any = pint.UnitRegistry()

@@ -15,8 +15,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
-import psutil
-
 from sweeps.base.errors import SceneError, counted, one_line, shown, size_text
 from sweeps.catalogue import PACKAGE
 
@@ -51,6 +49,8 @@ def regular_bytes(path: Path, most: int = MOST_TEXT) -> bytes:
 
 def check_rows(rows: int, columns: int, name: str) -> None:
     """Refuse a table that claims more rows than are allowed, or than the memory holds."""
+    import psutil
+
     if rows > MOST_ROWS:
         raise SceneError(f"{name}: {counted(rows, 'row')}; must be at most {MOST_ROWS}")
     # The pieces in which a table is read and the whole columns made of them are in memory together.

@@ -29,6 +29,7 @@ from typing import Any
 
 import psutil
 
+from sweeps.base import array_libraries
 from sweeps.base.errors import SceneError, counted, one_line
 from sweeps.running.archive.partial import Partial
 from sweeps.running.archive.provenance import kind_differences, versions
@@ -74,6 +75,7 @@ def connected(address: str, tell: Callable[[str], None] = lambda _: None) -> Ite
     address where dask is not installed.
     """
     processes = check_address(address)
+    array_libraries.let_in("dask")
     try:
         import distributed
     except ImportError as error:

@@ -48,15 +48,17 @@ from sweeps.scene.values import GivenValues
 
 def _all_that_need(roots: Iterable[str]) -> frozenset[str]:
     """Some nodes that are quantities, and all quantities that follow from the nodes."""
-    needing = set(roots)
-    more = set(needing)
-    while more:
-        more = {
-            name
-            for name, nodes in NODES.items()
-            if name not in needing and any(not needing.isdisjoint(node.needs) for node in nodes)
-        }
-        needing |= more
+    followers: dict[str, list[str]] = {}
+    for name, nodes in NODES.items():
+        for need in {need for node in nodes for need in node.needs}:
+            followers.setdefault(need, []).append(name)
+    needing: set[str] = set()
+    waiting = [*roots]
+    while waiting:
+        name = waiting.pop()
+        if name not in needing:
+            needing.add(name)
+            waiting += followers.get(name, [])
     return frozenset(needing & set(ALL_QUANTITIES))
 
 
