@@ -175,6 +175,90 @@ def test_missing_values_are_refused_with_their_row(name: str, tmp_path: Path) ->
     refused(path, "row 2", "inertia", "missing")
 
 
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("t.csv", {}), ("t.csv", {"head_units": True}), ("t.csv", {"quantities": "status"}),
+        ("t.parquet", {}), ("t.xlsx", {}),
+    ],
+)  # fmt: skip
+def test_what_export_writes_is_a_table_of_designs(
+    name: str, options: dict[str, Any], tmp_path: Path
+) -> None:
+    """Parameters come back, and results are left out."""
+    scene: dict[str, Any] = {
+        "engine": "ntua",
+        "designs": {"case": ["x", "y, z"], "inertia": [1.5, 0.1 + 0.2], "load": [50, 60]},
+        "axes": {"speed": [1000, 1200], "misfire": [0, 1]},
+        "output": {"quantities": ["delta", "omega_max", "imep"]},
+        "silenced_warnings": ["all"],
+    }
+    found = sweeps.run(scene)
+    assert np.isnan(found["delta"]).any()  # A blank field
+    rows = sweeps.export(found, tmp_path / name, **options).rows
+    columns, labels = read_designs(tmp_path / name, name)
+    assert sorted(columns) == ["inertia", "load", "misfire", "speed"]
+    assert len(labels["case"]) == rows == columns["speed"].size == 8
+    values = {n: found[n].broadcast_like(found["delta"]).values.ravel() for n in columns}
+    digits = 1e-15 if name == "t.xlsx" else 0.0  # Excel has 15 digits
+    for key, value in values.items():
+        assert_allclose(columns[key], value, rtol=digits)
+    again = sweeps.run({**scene, "designs": {"file": str(tmp_path / name)}, "axes": {}})
+    assert_allclose(again["delta"].values, found["delta"].values.ravel(), rtol=10.0 * digits)
+
+
+@pytest.mark.parametrize("slow", [False, True])
+def test_heads_of_csv_files_may_have_other_units(
+    slow: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(design_files, "PIECE", 50)
+    heads = ["speed [rad/s]", "stroke [mm]", "inertia[kg m2]", "held_power [kW]", "load [%]",
+             "reciprocating_mass [g]", "torque_mean [N m]", "status"]  # fmt: skip
+    row = "100,180,2.5,30,50,6670,12,converged"
+    rows = [row] * 20 + (["# a comment"] if slow else [])
+    path = tmp_path / "t.csv"
+    path.write_text("\n".join([",".join(heads), *rows, row]) + "\n", encoding="utf-8")
+    columns, _ = read_designs(path, "t.csv")
+    expected = {"speed": 100.0 * 30.0 / np.pi, "stroke": 0.18, "inertia": 2.5, "held_power": 3e4,
+                "load": 50.0, "reciprocating_mass": 6.67}  # fmt: skip
+    assert list(columns) == list(expected)
+    for key, value in expected.items():
+        assert_allclose(columns[key], np.full(21, value), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("head", "says"),
+    [
+        ("speed [furlong]", "speed: units are 'furlong'; must be 'rpm', or another of its kind"),
+        ("speed [bar]", "speed: units are 'bar'; must be 'rpm', or another of its kind"),
+        ("speed [9**9**9]", "speed: units are '9**9**9'; must be 'rpm', or another of its kind"),
+        ("speed [degC]", "speed: units are 'degC'; must be 'rpm', or another of its kind"),
+        ("speed [\u202e\x07]", "speed: units are"),
+        ("crank_ratio [m]", "crank_ratio: units are 'm'; must be without a unit"),
+        ("case [m]", "case: holds texts, which have no unit"),
+        ("speeed [rpm]", "column speeed: unknown key; did you mean 'speed'?"),
+        ("speed []", "column speed []: unknown key; did you mean 'speed'?"),
+        (f"speed [{'x' * 1000}]", "unknown key"),
+        ("inertia [g m2]", "two columns are inertia; each column has its own name"),
+        ("held_power [kVA]", "held_power: units are 'kVA'; must be 'W', or another of its kind"),
+        ("stroke [mm]", "line 3: stroke = -0.18: must be a finite number above 0 [m]"),
+    ],
+)
+def test_heads_with_bad_units_are_refused_in_one_line(head: str, says: str, tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"{head},inertia\n1,2\n-180,2\n", encoding="utf-8")
+    refused(path, says)
+
+
+def test_a_file_of_results_alone_has_no_parameter(tmp_path: Path) -> None:
+    for text in ("delta\n0.1\n", "delta,status\n0.1,converged\n", "design,delta\n0,0.1\n"):
+        (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+        scene = {"engine": "ntua", "designs": {"file": str(tmp_path / "t.csv")},
+                 "output": {"quantities": ["delta"]}}  # fmt: skip
+        with pytest.raises(SceneError, match=r"\[designs\] has no column for a parameter"):
+            read_scene(scene)
+
+
 FIELDS = st.one_of(
     st.floats(1e-3, 1e6).map(repr),
     st.sampled_from(

@@ -6,6 +6,7 @@ say what is wrong with it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,8 +18,9 @@ from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
 from sweeps.base.checks import allowed, check_range, is_ratio, known_key, number, outside
-from sweeps.base.dimensions import LABELS
+from sweeps.base.dimensions import DESIGN, EXPLAINED, HIGH, LABELS, LOW, PUBLISHED, SEARCHED
 from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
+from sweeps.base.files.numbers_with_units import number_with_unit
 from sweeps.scene.whole_keys import check_of_designs
 
 ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
@@ -30,6 +32,8 @@ class DesignColumns:
 
     name: str
     nodes: Mapping[str, Node | None]
+    # Factors from the units that a file states to those of scenes, where they differ
+    factors: Mapping[str, float] = field(default_factory=dict)
     pieces: dict[str, list[Floats]] = field(default_factory=dict)
     texts: dict[str, list[str]] = field(default_factory=dict)
 
@@ -46,6 +50,38 @@ class DesignColumns:
         for key in [key for key, node in self.nodes.items() if node is not None]:
             numbers[key] = np.concatenate(self.pieces.pop(key))
         return numbers, {key: tuple(texts) for key, texts in self.texts.items()}
+
+
+def is_result(key: str) -> bool:
+    """Whether a column of an exported archive is none of its parameters, and is left out."""
+    if key in PARAMETERS or key in LABELS:
+        return False
+    ending = next((e for e in (PUBLISHED, LOW, HIGH, EXPLAINED) if key.endswith(e)), "")
+    return key in (DESIGN, *SEARCHED) or key.removesuffix(ending) in ALL_QUANTITIES
+
+
+def name_and_unit(head: str) -> tuple[str, str]:
+    """Take the head of a column apart, as `export` with units in heads writes it: "speed [rpm]"."""
+    match = re.fullmatch(r"(\w{1,100})\s*\[([^\[\]]{1,60})\]", head)
+    return (match[1], match[2].strip()) if match else (head, "")
+
+
+def factor_of(key: str, node: Node | None, unit: str, name: str) -> float:
+    """Factor from a unit that the head of a column states to that of the key; 1 without a unit."""
+    if not unit:
+        return 1.0
+    if node is None:
+        raise SceneError(f"{name}: {key}: holds texts, which have no unit")
+    try:
+        check_units(key, node, unit, name)
+        return 1.0
+    except SceneError:
+        pass
+    try:
+        return number_with_unit(f"1 {unit}", key, node.unit)
+    except SceneError:
+        kind = "without a unit" if node.unit == "1" else f"'{node.unit}', or another of its kind"
+        raise SceneError(f"{name}: {key}: units are {shown(unit)}; must be {kind}") from None
 
 
 def known_columns(keys: Iterator[str] | list[str], name: str, what: str) -> dict[str, Node | None]:

@@ -1,8 +1,10 @@
 """Tables of designs from files: the format is inferred from the file extension.
 
 A format is a function that reads a file into `DesignColumns`, and one row of the table `_READERS`.
-Columns are in the units of scenes; a file that states its units must state those. CSV is read fast
-where a piece of the file is plain, line by line elsewhere.
+Columns are in the units of scenes; a file that states its units must state those, but for heads of
+CSV files with units, "speed [rad s-1]", which are converted. Results among the columns are left
+out, so that what `export` writes is a table of designs. CSV is read fast where a piece of the file
+is plain, line by line elsewhere.
 """
 
 from __future__ import annotations
@@ -17,10 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.quantities.graph import ALL_QUANTITIES
 from engine_dyn.types import Floats
 from sweeps.base.checks import check_range, is_ratio, outside
-from sweeps.base.dimensions import DESIGN, PUBLISHED
+from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.csv_tables import find_header, rows_below
 from sweeps.base.files.regular_files import (
@@ -37,7 +38,10 @@ from sweeps.scene.design_files.design_columns import (
     DesignColumns,
     check_kind,
     check_units,
+    factor_of,
+    is_result,
     known_columns,
+    name_and_unit,
     take_numbers,
 )
 
@@ -63,8 +67,8 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
             if start is None:
                 first, offset = first + _line_ends(piece), offset + len(piece)
                 continue
-            header, rest, line = start
-            columns = DesignColumns(name, known_columns(list(header), name, "column"))
+            heads, rest, line = start
+            header, columns = _columns_of(heads, name)
             body = rest.encode()
         elif not body.isascii():  # The fast parser may accept bytes that are no text
             text_of_bytes(body, name, what, offset)
@@ -75,6 +79,20 @@ def read_design_csv(path: Path, name: str) -> DesignColumns:
     if not rows:
         raise SceneError(f"{name}: a header but no rows; expected {what}")
     return columns
+
+
+def _columns_of(heads: tuple[str, ...], name: str) -> tuple[tuple[str, ...], DesignColumns]:
+    """Names of all columns of a file, and those that are parameters or labels, by their heads."""
+    parts = [name_and_unit(head) for head in heads]
+    header = tuple(key for key, _ in parts)
+    if len({*header}) < len(header):
+        twice = next(key for place, key in enumerate(header) if key in header[:place])
+        raise SceneError(f"{name}: two columns are {twice}; each column has its own name")
+    used = [key for key in header if not is_result(key)]
+    nodes = known_columns(used, name, "column")
+    units = {key: unit for key, unit in parts if key in nodes}
+    factors = {key: factor_of(key, nodes[key], unit, name) for key, unit in units.items()}
+    return header, DesignColumns(name, nodes, {k: f for k, f in factors.items() if f != 1.0})
 
 
 def _pieces(path: Path, name: str, what: str) -> Iterator[bytes]:
@@ -99,23 +117,21 @@ def _line_ends(piece: bytes) -> int:
 
 def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, first: int) -> int:
     """Append the rows of one piece, which starts on line `first`; return their number."""
-    numbers = [key for key, node in columns.nodes.items() if node is not None]
-    labels = [key for key in header if key not in numbers]
-    frame = _parsed(body, header, labels)
+    frame = _parsed(body, header, columns)
     if frame is not None and not any(
         outside(frame[key], node).any() for key, node in columns.nodes.items() if node is not None
     ):
-        for key in header:
+        for key in columns.nodes:
             columns.take(key, frame[key])
-        return len(frame[header[0]])
+        return len(frame[next(iter(columns.nodes))])
     # The fast parser refused the piece: the slow one reads it line by line, and finds the fault.
     table = rows_below(header, body.decode(), columns.name, first)
-    for key in header:
-        node = columns.nodes[key]
+    for key, node in columns.nodes.items():
         if node is None:
             columns.take(key, table.texts(key))
             continue
         values = np.array(table.numbers(key, ratios=is_ratio(node)), dtype=np.float64)
+        values *= columns.factors.get(key, 1.0)
         bad = np.flatnonzero(outside(values, node))
         if bad.size:
             check_range(values[bad[0]], f"{columns.name}, line {table.lines[bad[0]]}: {key}", node)
@@ -123,11 +139,13 @@ def _take_csv(columns: DesignColumns, header: tuple[str, ...], body: bytes, firs
     return len(table.rows)
 
 
-def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str, Any] | None:
+def _parsed(body: bytes, header: tuple[str, ...], of_table: DesignColumns) -> dict[str, Any] | None:
     """Columns of a piece of plain CSV; None for anything that pandas might read differently."""
-    if not body:
+    if not body or not of_table.nodes:
         return None
-    if not labels:
+    labels = [key for key, node in of_table.nodes.items() if node is None]
+    words = bool(labels) or len(of_table.nodes) < len(header)  # Results may be words too
+    if not words:
         if body.translate(None, b"0123456789+-.eE, \t\r\n"):
             return None
     elif any(mark in body for mark in (b'"', b"#", b"\0")):
@@ -147,7 +165,8 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
                 io.BytesIO(body),
                 header=None,
                 names=list(header),
-                dtype={key: object if key in labels else np.float64 for key in header},
+                usecols=list(of_table.nodes),
+                dtype={key: object if key in labels else np.float64 for key in of_table.nodes},
                 index_col=False,
                 na_filter=False,
                 quoting=csv.QUOTE_NONE,
@@ -160,15 +179,16 @@ def _parsed(body: bytes, header: tuple[str, ...], labels: list[str]) -> dict[str
     if commas != len(frame) * (len(header) - 1):
         return None  # The rows are too long or too short
     columns: dict[str, Any] = {}
-    for key in header:
+    for key in of_table.nodes:
         if key in labels:
             columns[key] = [str(text).strip() for text in frame[key]]
             continue
         # A copy, because a column of the frame would keep the whole frame alive.
         columns[key] = values = np.array(frame[key], dtype=np.float64)
         # Next to labels, pandas would take the words true and false for 1 and 0.
-        if not np.isfinite(values).all() or (labels and ((values == 0) | (values == 1)).all()):
+        if not np.isfinite(values).all() or (words and ((values == 0) | (values == 1)).all()):
             return None
+        values *= of_table.factors.get(key, 1.0)
     return columns
 
 
@@ -195,7 +215,7 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
     with file, reading(name, what, "a sound Parquet file", pa.ArrowException):
         schema = file.schema_arrow
         index = _index_of_pandas(schema.metadata)
-        fields = [f for f in schema if not (f.name in index or f.name == DESIGN)]
+        fields = [f for f in schema if not (f.name in index or is_result(f.name))]
         nodes = known_columns([f.name for f in fields], name, "column")
         if len(nodes) < len(fields):
             raise SceneError(f"{name}: two columns have the same name; each name once")
@@ -287,8 +307,7 @@ def _variables_of_table(file: Any, name: str) -> dict[str, Any]:
     variables = {
         key: variable
         for key, variable in file.variables.items()
-        if key != DESIGN and not (archive and (variable.dimensions != (DESIGN,)))
-        and key.removesuffix(PUBLISHED) not in ALL_QUANTITIES
+        if not is_result(key) and not (archive and (variable.dimensions != (DESIGN,)))
     }  # fmt: skip
     if not variables:
         listed = one_line(", ".join(file.variables) or "none", 200)
@@ -323,7 +342,7 @@ def read_design_xlsx(path: Path, name: str) -> DesignColumns:
     if len(rows) < 2:
         raise SceneError(f"{name}: no rows; expected {what}, with names in its first row")
     keys = ["" if cell is None else str(cell).strip() for cell in rows[0]]
-    used = [place for place, key in enumerate(keys) if key != DESIGN]
+    used = [place for place, key in enumerate(keys) if not is_result(key)]
     names = [keys[place] for place in used]
     if "" in names or len({*names}) < len(names):
         raise SceneError(
