@@ -139,6 +139,9 @@ def check_name(archive: xr.Dataset, name: str) -> None:
     if name not in known:
         known = [each for each in known if each not in words]
         raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
+    empty = [str(d) for d, size in archive[name].sizes.items() if not size]
+    if empty:
+        raise SceneError(f"{name}: has no values, because there is no {empty[0]}")
     curve = [str(d) for d in archive[name].dims if d in DIMENSIONS and d not in PARTS]
     if curve:
         raise SceneError(

@@ -243,6 +243,98 @@ def test_modes_of_other_dimensions_are_not_drawn(diesel: xr.Dataset, solved: Bar
     assert campbell_figure(solved.modes * np.nan, solved.speeds, "") == []
 
 
+@pytest.fixture(scope="module")
+def shaft_with_modes() -> xr.Dataset:
+    return sweeps.run(
+        engine=ENGINE, shaft=ENGINE, axes={"speed": [1000, 1500, 2500], "misfire": [0, 4]},
+        set={"shaft_stress_limit_8": 58.0}, output={"quantities": [STRESS, *MODES]},
+    )  # fmt: skip
+
+
+def _with(name: str, values: Any) -> Any:
+    """A change of an archive: other values of a coordinate, or one value of a variable."""
+
+    def changed(archive: xr.Dataset) -> xr.Dataset:
+        one = archive[name]
+        if name in archive.coords:
+            return archive.drop_vars(name).assign_coords({name: (one.dims, values, one.attrs)})
+        return archive.assign({name: (one.dims, np.full(one.shape, values), one.attrs)})
+
+    return changed
+
+
+def _shaped(change: Any) -> Any:
+    """A change of an archive: other dimensions of the stress over its limit."""
+    return lambda archive: archive.drop_vars(STRESS).assign({STRESS: change(archive[STRESS])})
+
+
+def _unit(unit: Any) -> Any:
+    def changed(archive: xr.Dataset) -> xr.Dataset:
+        changed = archive.copy()
+        changed[STRESS] = archive[STRESS].assign_attrs(units=unit)
+        return changed
+
+    return changed
+
+
+TIMES = np.array([1, 2, 3], "datetime64[ns]")
+
+HOSTILE: dict[str, Any] = {
+    **{f"unit {unit!r:.12}": _unit(unit)
+       for unit in ("furlong", "", 3, "\x1b[31m\n<script>", "x" * 5000, "9**9**9")},
+    **{f"all {value!r}": _with(STRESS, value)
+       for value in (np.nan, np.inf, -np.inf, 1e308, -1.0, True, "a", TIMES[0])},
+    **{f"speeds {values[1]!r}": _with("speed", values)
+       for values in ([1e3, np.nan, 2e3], [1e3, np.inf, 2e3], [-1e3, 0.0, 1e300], [1e3, 1e3, 1e3],
+                      ["a", "b", "c"], TIMES)},
+    "misfires a": _with("misfire", ["a", "b"]),
+    "misfires nan": _with("misfire", [np.nan, 0.5]),
+    "no speed": _shaped(lambda one: one.isel(speed=0, drop=True)),
+    "no shaft": _shaped(lambda one: one.isel(shaft=0, drop=True)),
+    "no dimension": _shaped(lambda one: one.isel(shaft=0, speed=0, misfire=0, drop=True)),
+    "another dimension": _shaped(lambda one: one.expand_dims(zoo=3)),
+    "crank angles": _shaped(lambda one: one.expand_dims(crank_angle=4)),
+    **{f"without {name}": lambda archive, name=name: archive.drop_vars(name)
+       for name in ("speed", "misfire", "shaft_name", "mode", "order")},
+    **{f"empty {dim}": lambda archive, dim=dim: archive.isel({dim: []})
+       for dim in ("speed", "misfire", "shaft", "mode", "order")},
+    "without shaft_name, scene": lambda archive: (
+        archive.drop_vars("shaft_name").assign_attrs(scene="")
+    ),
+    **{f"scene {text!r:.12}": lambda archive, text=text: archive.assign_attrs(scene=text)
+       for text in ("", "{", "[]", "null", '{"axes": 3}')},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_hostile_limits_are_taken_or_refused_in_one_line(
+    shaft_with_modes: xr.Dataset, kind: str
+) -> None:
+    pytest.importorskip("bokeh")
+    changed = HOSTILE[kind](shaft_with_modes)
+    doors: list[Any] = [
+        lambda: page(changed, target=f"{STRESS} <= 1"), lambda: barred_ranges(changed, threads=1),
+    ]  # fmt: skip
+    for door in doors:
+        try:
+            door()
+        except SceneError as error:
+            assert "\n" not in str(error) and len(str(error)) < 1000
+            if door is doors[0]:
+                assert "Explorer" in page(changed)  # Only the target was refused
+
+
+def test_a_hostile_file_is_reported_by_the_command(
+    shaft_with_modes: xr.Dataset, tmp_path: Path
+) -> None:
+    pytest.importorskip("bokeh")
+    for number, kind in enumerate(("all nan", "no shaft", "speeds 0.0")):
+        path = tmp_path / f"{number}.nc"
+        write(HOSTILE[kind](shaft_with_modes), path)
+        ok("report", path, "-o", path.with_suffix(".html"))
+        assert "archive: " in refused("barred", path)
+
+
 def test_a_report_tells_which_designs_meet_a_target() -> None:
     pytest.importorskip("bokeh")
     archive = sweeps.run(

@@ -25,7 +25,7 @@ from engine_dyn.types import Floats
 from sweeps.base.checks import check_dataset, thread_count
 from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, words_of
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES
+from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES, limited_by
 from sweeps.scene.sample import parameters_of
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def _asked(archive: xr.Dataset) -> tuple[list[str], Floats]:
     check_dataset(archive)
     if REDUCTION in archive.attrs:
         raise SceneError("archive: was reduced; barred speeds need one with all speeds")
-    names = [name for name in OVER_LIMITS if name in archive]
+    names = limited_by(archive)
     if not names:
         raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
     for name in names:
@@ -224,7 +224,11 @@ def _asked(archive: xr.Dataset) -> tuple[list[str], Floats]:
         raise SceneError(
             "archive: no shaft has a limit; give stress_limit or torque_limit of a shaft"
         )
-    return names, np.sort(archive[SPEED].values.astype(float))
+    speeds = archive[SPEED].values if SPEED in archive.coords else np.zeros(0)
+    if not (speeds.size and speeds.dtype.kind in "fiu" and np.isfinite(speeds).all()
+            and (speeds > 0).all()):  # fmt: skip
+        raise SceneError("archive: speed: must have finite numbers above 0 [rpm]")
+    return names, np.sort(speeds.astype(float))
 
 
 def _grid(speeds: Floats) -> Floats:

@@ -54,6 +54,11 @@ class BarredSpeeds:
     largest: float  # Largest ratio of value to limit within the range
 
 
+def limited_by(archive: xr.Dataset) -> list[str]:
+    """Quantities of an archive that are above 1 where speeds are barred, if they are numbers."""
+    return [n for n in OVER_LIMITS if n in archive and archive[n].dtype.kind in "fiu"]
+
+
 def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:
     """Worst value of each quantity on each disc and shaft over all other axes of an archive.
 
@@ -105,7 +110,7 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
         If the archive has no axis of speed, or nothing over a limit was asked for.
     """
     check_dataset(archive)
-    names = [name for name in OVER_LIMITS if name in archive]
+    names = limited_by(archive)
     if not names:
         raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
     barred = []
@@ -143,17 +148,27 @@ def _crossing(speed: Any, values: Any, at: int) -> Any:
     return speed[at] + part * (speed[at + 1] - speed[at])
 
 
+def has_places(archive: xr.Dataset) -> bool:
+    """Whether `worst_of_shaft` finds quantities of discs or shafts that have names."""
+    return bool(_quantities_of_places(archive))
+
+
 def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     check_dataset(archive)
+    extremes = _quantities_of_places(archive)
+    if not extremes:
+        raise SceneError("archive: has no quantities of discs or shafts")
+    return extremes
+
+
+def _quantities_of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     # Variables over discs or shafts none of whose values is the worst
     not_worst = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
                  "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
                  "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip
-    extremes = {
+    return {
         str(name): data for name, data in archive.data_vars.items()
-        if not set(PLACES).isdisjoint(data.dims)
+        if any(place in data.dims and f"{place}_name" in archive.coords for place in PLACES)
         and name not in not_worst and not str(name).endswith("_phase")
+        and data.dtype.kind in "fiu"
     }  # fmt: skip
-    if not extremes:
-        raise SceneError("archive: has no quantities of discs or shafts")
-    return extremes

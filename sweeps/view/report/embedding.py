@@ -173,8 +173,8 @@ def is_list(archive: xr.Dataset, dim: str) -> bool:
 
 
 def is_words(variable: xr.Variable) -> bool:
-    """Return whether a variable holds texts."""
-    return bool(variable.dtype.kind in "UOST")
+    """Return whether a variable holds texts, or times, which are shown as texts."""
+    return variable.dtype.kind not in "fiub"
 
 
 def _cost(

@@ -10,7 +10,7 @@ import numpy as np
 from sweeps.base.errors import one_line
 from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import members_of
-from sweeps.decide.explore.shaft_extremes import Worst, worst_of_shaft
+from sweeps.decide.explore.shaft_extremes import Worst, has_places, worst_of_shaft
 from sweeps.view.report.html import table
 
 if TYPE_CHECKING:
@@ -21,7 +21,8 @@ def shaft_results(archive: xr.Dataset) -> str:
     """Tables about the shaft; empty where the archive has nothing of one."""
     if not (_numeric(archive, "disc") or _numeric(archive, "shaft")):
         return ""
-    parts = [*_system(archive), *_modes(archive), *_worst(archive)]
+    parts = [*_system(archive), *_modes(archive)]
+    parts += _worst(archive) if has_places(archive) else []
     return "".join(["<h3>Torsional vibration of the shaft</h3>", *parts]) if parts else ""
 
 
@@ -107,7 +108,7 @@ def _critical(archive: xr.Dataset) -> Iterator[list[str]]:
 
 def _cases(archive: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """The archive, or its parts without and with a misfire."""
-    if "misfire" not in archive.dims:
+    if "misfire" not in archive.dims or archive["misfire"].dtype.kind not in "fiu":
         yield "", archive
         return
     misses = archive["misfire"].values > 0

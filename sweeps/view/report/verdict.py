@@ -20,7 +20,14 @@ from sweeps.base.errors import SceneError, counted, one_line
 from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
 from sweeps.decide.explore.search import INERTIAS, search_best
-from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES, Worst, worst_of_shaft
+from sweeps.decide.explore.shaft_extremes import (
+    OVER_LIMITS,
+    PLACES,
+    Worst,
+    has_places,
+    limited_by,
+    worst_of_shaft,
+)
 from sweeps.running.reduce.every_point import EveryPoint
 from sweeps.scene.conditions import PARTS, check_name, constraint, units_of
 from sweeps.view.report.charts import Drawn
@@ -72,7 +79,7 @@ def verdict(
     if REDUCTION not in archive.attrs:
         for name in (n for n in REQUIRED if n in archive and archive[n].size <= MOST_VALUES):
             found.html += _required(archive, name, say)
-        if any(name in archive for name in OVER_LIMITS):
+        if limited_by(archive):
             _shaft(found, archive)
         elif archive.sizes.get("speed", 0) > 1 and archive["speed"].dtype.kind in "iuf":
             # Without limits there is no verdict, but a figure, of the first design.
@@ -279,7 +286,7 @@ def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:
 def _unsolved(archive: xr.Dataset, command: str, why: str) -> Iterator[str]:
     """The worst value at the archive's own points, which says nothing about what lies between."""
     worst: list[Worst] = [
-        one for one in worst_of_shaft(archive)
+        one for one in (worst_of_shaft(archive) if has_places(archive) else [])
         if one.quantity in OVER_LIMITS and np.isfinite(one.value)
     ]  # fmt: skip
     if not worst:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 MOST_LINES = len(charts.COLOURS)
 
+LARGEST_DRAWN = 1e30  # Numbers that are not below this in size are not drawn
+
 LIMIT = {"line_color": "#b00020", "line_dash": "dashed", "line_width": 2}
 
 
@@ -42,7 +44,8 @@ def _drawn(made: Any, x: Floats, series: list[tuple[str, Floats]], heads: tuple[
     lines, marks = made.renderers[::2], made.renderers[1::2]
     items = []
     for (name, y), line, mark in zip(series, lines, marks, strict=True):
-        line.data_source.data = {"x": x.astype(np.float32), "y": y.astype(np.float32)}
+        with np.errstate(over="ignore"):  # Larger numbers are infinite, and are not drawn
+            line.data_source.data = {"x": x.astype(np.float32), "y": y.astype(np.float32)}
         line.name = mark.name = name
         mark.visible = points
         items.append(bokeh.LegendItem(label={"value": name}, renderers=[line]))
@@ -85,6 +88,7 @@ def target_figure(
     factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(condition.name))
     values = worst.transpose(*([apart] if apart else []), across).values.astype(float) * factor
     values = values.reshape(-1, archive.sizes[across])
+    values = np.where(np.abs(values) < LARGEST_DRAWN, values, np.nan)
     names = ["all"]
     if apart:
         names = [case_text(archive, {apart: _word(archive, apart, i)}) for i in range(len(values))]
@@ -99,6 +103,8 @@ def target_figure(
         return []
     x_factor, x_unit = converted(str(archive[across].attrs.get("units", "1")), choices.get(across))
     x = archive[across].values.astype(float) * x_factor
+    if not (np.abs(x) < LARGEST_DRAWN).all():
+        return []
     order = np.argsort(x)
     x, values = x[order], values[:, order]
     heads = (_head(across, x_unit), _head(condition.name, unit))
@@ -109,7 +115,7 @@ def target_figure(
         y_axis_type=kind,
     )  # fmt: skip
     _drawn(made, x, list(zip(names, values, strict=True)), heads, points=x.size <= 60)
-    limit = condition.limit * factor
+    limit = float(np.clip(condition.limit * factor, -LARGEST_DRAWN, LARGEST_DRAWN))
     _limit(made, limit, f"limit {condition.written or ratio_text(condition.limit)}")
     seen = [one for one in (*values[np.isfinite(values)], limit) if one > 0.0 or not log]
     low, high = min(seen), max(seen)

@@ -22,11 +22,11 @@ def case_text(archive: xr.Dataset, case: Mapping[str, Any]) -> str:
     """A case in words: the cylinder that misfires, values of other axes with their units."""
     texts = []
     for key, value in case.items():
+        if not isinstance(value, int | float):
+            texts.append(one_line(value, 60))
+            continue
         if key == MISFIRE:
             texts.append("all cylinders fire" if value == 0 else f"misfire {value:g}")
-            continue
-        if isinstance(value, str):
-            texts.append(one_line(value, 60))
             continue
         unit = archive[key].attrs.get("units", "1") if key in archive.coords else "1"
         texts.append(f"{key} {number_text(float(value))} {converted(unit, None)[1]}".rstrip())
