@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, NoReturn
 
 import numpy as np
@@ -32,6 +32,8 @@ class Column:
     values: Floats
     # The first place (from 0) where the column has a text and no number, and the text.
     text: tuple[int, str] | None = None
+    # The first place with a text that is a number in groups of digits or a decimal number.
+    doubt: tuple[int, str] | None = None
 
 
 class Contents(NamedTuple):
@@ -76,6 +78,14 @@ class Recording:
         column = self.columns[name]
         where = self.where(name)
         values = column.values
+        if column.doubt is not None:
+            place, text = column.doubt
+            mark = "," if "," in text else "."
+            raise SceneError(
+                f"{where}, {self.place(place)}: '{text}' is {text.replace(mark, '')} in groups of "
+                f"digits, or {text.replace(',', '.')}; give decimal (--decimal): "
+                f"'{'.' if mark == ',' else ','}' for groups, '{mark}' for decimals"
+            )
         if not values.size:
             raise SceneError(f"{where}: has no values")
         # A NaN among the values makes both the smallest and the largest value NaN.
@@ -86,7 +96,7 @@ class Recording:
         if np.isfinite(value := values[tuple(bad[0])]):
             raise SceneError(f"{where}, {self.place(int(bad[0][-1]))}: {value:g}: {BEYOND}")
         what = "a blank field or no number"
-        if column.text is not None:
+        if column.text is not None and column.text[0] == bad[0][-1]:
             what = f"'{one_line(column.text[1], 40)}'"
         raise SceneError(f"{where}, {self.place(int(bad[0][-1]))}: {what}: must be a finite number")
 
@@ -128,7 +138,7 @@ def recording_of(label: str, sha256: str, contents: Contents) -> Recording:
         name, number = column.name, 2
         while name in by_name:
             name, number = f"{column.name} ({number})", number + 1
-        by_name[name] = Column(name, column.unit, column.values, column.text)
+        by_name[name] = replace(column, name=name)
     if not by_name:
         raise SceneError(f"{label}: no columns of numbers")
     return Recording(

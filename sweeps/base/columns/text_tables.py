@@ -9,12 +9,14 @@ import codecs
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine_dyn.types import Floats
 from sweeps.base.columns.headers import RUN, is_number, names_and_units, number_of, start_of_numbers
 from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.columns.recorded_columns import Column, Contents, check_size
@@ -29,20 +31,25 @@ LINES = 500  # Lines at the start of a file that are searched for the table
 
 _DOS_END = b"\x1a"  # Byte that ends a text of DOS
 
+_GROUPS = {
+    mark: "[1-9]\\d{0,2}(?:" + re.escape(mark) + r"\d{3})+" for mark in ".,'\u2019 \xa0\u202f"
+}
+"""Marks between groups of three digits, and the pattern of the digits with each."""
+
 
 class _Form(NamedTuple):
     """How the numbers of a text file are written."""
 
     # `first` is the row (from 0) of the first numbers, `width` the number of columns, `fields` the
-    # number of fields in a row with empty ones and notes at its end. `thousands` is the mark
-    # between groups of three digits, if there is one.
+    # number of fields in a row with empty ones and notes at its end. `group` is the mark between
+    # groups of three digits, if there is one.
 
     separator: str
     decimal: str
     first: int
     width: int
     fields: int
-    thousands: str | None = None
+    group: str | None = None
 
 
 def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> Contents:
@@ -64,15 +71,31 @@ def read_text(path: Path, data: bytes, label: str, choices: ReadingChoices) -> C
             "rows of numbers with one separator (give separator and decimal if they are not "
             "recognised)"
         )
+    clear = choices.decimal is not None
+    contents = _as_written(data, encoding, head, form, label, said, marks, clear=clear)
+    if form.group is None and any(column.text is not None for column in contents.columns):
+        # Groups of digits may begin below the head, where pressure or angle first pass 1000.
+        other = _form(head, choices, _grouped_lines(data, encoding))
+        if other is not None and other.group is not None:
+            return _as_written(data, encoding, head, other, label, said, marks, clear=clear)
+    return contents
+
+
+def _as_written(
+    data: bytes, encoding: str, head: list[str], form: _Form, label: str, said: list[str],
+    marks: list[int], *, clear: bool,
+) -> Contents:  # fmt: skip
+    """Read a text file in one form; `clear`: its decimal mark cannot be one of groups."""
     rows = [fields(line, form.separator) for line in head[: form.first]]
     body = [fields(line, form.separator) for line in head[form.first : form.first + RUN]]
-    said += _numbers_above(rows, form)
+    said = said + _numbers_above(rows, form)
     # Rows may begin with the number of the row, counted from 0 or 1.
     counted_from = ([[str(first + n)] for n in range(RUN)] for first in (0, 1))
     names, units = names_and_units(
         rows, form.width, form.separator == BLANKS, [row[:1] for row in body] in counted_from
     )
-    columns = _columns(data, encoding, form, names, units, label, said)
+    clear = clear or form.group is not None
+    columns = _columns(data, encoding, form, names, units, label, said, clear=clear)
     within = tuple(line - form.first for line in marks if line > form.first)
     if within:
         said.append(f"{counted(len(within), 'line')} MARK between the samples left out")
@@ -111,8 +134,26 @@ def is_text(data: bytes) -> bool:
     return re.search(rb"[\x00-\x08\x0e-\x1f\x7f]", data[:HEAD].rstrip(_DOS_END)) is None
 
 
-def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
-    """Separator and decimal mark that make the most numbers of the first lines."""
+def _grouped_lines(data: bytes, encoding: str) -> list[str]:
+    """Return the first line with each kind of groups of digits: it may lie below the head."""
+    text = data.decode(encoding, "replace")
+    found = []
+    for mark, digits in _GROUPS.items():
+        if mark not in text:
+            continue
+        other = "," if mark == "." else "." if mark == "," else "[.,]"
+        number = rf"(?<![\w.,']){digits}(?:{other}\d+)?(?![\w.,'])"
+        if match := re.search(number, text):
+            start, end = text.rfind("\n", 0, match.start()) + 1, text.find("\n", match.end())
+            found.append(text[start : end if end >= 0 else None].rstrip("\r"))
+    return found
+
+
+def _form(head: list[str], choices: ReadingChoices, grouped: Sequence[str] = ()) -> _Form | None:
+    """Separator and decimal mark that make the most numbers of the first lines.
+
+    `grouped` are lines of the file, here or below, that may have groups of digits.
+    """
     separators: Sequence[str] = (";", "\t", "|", ",", BLANKS)
     decimals: Sequence[str] = (".", ",")
     if choices.separator is not None:
@@ -122,21 +163,22 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
         decimals = (choices.decimal,)
     forms: list[tuple[int, bool, _Form]] = []
     for separator in separators:
-        rows = [fields(line, separator) for line in head]
-        plain = rows
-        for decimal, thousands in product(decimals, (None, ".", ",", "'")):
-            if separator in (decimal, thousands) or decimal == thousands:
+        plain = [fields(line, separator) for line in [*head, *grouped]]
+        for decimal, mark in product(decimals, (None, *_GROUPS)):
+            if separator == decimal or decimal == mark:
                 continue
-            rows = plain if thousands is None else _ungrouped(plain, decimal, thousands)
-            start = start_of_numbers(rows, decimal)
+            rows = plain
+            if mark is not None:
+                rows = _ungrouped(plain, decimal, mark, stated=choices.decimal is not None)
+            start = start_of_numbers(rows[: len(head)], decimal)
             if start is None:
                 continue
             first, width = start
             numbers = sum(is_number(text, decimal) for row in rows[first:] for text in row)
             texts = sum(bool(text.strip()) for row in rows[first:] for text in row) - numbers
             parts = _seem_parts(rows[:first], rows[first:])
-            most = _most_fields(rows[first:], width)
-            form = _Form(separator, decimal, first, width, most, thousands)
+            most = _most_fields(rows[first : len(head)], width)
+            form = _Form(separator, decimal, first, width, most, mark)
             forms.append((numbers - 2 * texts, parts, form))
     # A form that seems to cut numbers at their decimal commas is dropped where another form takes
     # the comma as decimal mark.
@@ -145,13 +187,27 @@ def _form(head: list[str], choices: ReadingChoices) -> _Form | None:
     return max(good, key=lambda one: one[0])[2] if good else None
 
 
-def _ungrouped(rows: list[list[str]], decimal: str, mark: str) -> list[list[str]]:
-    """Rows without the marks between groups of digits; none where marks stand in other places."""
-    number = re.compile(rf"[+-]?\d{{1,3}}(?:{re.escape(mark)}\d{{3}})+(?:{re.escape(decimal)}\d*)?")
+def _number_in_groups(decimal: str, mark: str) -> re.Pattern[str]:
+    return re.compile(rf"[+-]?{_GROUPS[mark]}(?:{re.escape(decimal)}\d*)?")
+
+
+def _ungrouped(rows: list[list[str]], decimal: str, mark: str, *, stated: bool) -> list[list[str]]:
+    """Rows without the marks between groups of digits; none where marks stand in other places.
+
+    1.234 alone is no number in groups, unless the decimal mark is `stated` to be the comma, or
+    other numbers have one.
+    """
+    number = _number_in_groups(decimal, mark)
     fields = [text.strip() for row in rows for text in row if mark in text]
     grouped = {text for text in fields if number.fullmatch(text)}
+    if not grouped:
+        return []
     other = any(re.fullmatch(r"[-+.,'\d]+", text) for text in fields if text not in grouped)
-    told = any(decimal in text or text.count(mark) > 1 for text in grouped)
+    told = (
+        stated or mark not in ".,"
+        or any(decimal in text or text.count(mark) > 1 for text in grouped)
+        or any(decimal in text and is_number(text, decimal) for row in rows for text in row)
+    )  # fmt: skip
     if other or not told:
         return []
     return [
@@ -175,29 +231,21 @@ def _seem_parts(above: list[list[str]], rows: list[list[str]]) -> bool:
 
 def _columns(
     data: bytes, encoding: str, form: _Form, names: list[str], units: list[str], label: str,
-    said: list[str],
+    said: list[str], *, clear: bool,
 ) -> list[Column]:  # fmt: skip
-    """Read the columns of a text file."""
+    """Read the columns of a text file; `clear`: its decimal mark cannot be one of groups."""
     import pandas as pd
 
+    how: dict[str, Any] = {
+        "sep": form.separator, "skiprows": form.first, "header": None,
+        "names": range(form.fields), "encoding": encoding, "encoding_errors": "replace",
+        "engine": "c", "skip_blank_lines": False, "low_memory": False, "skipinitialspace": True,
+        "on_bad_lines": "error",
+    }  # fmt: skip
+
     check_size(float(data.count(b"\n") + 1) * form.width, form.width, label)
-    if form.thousands is not None:
-        said.append(f"'{form.thousands}' taken as the mark between groups of three digits")
-        body = "\n".join(data.decode(encoding, "replace").splitlines()[form.first :])
-        mark = re.escape(form.thousands)
-        if wrong := re.search(rf"\d*{mark}(?:\d{{1,2}}(?!\d)|\d{{4}})", body):
-            raise SceneError(
-                f"{label}: '{form.thousands}' stands between groups of three digits, but not in "
-                f"'{one_line(wrong[0], 40)}'; write numbers without such marks"
-            )
     try:
-        frame = pd.read_csv(
-            io.BytesIO(data), sep=form.separator, decimal=form.decimal, skiprows=form.first,
-            header=None, names=range(form.fields),
-            encoding=encoding, encoding_errors="replace", engine="c", skip_blank_lines=False,
-            low_memory=False, skipinitialspace=True, on_bad_lines="error",
-            thousands=form.thousands,
-        )  # fmt: skip
+        frame = pd.read_csv(io.BytesIO(data), decimal=form.decimal, **how)
     except (ValueError, OverflowError) as error:  # errors of pandas' parser are ValueErrors
         match = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error))
         if match is None:
@@ -213,22 +261,56 @@ def _columns(
     beside = frame.iloc[:, form.width :].notna().any(axis=1).to_numpy()
     if beside.any():
         said.append(f"values right of the table in {counted(int(beside.sum()), 'row')} left out")
-    return [
-        _column(name, unit, frame[place])
-        for place, (name, unit) in enumerate(zip(names, units, strict=True))
-        if not (frame[place].isna().all() and name.startswith("column "))
-    ]
+    if form.group is not None:
+        said.append(f"'{form.group}' taken as the mark between groups of three digits")
+    columns = []
+    for place, (name, unit) in enumerate(zip(names, units, strict=True)):
+        if frame[place].isna().all() and name.startswith("column "):
+            continue
+        column = _column(name, unit, frame[place], form)
+        if not clear and _may_be_groups(column.values):
+            texts = pd.read_csv(io.BytesIO(data), usecols=[place], dtype=str, **how)[place]
+            column = replace(column, doubt=_doubt(texts, form.decimal))
+        columns.append(column)
+    return columns
 
 
-def _column(name: str, unit: str, series: Any) -> Column:
+def _may_be_groups(values: Floats) -> bool:
+    """Whether 998, 999, 1.002 may be written here: a step from whole numbers to thousandths."""
+    size = np.abs(values)
+    large, small = (size >= 100.0) & (size == np.round(size)), (size >= 1.0) & (size < 10.0)
+    steps = (large[1:] & small[:-1]) | (small[1:] & large[:-1])
+    return bool(steps.any() and size.max() < 1000.0 and (size != np.round(size)).any())
+
+
+def _doubt(texts: Any, decimal: str) -> tuple[int, str] | None:
+    """First text that is digits in groups or a decimal number, if no other text of them tells."""
+    marked = texts.str.contains(decimal, regex=False).fillna(False).to_numpy(bool)
+    grouped = texts.str.fullmatch(rf"\s*[+-]?{_GROUPS[decimal]}\s*").fillna(False).to_numpy(bool)
+    if not marked.any() or (marked & ~grouped).any():
+        return None
+    first = int(np.flatnonzero(marked)[0])
+    return first, one_line(texts.iloc[first], 60)
+
+
+def _column(name: str, unit: str, series: Any, form: _Form) -> Column:
     """One column, with the first of its texts where it has some."""
     import pandas as pd
 
     if series.dtype.kind in "iuf":
         return Column(name, unit, series.to_numpy(np.float64))
-    values = pd.to_numeric(series, errors="coerce").to_numpy(np.float64)
+    texts = series.astype(str).str.strip()
+    # A column with a single text is read as texts, the numbers among them as they are written.
+    written = texts
+    if form.group is not None:
+        grouped = texts.str.fullmatch(_number_in_groups(form.decimal, form.group))
+        written = written.where(~grouped, written.str.replace(form.group, "", regex=False))
+    if form.decimal == ",":
+        pointed = written.str.contains(".", regex=False)
+        written = written.str.replace(",", ".", regex=False).where(~pointed, "no number")
+    values = pd.to_numeric(written, errors="coerce").to_numpy(np.float64)
     wrong = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
-    text = (int(wrong[0]), one_line(series.iloc[wrong[0]], 60)) if len(wrong) else None
+    text = (int(wrong[0]), one_line(texts.iloc[wrong[0]], 60)) if len(wrong) else None
     return Column(name, unit, values, text)
 
 

@@ -205,3 +205,65 @@ def test_numbers_for_missing_values_are_refused(number: int, tmp_path: Path) -> 
     table[100:300] = [f"{line.split(',')[0]},{number}" for line in table[100:300]]
     (tmp_path / "a.csv").write_text("\n".join(["angle_deg,level", *table]))
     assert len(read_recording(tmp_path / "a.csv").numbers("level")) == 720
+
+
+def grouped(number: float, decimals: int, decimal: str, mark: str) -> str:
+    return f"{number:,.{decimals}f}".translate({ord(","): mark, ord("."): decimal})
+
+
+@pytest.mark.parametrize("above", [0, 700], ids=["in the head", "below the head"])
+@pytest.mark.parametrize(
+    ("separator", "decimal", "mark"),
+    [(";", ",", "."), ("\t", ".", "'"), (";", ",", "\xa0"), (";", ",", " "), ("\t", ".", ","),
+     (";", ".", "\u2019"), (",", ".", ",")],
+)  # fmt: skip
+@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize("decimals", [0, 1, 3])
+def test_groups_of_digits_are_read_wherever_the_first_is(
+    decimals: int, both: bool, separator: str, decimal: str, mark: str, above: int, tmp_path: Path
+) -> None:
+    """Pressures pass 1000 far below the first line of numbers, and so may counting angles."""
+    angle = 0.5 * np.arange(-above, 2200) + (1.0 if both else -700.0)
+    pressure = np.round(980.0 + 0.5 * angle**2 / 1e4 + 12.0 * np.arange(len(angle)) % 311, decimals)
+    pressure[:above] = np.minimum(pressure[:above], 999.0)
+    rows = zip(angle, pressure, strict=True)
+    quote = '"' if mark == separator else ""
+    texts = [
+        f"{quote}{grouped(a, 1, decimal, mark)}{quote}{separator}"
+        f"{quote}{grouped(p, decimals, decimal, mark)}{quote}" for a, p in rows
+    ]  # fmt: skip
+    head = f"angle [deg]{separator}p_cyl [kPa]"
+    (tmp_path / "a.csv").write_text("\n".join([head, *texts]) + "\n", encoding="utf-8")
+    read = read_recording(tmp_path / "a.csv", "a.csv")
+    assert np.allclose(read.numbers("angle"), angle, rtol=1e-15)
+    assert np.allclose(read.numbers("p_cyl"), pressure, rtol=1e-15)
+    assert any("groups of three digits" in one for one in read.said)
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_groups_that_may_be_decimals_are_refused_unless_the_decimal_mark_is_given(
+    mark: str, tmp_path: Path
+) -> None:
+    pressure = np.concatenate([np.arange(400, 1600, 3), np.arange(1600, 400, -3)])
+    texts = [f"{n};{grouped(p, 0, '?', mark)}" for n, p in enumerate(pressure[:700])]
+    (tmp_path / "a.csv").write_text("\n".join(["angle [deg];p_cyl [kPa]", *texts]))
+    unclear = read_recording(tmp_path / "a.csv", "a.csv")
+    assert np.array_equal(unclear.numbers("angle"), np.arange(700))
+    first = int(np.flatnonzero(pressure >= 1000)[0])
+    with pytest.raises(sweeps.SceneError) as error:
+        unclear.numbers("p_cyl")
+    text = grouped(pressure[first], 0, "?", mark)
+    assert f"column 'p_cyl', line {first + 2}: '{text}' is {pressure[first]} in" in str(error.value)
+    other = "." if mark == "," else ","
+    given = read_recording(tmp_path / "a.csv", "a.csv", ReadingChoices(decimal=other))
+    assert np.array_equal(given.numbers("p_cyl"), pressure[:700])
+    given = read_recording(tmp_path / "a.csv", "a.csv", ReadingChoices(decimal=mark))
+    assert given.numbers("p_cyl")[first] == pressure[first] / 1000.0
+
+
+def test_a_text_is_named_and_no_good_number_above_it(tmp_path: Path) -> None:
+    texts = [f"{a},5;{108 + a},0" for a in range(700)]
+    texts[640] = "640,5;1.08,0"
+    (tmp_path / "a.csv").write_text("\n".join(["angle [deg];p_cyl [kPa]", *texts]))
+    with pytest.raises(sweeps.SceneError, match=r"line 642: '1\.08,0': must be a finite number"):
+        read_recording(tmp_path / "a.csv", "a.csv").numbers("p_cyl")
