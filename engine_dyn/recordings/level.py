@@ -71,7 +71,7 @@ class Level:
     @property
     def text(self) -> str:
         """Level and dead centre with their uncertainties, the larger one first."""
-        said = [(self.change, self._level_text), (self.shift_change, self._shift_text)]
+        said = [(self.change, self._level_text), (self.shift_change, self.shift_text)]
         return "; ".join(text for _, text in sorted(said, key=lambda one: -one[0]))
 
     @property
@@ -96,7 +96,8 @@ class Level:
         )
 
     @property
-    def _shift_text(self) -> str:
+    def shift_text(self) -> str:
+        """How late the pressure comes, or that it cannot be told well."""
         late = "late" if self.shift > 0.0 else "early"
         sure = f"standard uncertainty {self.shift_uncertainty / DEGREE:.2g} degree"
         size = f"{abs(self.shift) / DEGREE:.1f} degree {late}"

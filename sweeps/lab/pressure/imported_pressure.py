@@ -191,17 +191,39 @@ def known_ratio(ratio: float | None) -> dict[str, float]:
 
 
 def level_of(
-    cycles: RecordedCycles, name: str, geometry: CylinderGeometry, said: list[str]
-) -> Level | None:
-    """Tell level and dead centre of a recording that is not pegged; None where unknown."""
-    where = f"'{one_line(name, 60)}': not pegged, level as recorded"
+    cycles: RecordedCycles, name: str, geometry: CylinderGeometry, options: PressureOptions,
+    said: list[str],
+) -> Level | None:  # fmt: skip
+    """Tell dead centre, and the level if the recording is not pegged; None where unknown."""
+    pegged = options.pegging is not None
+    where = f"'{one_line(name, 60)}': {'pegged' if pegged else 'not pegged, level as recorded'}"
     try:
         level = recorded_level(cycles, geometry)
     except (ValueError, np.linalg.LinAlgError) as error:
-        said.append(f"{where}; neither level nor dead centre can be told: {error}")
+        what = "dead centre cannot" if pegged else "neither level nor dead centre can"
+        said.append(f"{where}; {what} be told: {error}")
         return None
-    said.append(f"{where}; {level.text}")
+    said.append(f"{where}; {level.shift_text if pegged else level.text}")
+    # Pressures over the volume have the dead centres of the mechanism.
+    if not options.is_loop:
+        said.append(_worth_of_shift(cycles, level, name, geometry, options))
     return level
+
+
+def _worth_of_shift(
+    cycles: RecordedCycles, level: Level, name: str, geometry: CylinderGeometry,
+    options: PressureOptions,
+) -> str:  # fmt: skip
+    """What one degree changes, and the option that moves the pressure."""
+    degree = -10.0 * imep_of_tenth(cycles, geometry)  # Of a pressure that is moved to earlier
+    imep = float(mean_pressures(cycles, geometry).net.mean())
+    share = f" ({degree / imep:+.1%})" if imep > 0.0 else ""
+    shift = f"{options.shift - level.shift / DEGREE:.1f}"
+    how = ""
+    if abs(level.shift) > 0.05 * DEGREE:
+        how = f"; --shift {shift} (shift = {shift}) moves it to the likeliest dead centre"
+    worth = f"one degree earlier is worth {degree / BAR:+.3g} bar{share} of imep"
+    return f"'{one_line(name, 60)}': {worth}{how}"
 
 
 def offer_of(
@@ -237,11 +259,14 @@ def unlikely_peak(cycles: RecordedCycles) -> list[str]:
     ]
 
 
-def too_little_torque(
+def compared_torque(
     recorded: Mapping[str, RecordedCycles], geometry: CylinderGeometry, options: PressureOptions,
-    engine: EngineMeasures | None, period: float, label: str,
+    engine: EngineMeasures | None, period: float, label: str, said: list[str],
 ) -> list[str]:  # fmt: skip
-    """A warning where the indicated torque is below that at the shaft, which friction forbids."""
+    """Say the mechanical efficiency that the torque at the shaft gives.
+
+    A warning is returned where the indicated torque is below it, which friction forbids.
+    """
     brake = options.brake_torque
     if brake is None:
         return []
@@ -254,6 +279,10 @@ def too_little_torque(
     imep = sum(works) / len(works)
     of_mean_pressure = geometry.swept_volume * count / period
     if imep * of_mean_pressure >= brake:
+        said.append(
+            f"indicated torque {imep * of_mean_pressure:.4g} N m, at the shaft {brake:.4g} N m: "
+            f"mechanical efficiency {brake / (imep * of_mean_pressure):.1%}"
+        )
         return []
     tenths = [imep_of_tenth(cycles, geometry) for cycles in recorded.values()]
     degree = 10.0 * sum(tenths) / len(tenths) * of_mean_pressure

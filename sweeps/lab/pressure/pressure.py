@@ -52,10 +52,10 @@ from sweeps.lab.pressure.cycles_of_signals import (
 from sweeps.lab.pressure.imported_pressure import (
     EngineMeasures,
     ImportedPressure,
+    compared_torque,
     level_of,
     measures_of,
     offer_of,
-    too_little_torque,
     unlikely_peak,
     values_on,
 )
@@ -103,8 +103,9 @@ def imported(
         for name, cycles in recorded.items():
             before = f"{name}: " if len(recorded) > 1 else ""
             level, silent = None, ["gap"] if options.is_loop else []
+            known = level_of(cycles, name, geometry, options, said)
             if options.pegging is None:
-                level = level_of(cycles, name, geometry, said)
+                level = known
                 if level is not None:
                     levels[name] = level
                 elif not looks_motored(cycles):
@@ -115,7 +116,9 @@ def imported(
                 f"{before}{one}{offer_of(one, cycles, level, options)}" for one in signal_remarks
             ]
             warnings += [f"{before}{line}" for line in unlikely_peak(cycles)]
-        warnings += too_little_torque(recorded, geometry, options, engine, period, recording.label)
+        warnings += compared_torque(
+            recorded, geometry, options, engine, period, recording.label, said
+        )
         _describe(recorded, geometry, said)
         done = {
             name: _finished(cycles, name, geometry, options, said, recording.label)

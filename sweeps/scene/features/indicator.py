@@ -73,9 +73,10 @@ TELLING = _all_that_need((
 
 def without_pressures(notes: Iterable[str]) -> tuple[str, ...]:
     """Notes without imep and largest pressure; warnings and level without pressures."""
-    value = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%))")
+    value = re.compile(r"(?<![\d.])[+-]?[\d.]++(?:e[+-]?\d++)?+(?= ?(?:bar|%|N m))")
+    telling = re.compile(r"warning: |indicated torque |.*(?:: not pegged, | of imep\b)")
     return tuple(
-        value.sub("...", note) if note.startswith("warning: ") or ": not pegged, " in note else note
+        value.sub("...", note) if telling.match(note) else note
         for note in notes
         if ": imep " not in note
     )

@@ -156,6 +156,9 @@ def test_less_torque_than_at_the_shaft_is_warned_of(tmp_path: Path) -> None:
         found = read_pressure(tmp_path / "raw.csv", shift=shift, brake_torque=brake, **keys)
         told = [line for line in found.warnings if line.startswith("brake_torque: ")]
         assert len(told) == count
+        agreed = [line for line in found.steps if "mechanical efficiency" in line]
+        assert len(agreed) == 1 - count
+        assert all(line.endswith(f"mechanical efficiency {0.95:.1%}") for line in agreed)
     indicated = float(told[0].split("indicated torque is ")[1].split(" N m")[0])
     assert indicated == pytest.approx(works[-2.0], rel=3e-3)
     assert f"less than the {brake:.4g} N m at the shaft" in told[0]
@@ -172,3 +175,19 @@ def test_what_is_no_engine_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(OWN.replace("bore = 0.1", "bore = -1"))
     with pytest.raises(sweeps.SceneError, match="bore = -1"):
         read_pressure(tmp_path / "raw.csv", engine=path)
+
+
+def test_notes_on_a_confidential_recording_hold_no_work(tmp_path: Path) -> None:
+    """Neither torques nor what a degree is worth, from which the imep follows."""
+    from sweeps.scene.features.indicator import without_pressures
+
+    own(tmp_path / "raw.csv")
+    found = read_pressure(
+        tmp_path / "raw.csv", engine=written(tmp_path), brake_torque=1.0, pegging="inlet",
+        inlet_pressure=1.0,
+    )  # fmt: skip
+    kept = without_pressures(found.steps)
+    (torque,) = [one for one in kept if "mechanical efficiency" in one]
+    (worth,) = [one for one in kept if " of imep" in one]
+    assert not any(letter.isdigit() for letter in torque)
+    assert "is worth ... bar (...%) of imep" in worth

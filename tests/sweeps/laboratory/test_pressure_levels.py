@@ -88,6 +88,15 @@ def test_the_option_that_is_offered_puts_the_level_right(
                    *shlex.split(offer[0]))  # fmt: skip
     assert again.exit_code == 0 and " level: " not in again.stderr, again.stderr
     assert "absolute;" in made.read_text().splitlines()[0]
+    # The dead centre is as late as before: said with what it changes and the option that moves it.
+    (told,) = [line for line in again.stdout.splitlines() if ": pegged; dead centre" in line]
+    assert re.search(r"[\d.]+ degree (late|early)", told)[0] in first.stdout
+    worth = re.search(r"is worth ([-+][\d.]+) bar \(.*\) of imep; (--shift -?[\d.]+)", again.stdout)
+    moved = invoke("import", raw, "--average", "-o", made, "--overwrite", *more,
+                   *shlex.split(offer[0]), *shlex.split(worth[2]))  # fmt: skip
+    imeps = [float(re.search(r": imep ([\d.]+) bar", one.stdout)[1]) for one in (again, moved)]
+    shift = -float(worth[2].split()[1])
+    assert imeps[1] - imeps[0] == pytest.approx(shift * float(worth[1]), rel=0.1, abs=0.01)
     assert read_indicator(made)(-np.pi) / BAR == pytest.approx(KNOWN.inlet, abs=0.1)  # noise
 
 
