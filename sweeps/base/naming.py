@@ -142,7 +142,9 @@ def named(name: str, meaning: str, unit: str | None = "1") -> dict[str, str]:
 
 def meaning_of(attributes: Mapping[str, Any], name: str = "") -> str:
     """One line that says what a variable is: its description, else its long name, else its name."""
-    return str(attributes.get(DESCRIPTION) or attributes.get("long_name") or name)
+    # In foreign files they may also be numbers or lists of them
+    texts = (attributes.get(DESCRIPTION), attributes.get("long_name"))
+    return next((text for text in texts if isinstance(text, str) and text), name)
 
 
 def renamed(attributes: Mapping[str, Any], text: str) -> dict[str, Any]:

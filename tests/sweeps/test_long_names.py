@@ -92,3 +92,5 @@ def test_what_is_made_from_a_variable_has_both_names() -> None:
     assert about[DESCRIPTION] == "largest gas torque, all cylinders"
     assert renamed({"units": "1"}, "largest {}") == {"units": "1"}
     assert meaning_of({}, "delta") == "delta"
+    foreign = {"description": np.arange(3.0), "long_name": np.float64(2.0)}
+    assert meaning_of(foreign, "delta") == "delta"
