@@ -169,9 +169,9 @@ def _lines(
          and {*archive[n].dims} <= {*search.own}), None,
     )  # fmt: skip
     wanted = {"least" if inertia or condition.above else "most": inertia or condition.name}
+    if search.cases:
+        return [search.text()]
     try:
-        if search.cases:
-            return [search.text()]
         found = search_best(archive, **wanted, within=target, **asked)
     except SceneError:  # Each design has a speed of its own, so that none is chosen
         return [search.text()]
