@@ -273,10 +273,10 @@ def checked_orders(orders: Any) -> Floats:
 def elastic_over_rigid(
     system: ShaftSystem, orders: Any, speed: Any, throws: Sequence[int], torque: Any, disc: int
 ) -> Floats:
-    """Angle of a disc over that of the rigid shaft, without damping, shape (speeds, orders).
+    """Size of a disc's angle over that of the rigid shaft, shape (speeds, orders).
 
-    K theta - omega^2 J theta = U against -omega^2 sum(J) theta = sum(U). At low orders and speeds
-    it is 1; at a natural frequency it is infinite.
+    The response of the system with its damping, against -omega^2 sum(J) theta = sum(U). At low
+    orders and speeds it is 1; without damping, it is infinite at a natural frequency.
 
     Parameters
     ----------
@@ -299,17 +299,26 @@ def elastic_over_rigid(
     for throw, at in enumerate(throws):
         acting[system.node_of_disc[at]] += system.ratio[at] * given[throw]
     rigid = -acting.sum(axis=0) / (square * system.inertia.sum())
-    torques = list(acting)
-    dynamic = [g - square * j for g, j in zip(system.ground_stiffness, system.inertia, strict=True)]
+    torques, omega = list(acting), np.sqrt(square)
+    dynamic = [
+        g - square * j + 1j * omega * c
+        for g, j, c in zip(
+            system.ground_stiffness, system.inertia, system.disc_damping, strict=True
+        )
+    ]
+    stiffness = [
+        k * (1.0 + 1j * eta) + 1j * omega * c
+        for k, eta, c in zip(system.stiffness, system.loss_factor, system.damping, strict=True)
+    ]
     with np.errstate(divide="ignore", invalid="ignore"):  # an order may meet a frequency exactly
         for node in range(system.parent.size - 1, 0, -1):
-            parent, stiff = system.parent[node], system.stiffness[node]
+            parent, stiff = system.parent[node], stiffness[node]
             pivot = stiff + dynamic[node]
             dynamic[parent] = dynamic[parent] + stiff * dynamic[node] / pivot
             torques[parent] = torques[parent] + stiff * torques[node] / pivot
         angle = [torques[0] / dynamic[0]]
         for node in range(1, system.parent.size):
-            stiff = system.stiffness[node]
+            stiff = stiffness[node]
             turned = torques[node] + stiff * angle[system.parent[node]]
             angle.append(turned / (stiff + dynamic[node]))
         return np.asarray(np.abs(angle[system.node_of_disc[disc]] / rigid))

@@ -54,6 +54,11 @@ class Constraint:
         return np.asarray(signs[self.sign](values, self.limit))
 
 
+FLUCTUATIONS = ("delta", "cycle_delta", "delta_elastic")
+
+MOST_FLUCTUATION = 2.0  # (omega_max - omega_min)/omega_mean, with a mean in between
+
+
 def constraint(text: str, units: Units | None = None) -> Constraint:
     """Read a condition such as "delta <= 1/150", "delta <= generator" or "brake_power >= 60 kW".
 
@@ -83,9 +88,16 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
     if limit in named:
         return Constraint(name, sign, named[limit])
     try:
-        return Constraint(name, sign, number_or_ratio(limit))
+        number = number_or_ratio(limit)
     except ValueError:
         pass
+    else:
+        if name in FLUCTUATIONS and number > MOST_FLUCTUATION:
+            raise SceneError(
+                f"condition {shown(text)}: a coefficient of fluctuation is at most "
+                f"{MOST_FLUCTUATION:g}; did you mean '{name} {sign} 1/{number:g}'?"
+            )
+        return Constraint(name, sign, number)
     # The pattern is possessive: it never goes back into digits that it has matched, which would
     # take time that grows with the square of their number. It matches a number and what may be a
     # unit, for `number_with_unit` to check.

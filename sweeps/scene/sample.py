@@ -78,7 +78,7 @@ class Sample:
         """Points that are drawn at a time where the sample is reduced as it is computed."""
         if self.method == "latin_hypercube":  # All points of a Latin hypercube belong together
             return self.number
-        return min(self.number, 1 << (PORTION // self.group).bit_length() - 1)
+        return portion_of(self.number, PORTION // self.group)
 
     @property
     def words(self) -> str:
@@ -90,6 +90,24 @@ class Sample:
     def how(self) -> str:
         """How the designs were chosen, in words."""
         return "found by a search" if self.method == SEARCH else f"drawn as {METHODS[self.method]}"
+
+
+def portion_of(number: int, about: int) -> int:
+    """Largest part of a number of points that divides it and is at most `about`, a power of two.
+
+    Of numbers that only smaller parts divide than a sixteenth of that, the smallest larger part, up
+    to four times as many; 0 where there is none.
+
+    Examples
+    --------
+    >>> portion_of(1 << 20, 1 << 16), portion_of(10**6, 1 << 16), portion_of(65537, 1 << 16)
+    (65536, 62500, 65537)
+    """
+    most = 1 << about.bit_length() - 1
+    if number <= most:
+        return number
+    small = next((n for n in range(most, max(most // 16, 1), -1) if number % n == 0), 0)
+    return small or next((n for n in range(most, 4 * most + 1) if number % n == 0), 0)
 
 
 def with_sample(
@@ -177,7 +195,18 @@ def read_sample(
         return Sample(method, int(raw["number"]), seed, parameters)
     largest = LARGEST_REDUCED if reduced and method != "latin_hypercube" else LARGEST
     most = largest // sample.group
-    return Sample(method, _number(raw["number"], sample, most, f"{where} number"), seed, parameters)
+    number = _number(raw["number"], sample, most, f"{where} number")
+    made = Sample(method, number, seed, parameters)
+    if reduced and not made.portion:
+        near = next(
+            n for i in range(1, 1 << 16) for n in (number - i, number + i)
+            if portion_of(n, PORTION // made.group)
+        )  # fmt: skip
+        raise SceneError(
+            f"{where} number = {number}: must be a multiple of a number of some ten thousand, of "
+            f"which a sample is reduced at a time, such as {near}"
+        )
+    return made
 
 
 def _number(raw: Any, sample: Sample, most: int, where: str) -> int:

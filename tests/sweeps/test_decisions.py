@@ -77,7 +77,9 @@ def test_units_and_several_conditions(archive: xr.Dataset) -> None:
     lines = text_of(archive, least="delta", units="brake_power=hp", **asked)
     assert lines[0] == "least delta = 0.01003 at load = 100 %, speed = 1500 rpm"
     assert lines[1] == "  with inertia = 4 kg m²"
-    assert lines[3].startswith("  brake_power >= 67.0511 hp: 100.6 hp at load = 50 %")
+    assert lines[3].startswith(
+        "  brake_power >= 67.0511 hp (50000 W: no unit was given): 100.6 hp at load = 50 %"
+    )
     assert lines[4] == "  inertia <= 4 kg m²: 4 kg m², at the limit"
     with pytest.raises(SceneError, match="--units bar: no column"):
         text_of(archive, least="delta", units="bar=W", **asked)

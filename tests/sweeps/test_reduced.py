@@ -144,6 +144,27 @@ def test_the_same_bits_whatever_the_blocks(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.usefixtures("portions")
+@pytest.mark.parametrize("number", [1000, 257, 1023, 1800])
+def test_every_design_of_any_number_counts(number: int) -> None:
+    """Portions are equal parts of the sample, also where its number is no power of two."""
+    drawing = {**SAMPLE["sample"], "number": number}
+    scene = {**SAMPLE, "sample": drawing, "output": {"quantities": ["delta"]}}
+    made = make_plan(read_scene(**scene, reduce={"best": [{"least": "inertia"}]}))
+    assert made.designs == number
+    found = sweeps.run(**scene, reduce={"within": "delta <= 1/20", "best": [{"least": "inertia"}]})
+    stored = sweeps.run(**scene)
+    assert int(found["outcomes"].sum()) == number
+    assert found["designs_within"].values.sum() == (stored["delta"] <= 1 / 20).sum()
+
+
+@pytest.mark.usefixtures("portions")
+def test_a_number_without_parts_is_refused_with_one_near() -> None:
+    prime = {**SAMPLE, "sample": {**SAMPLE["sample"], "number": 4093}}
+    with pytest.raises(SceneError, match="number = 4093: must be a multiple .*, such as 409[0-9]"):
+        read_scene(**prime, reduce={"best": [{"least": "inertia"}]})
+
+
+@pytest.mark.usefixtures("portions")
 def test_axes_may_be_left_or_looked_at_at_every_point() -> None:
     all_of_them = sweeps.run(**GRID)
     within = "delta <= 1/25"

@@ -388,6 +388,13 @@ def test_warnings_where_the_rigid_engine_is_far_from_the_shaft() -> None:
     # Order 3 is 100 Hz and order 6 200 Hz, against 216.6 Hz.
     line = said(ENGINE)
     assert line.startswith("rigid_shaft: order 6 at 2000 rpm, 200 Hz, moves the flywheel")
+    # At resonance it is as large as the response with its damping: the archive's own angle.
+    (ratio,) = re.findall(r"flywheel ([\d.]+) times", said(ENGINE, set={"speed": 2166}))
+    at = {"set": {"speed": 2166}}
+    found = run(["disc_angle_order", "torque_order", "shaft_inertia"], **at).sel(order=6.0)
+    angle = found["torque_order"] / (found["shaft_inertia"] * (6.0 * 2166.0 * RPM) ** 2)
+    whole = found["disc_angle_order"].isel(disc=-1) * math.pi / 180.0 / angle
+    assert float(ratio) == pytest.approx(float(whole), rel=0.02)
     stiff = changed(
         **{f"shafts__{i}__stiffness": 1e9 for i in range(5)}, shafts__5__length=1e-4,
         shafts__6__stiffness=1e9, shafts__7__stiffness=1e9, dampers=[],

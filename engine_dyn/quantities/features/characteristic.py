@@ -85,8 +85,12 @@ CHARACTERISTICS: Mapping[str, Characteristic] = MappingProxyType(
 """Characteristics by name; "diesel" is for an undivided combustion chamber."""
 
 
-SLACK = 1e-9
-"""Share of a torque by which that of the first or the last diagram may miss it, by rounding."""
+SLACK = 1e-5
+"""Share of a torque by which that of the first or the last diagram may miss it.
+
+Diagrams that follow from the powers of a data sheet have these powers to 1e-6: the torque at its
+first and last load is reached.
+"""
 
 
 def load_for_torque(
@@ -119,7 +123,7 @@ def load_for_torque(
     every = np.arange(goal.size)
     miss = [np.asarray(torque_of(np.full(goal.size, load), every)) - goal for load in knots]
     # Where the wanted torque differs from that of the largest or smallest load by less than this,
-    # which is only rounding, that load is the solution.
+    # that load is the solution.
     slack = SLACK * np.abs(goal)
     solution = np.full(goal.size, np.nan)
     for load, here in ((knots[-1], miss[-1]), (knots[0], miss[0])):
@@ -195,7 +199,7 @@ def torque_beyond(
     given = [torque_of(np.full(wanted.size, one), every) for one in needs["family"].loads]
     flat = wanted.reshape(-1)
     beyond = flat - np.clip(flat, np.minimum.reduce(given), np.maximum.reduce(given))
-    # A torque that differs from the first or the last one by rounding alone is reached.
+    # As in `load_for_torque`
     return np.where(np.abs(beyond) <= SLACK * np.abs(flat), 0.0, beyond).reshape(wanted.shape)
 
 

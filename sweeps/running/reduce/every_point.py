@@ -8,6 +8,7 @@ An archive is read a range at a time: it may be larger than memory.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from sweeps.base.checks import names_given
 from sweeps.base.dimensions import DESIGN, LABELS, NOT_CHOSEN
 from sweeps.base.errors import SceneError, counted, listed, not_known, shown
 from sweeps.base.netcdf.netcdf_files import slabs
+from sweeps.base.ratios import ratio_text
 from sweeps.running.reduce.ranges import chunks_of, ranges
 from sweeps.scene.conditions import Constraint, asked_of, units_of
 
@@ -290,8 +292,8 @@ class EveryPoint:
         if self.unsolved:
             why = f" ({'; '.join(self._failed())})" if self.failed else ""
             each.append(
-                f"{self.unsolved} have no result at some point{why}, such as an engine at idle: "
-                "see the outcomes, and not_counted (--not-counted)"
+                f"{self.unsolved} have no result at some point{why}: see the outcomes, and "
+                "not_counted (--not-counted)"
             )
         if self.without:
             each.append(f"{self.without} have no point that is counted")
@@ -304,11 +306,18 @@ class EveryPoint:
         if self.alone[number] or not math.isfinite(excess):
             return ""
         value = condition.limit + (excess if condition.above else -excess)
+        return f" ({'least' if condition.above else 'most'}: {self._as_written(condition, value)})"
+
+    def _as_written(self, condition: Constraint, value: float) -> str:
+        """A value in the unit of the limit, or as the ratio that the limit is."""
+        number = re.match(r"[-+.\deE]+", condition.written) if condition.written else None
+        if number is not None and condition.limit:
+            own = value / condition.limit * float(number[0])
+            return f"{own:.4g}{condition.written[number.end() :]}"
+        if 0.0 < value < 0.1 and ratio_text(condition.limit).startswith("1/"):
+            return f"1/{1.0 / value:.4g}"
         unit = self.units(condition.name)
-        return (
-            f" ({'least' if condition.above else 'most'}: {value:.4g}"
-            f"{'' if unit in (None, '1') else f' {unit}'})"
-        )
+        return f"{value:.4g}{'' if unit in (None, '1') else f' {unit}'}"
 
 
 def _no_axis(archive: xr.Dataset, name: str, dims: Sequence[str]) -> str:

@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from engine_dyn.forces.balance.lines import is_boxer
+from engine_dyn.loads.driven_machine import harmonics_of_load
 from engine_dyn.plausibility.judgement import (
     MOST_CORNERS,
     Implausible,
@@ -381,19 +382,27 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
     places = engine.along_shaft
     if places is None:
         return []
-    phases = [[engine.members[i].phase for i in place] for place in places]
     orders = np.asarray(plan.points["order"])
-    vectors = np.array([sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases])
-    # Fraction of the cylinders whose phase vectors add up in strong orders
-    strong = np.abs(vectors.sum(axis=0)) >= 0.5 * engine.count
+    torque = scene.engine.torque
+    if torque is None:
+        phases = [[engine.members[i].phase for i in place] for place in places]
+        vectors = np.array(
+            [sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases]
+        )
+    else:
+        vectors = harmonics_of_load(torque, orders, scene.engine.period)[None, :]
+    # In strong orders the phase vectors of half of the cylinders add up; of a torque that is given,
+    # these are half as large as the largest.
+    size = np.abs(vectors.sum(axis=0))
+    strong = size >= 0.5 * (engine.count if torque is None else size.max(initial=0.0))
     orders, vectors = orders[strong][:2], vectors[:, strong][:, :2]  # Two orders are enough
     if not orders.size:
         return []
     from engine_dyn.torsion.modes import elastic_over_rigid
 
-    given = np.ravel(plan.leaves["speed"].si)
-    # Speeds from the lowest to the highest that are looked at
-    speeds = np.unique(np.linspace(given.min(), given.max(), 25))
+    # At most 400 of the speeds that are computed
+    given = np.unique(plan.leaves["speed"].si)
+    speeds = given[:: 1 + given.size // 400]
     ratio = elastic_over_rigid(system, orders, speeds, shaft.throws, vectors, shaft.flywheel)
     far = np.abs(np.where(np.isfinite(ratio), ratio, np.inf) - 1.0)
     if not far.max() > 0.05:  # Share by which the angle may differ from that of a rigid shaft

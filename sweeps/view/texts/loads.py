@@ -16,14 +16,16 @@ from sweeps.scene.plan.variations import ordinary
 if TYPE_CHECKING:
     from sweeps.scene.model import Scene
 
+ALIKE = 1.0  # Percent by which the share of a torque may differ from the load that it is said by
+
 MOST_LOADS = 5  # Largest number of loads that are told one by one
 
 
 def load_line(scene: Scene) -> str:
-    """Mean torque at the loads of a scene, and its share of that of the largest diagram.
+    """Mean torque at the loads of a scene, and its share of that at 100 %, or the largest load.
 
     It is that of all cylinders firing, at the middle of the scene's other axes. Nothing is told
-    where the load is not given, or names the only diagram.
+    where the load is not given, names the only diagram, or is that share.
     """
     family = scene.engine.family
     if (
@@ -41,7 +43,8 @@ def load_line(scene: Scene) -> str:
     given.pop("load", None)
     if len(asked) > MOST_LOADS:
         asked = asked[[0, len(asked) // 2, -1]]
-    loads = np.unique([*asked, family.high])
+    full = 100.0 if family.low <= 100.0 <= family.high else family.high
+    loads = np.unique([*asked, full])
     one = replace(
         ordinary(scene, ("torque_mean",)), axes={"load": loads}, designs={}, labels={},
         settings=given, dimensions=("load",), sample=None, reduce=None, fail_on=(),
@@ -55,15 +58,23 @@ def load_line(scene: Scene) -> str:
         torques = np.broadcast_to(compute(plan)["torque_mean"], loads.shape)
     except Exception:  # Some feature does not hold at another load: the run itself has its results
         return ""
-    if not np.isfinite(torques).all() or torques[-1] <= 0.0:
+    if not np.isfinite(torques).all():
+        return ""
+    reference = torques[loads == full][0]
+    if reference <= 0.0:
+        return ""
+    shares = 100.0 * torques / reference
+    # What is as good as its share needs no words
+    if np.abs(shares - 100.0 * loads / full).max() < ALIKE:
         return ""
     texts = number_texts([float(value) for value in torques])
-    told = [
-        f"{load:g} % gives {text} N m"
-        + (f", {100.0 * torque / torques[-1]:.0f} % of that at {loads[-1]:g} %" * (not place))
-        + (f", {100.0 * torque / torques[-1]:.0f} %" * (0 < place < len(loads) - 1))
-        for place, (load, text, torque) in enumerate(zip(loads, texts, torques, strict=True))
-    ]
+    told, first = [], True
+    for load, text, share in zip(loads, texts, shares, strict=True):
+        said = f"{load:g} % gives {text} N m"
+        if load != full:
+            said += f", {share:.0f} %" + f" of that at {full:g} %" * first
+            first = False
+        told.append(said)
     speed = plan.leaves.get("speed")
     at = f"at {number_text(float(np.asarray(speed.data)))} rpm, " if speed is not None else ""
     return f"load names a diagram of the engine, not a share of the torque: {at}{'; '.join(told)}"

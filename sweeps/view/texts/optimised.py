@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from sweeps.base.dimensions import DESIGN, FOUND, STATUS
 from sweeps.base.errors import counted, one_line
 from sweeps.base.numbers import number_text
@@ -156,6 +157,8 @@ def _deciding(found: Found, one: xr.Dataset) -> tuple[str, bool]:
     return (found.name, found.least) if one[found.name].ndim else ("", False)
 
 
+MOST_PLACES = 4  # Largest number of points without a result that are named
+
 MOST_OF_FRONT = 12  # Largest number of designs of a front that are printed, spread over it
 
 
@@ -188,7 +191,29 @@ def _one(
     lines = [f"{certain}{kind} {name} = {say.number(name, value)}{place}{end}"]
     lines += [f"  {text}" for text in _parameters(archive, design, about, name)]
     conditions = [constraint(text, units_of(archive)) for text in about["within"]]
-    return lines + say.conditions(one, conditions, about["at_every"])
+    lines += say.conditions(one, conditions, about["at_every"])
+    left_out = _of_outcomes(one, say, about["not_counted"])
+    return [*lines, *(f"left out (--not-counted, not_counted): {text}" for text in left_out)]
+
+
+def _of_outcomes(one: xr.Dataset, say: Wording, words: Sequence[str]) -> list[str]:
+    """How many points of a design have each of some outcomes, and where the first of them are."""
+    if STATUS not in one:
+        return []
+    status, told = one[STATUS], []
+    for word in words:
+        places = np.argwhere(status.values == MEANINGS.index(word))
+        if not len(places):
+            continue
+        dims = [str(d) for d in status.dims]
+        named = [
+            say.place(one, dict(zip(dims, map(int, place), strict=True)))
+            for place in places[:MOST_PLACES]
+        ]
+        more = "; ..." if len(places) > MOST_PLACES else ""
+        where = f" ({'; '.join(named)}{more})" if dims else ""
+        told.append(f"{word}, {len(places)} of {counted(status.size, 'point')}{where}")
+    return told
 
 
 def _front(
@@ -237,14 +262,23 @@ def _nothing(archive: xr.Dataset, about: Mapping[str, Any]) -> list[str]:
     each = [f"{n} meet {c}" for c, n in zip(about["within"], about["alone"], strict=True)]
     if about["lacking"]:
         each.append(
-            f"{about['lacking']} have no result at some point, such as an engine at idle (see the "
-            "outcomes, and --not-counted)"
+            f"{about['lacking']} have no result at some point{_outcomes(archive)} (--not-counted "
+            "leaves outcomes out)"
         )
     told = f": {'; '.join(each)}" if each else ""
     return [
         f"no design meets all conditions{everywhere(about['at_every'])}; of "
         f"{counted(about['designs'], 'design')}{told}"
     ]
+
+
+def _outcomes(archive: xr.Dataset) -> str:
+    """Outcomes without a result in an archive, in brackets."""
+    if STATUS not in archive:
+        return ""
+    codes = np.unique(archive[STATUS].values)
+    words = [MEANINGS[int(c)] for c in codes if 0 <= c < len(MEANINGS) and c not in WITH_NUMBERS]
+    return f": {', '.join(words)}" if words else ""
 
 
 def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str]:

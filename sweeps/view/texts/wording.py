@@ -65,7 +65,11 @@ class Wording:
         factor, unit = self._converted(condition.name)
         if condition.written or not unit:
             return str(condition)
-        return f"{condition.name} {condition.sign} {condition.limit * factor:.6g} {unit}"
+        text = f"{condition.name} {condition.sign} {condition.limit * factor:.6g} {unit}"
+        own = self._units.get(condition.name, "1")
+        # A limit without a unit is in the archive's, which people do not see elsewhere
+        given = f" ({condition.limit:g} {own}: no unit was given)" if factor != 1.0 else ""
+        return text + given
 
     def value(self, condition: Constraint, value: float) -> str:
         """A value that is compared with a limit, as a ratio where the limit is one."""
