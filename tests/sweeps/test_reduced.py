@@ -160,7 +160,7 @@ def test_every_design_of_any_number_counts(number: int) -> None:
 @pytest.mark.usefixtures("portions")
 def test_a_number_without_parts_is_refused_with_one_near() -> None:
     prime = {**SAMPLE, "sample": {**SAMPLE["sample"], "number": 4093}}
-    with pytest.raises(SceneError, match="number = 4093: must be a multiple .*, such as 409[0-9]"):
+    with pytest.raises(SceneError, match=r"number = 4093: must be a multiple .*, such as 409[0-9]"):
         read_scene(**prime, reduce={"best": [{"least": "inertia"}]})
 
 
