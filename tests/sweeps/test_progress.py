@@ -18,12 +18,15 @@ HANG = 30
 """Seconds."""
 
 
-def printed(columns: int, times: int, monkeypatch: pytest.MonkeyPatch) -> str:
-    """What a bar writes on a terminal of so many columns until its count stands there so often."""
+def printed(rows: int, columns: int, times: int, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What a bar writes on a terminal of this size until its count stands there so often.
+
+    The terminal is the process's stderr, since tqdm asks only standard streams for their size.
+    """
     monkeypatch.setattr(progress, "FIRST", 0.1)
     monkeypatch.setattr(progress, "BEAT", 0.05)
     ours, theirs = pty.openpty()
-    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     os.set_blocking(ours, False)
     text = ""
 
@@ -32,12 +35,14 @@ def printed(columns: int, times: int, monkeypatch: pytest.MonkeyPatch) -> str:
             return os.read(ours, 100_000).decode(errors="replace")
         return ""
 
-    with os.fdopen(theirs, "w") as terminal, progress_bar(total=10, file=terminal) as bar:
-        bar.update(3)
-        ends = time.monotonic() + HANG
-        while text.count("3/10") < times and time.monotonic() < ends:
-            time.sleep(0.02)
-            text += read()
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr("sys.stderr", terminal)
+        with progress_bar(total=10, file=terminal) as bar:
+            bar.update(3)
+            ends = time.monotonic() + HANG
+            while text.count("3/10") < times and time.monotonic() < ends:
+                time.sleep(0.02)
+                text += read()
     os.set_blocking(ours, True)
     with contextlib.suppress(OSError):  # of a terminal whose other end is closed, when all is read
         while piece := os.read(ours, 100_000):
@@ -46,11 +51,11 @@ def printed(columns: int, times: int, monkeypatch: pytest.MonkeyPatch) -> str:
     return text
 
 
-@pytest.mark.parametrize("columns", [0, 80])
+@pytest.mark.parametrize("size", [(0, 0), (0, 100), (24, 0), (24, 80)])
 def test_a_bar_goes_on_while_nothing_is_counted(
-    columns: int, monkeypatch: pytest.MonkeyPatch
+    size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = printed(columns, 3, monkeypatch)
+    text = printed(*size, 3, monkeypatch)
     assert text.count("3/10") >= 3
     assert text.endswith("\r") and not text.split("\r")[-2].strip()  # nothing is left of it
 
@@ -75,3 +80,22 @@ def test_a_reduction_counts_within_its_blocks(monkeypatch: pytest.MonkeyPatch) -
         progress=True,
     )
     assert sum(counts) == 9000 and sum(n > 0 for n in counts) > 1
+
+
+def test_blocks_are_counted_where_no_kernel_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts: list[int] = []
+    bars = progress.progress_bar
+
+    def counted(**options: object) -> object:
+        bar = bars(**options)
+        bar.update = counts.append
+        return bar
+
+    monkeypatch.setattr(progress, "progress_bar", counted)
+    sweeps.run(
+        engine="ntua",
+        axes={"crank_ratio": [0.2, 0.25, 0.3]},
+        output={"quantities": ["mean_piston_speed"]},
+        progress=True,
+    )
+    assert sum(counts) == 3

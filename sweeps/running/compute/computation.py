@@ -65,7 +65,7 @@ class Computation:
         self.threads = threads
         self.device = device
         self.all_in_each = all_in_each
-        self.bars = _Bars(progress, plan.designs)
+        self.bars = _Bars(progress, plan)
         rest, of_periods = by_cycles(plan)
         self.of_periods = None if of_periods is None else Computation(
             of_periods, lengths, progress=progress, threads=threads, device=device,
@@ -120,7 +120,9 @@ class Computation:
         They are the caller's, who may change them.
         """
         with linear_algebra_on_one_thread():
-            return self._results(block)
+            results = self._results(block)
+        self.bars.done(block)
+        return results
 
     def _results(self, block: Block) -> Results:
         if self.plan.parts:
@@ -324,10 +326,21 @@ def _aligned(value: Value, dims: tuple[str, ...], name: str) -> Any:
 class _Bars:
     """Progress bars over the designs of the kernels; nothing unless they are asked for."""
 
-    def __init__(self, show: bool | Callable[[int], None], designs: int) -> None:
-        self.show, self.designs = show, designs
+    def __init__(self, show: bool | Callable[[int], None], plan: Plan) -> None:
+        self.show, self.plan = show, plan
         self.counted = ""
         self.bars: dict[str, Any] = {}
+        # Where no kernel counts designs, finished blocks are counted.
+        kernels = any(s.node.kind == "stage" and s.node.make is not None for s in plan.stages)
+        self.of_blocks = "" if kernels or plan.parts or show is not True else "designs"
+        if self.of_blocks:
+            self._open(self.of_blocks, plan.designs)
+
+    def done(self, block: Block) -> None:
+        """Count a finished block, where no kernel has counted its designs."""
+        if self.of_blocks:
+            designs = math.prod(shape_in(self.plan, self.plan.scene.dimensions, block))
+            self.bars[self.of_blocks].update(designs)
 
     def of(self, stage: Stage) -> Callable[[int], None] | None:
         """Function to call with the number of designs done."""
@@ -335,16 +348,19 @@ class _Bars:
             return None
         name = stage.node.name
         if callable(self.show):
-            self.counted = self.counted or (name if stage.size == self.designs else "")
+            self.counted = self.counted or (name if stage.size == self.plan.designs else "")
             return self.show if name == self.counted else None
         if name not in self.bars:
-            from sweeps.running.compute.progress import progress_bar
-
-            self.bars[name] = progress_bar(
-                total=stage.size, unit=" designs", unit_scale=True, desc=name, file=sys.stderr
-            )
+            self._open(name, stage.size)
         update: Callable[[int], None] = self.bars[name].update
         return update
+
+    def _open(self, name: str, total: int) -> None:
+        from sweeps.running.compute.progress import progress_bar
+
+        self.bars[name] = progress_bar(
+            total=total, unit=" designs", unit_scale=True, desc=name, file=sys.stderr
+        )
 
     def close(self) -> None:
         """Remove them from the terminal."""

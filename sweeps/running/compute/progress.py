@@ -41,7 +41,7 @@ def progress_bar(**options: Any) -> Any:
                 wait, self.shown = BEAT, True
                 self.refresh()
 
-    bar = Bar(delay=FIRST, leave=False, ncols=_width(options.get("file")), **options)
+    bar = Bar(delay=FIRST, leave=False, **_size(options.get("file")), **options)
     if not bar.disable:
         ended = threading.Event()
         thread = threading.Thread(target=bar.beat, args=(ended, FIRST), daemon=True)
@@ -50,10 +50,13 @@ def progress_bar(**options: Any) -> Any:
     return bar
 
 
-def _width(file: Any) -> int | None:
-    """Width of a bar where the terminal reports 0; None where tqdm finds it."""
+def _size(file: Any) -> dict[str, int]:
+    """Size of a bar where the terminal reports none: tqdm shows no bar on a terminal of 0 rows.
+
+    Terminals that a program makes, such as those of `script`, often know neither number.
+    """
     try:
-        columns = os.get_terminal_size((file or sys.stderr).fileno()).columns
+        columns, rows = os.get_terminal_size((file or sys.stderr).fileno())
     except (OSError, ValueError, AttributeError):
-        return None
-    return None if columns else 79  # Characters of a bar on a terminal that does not know its width
+        return {}
+    return ({} if columns else {"ncols": 79}) | ({} if rows else {"nrows": 24})
