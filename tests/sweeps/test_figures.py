@@ -537,6 +537,35 @@ def test_long_and_odd_labels_of_cases() -> None:
     assert all(len(axes.get_lines()[0].get_xdata()) == 200 for axes in many.axes)
 
 
+@pytest.mark.parametrize("loads", [2, 12])
+def test_many_unrelated_designs_are_points_at_values_of_other_axes(loads: int) -> None:
+    data = unrelated(200)[["delta"]].expand_dims(load=np.linspace(10.0, 90.0, loads), axis=1)
+    data["load"].attrs = attributes("load")
+    data["delta"] = data["delta"] * (1.0 + data["load"] / 100.0)
+    # Two designs that differ in one parameter alone, as in Saltelli's design
+    data["speed"].values[1] = data["speed"].values[0]
+    data.attrs["scene"] = '{"sample": {"method": "saltelli"}}'
+    found = {name: fig for name, fig in plates(data).items() if name.startswith("delta")}
+    if loads == 2:
+        assert set(found) == {"delta_cases_load_10", "delta_cases_load_90"}
+    else:
+        assert set(found) == {"delta_cases"}
+        assert "1 of 12 values of load" in words(found["delta_cases"])
+    for fig in found.values():
+        assert all(len(axes.get_lines()[0].get_xdata()) == 200 for axes in fig.axes)
+        assert all(axes.get_lines()[0].get_linestyle() == "None" for axes in fig.axes)
+
+
+def test_few_unrelated_designs_are_not_joined() -> None:
+    data = unrelated(12)[["delta"]].expand_dims(load=[10.0, 90.0], axis=1)
+    data["load"].attrs = attributes("load")
+    data["delta"] = data["delta"] * (1.0 + data["load"] / 100.0)
+    for name, fig in plates(data).items():
+        if name.startswith("delta"):
+            lines = [line for line in fig.axes[0].get_lines() if len(line.get_xdata()) == 12]
+            assert all(line.get_linestyle() == "None" for line in lines), name
+
+
 def test_designs_beside_axes() -> None:
     data = thesis_like()[["delta", "omega", "status"]].isel(design=[0, 2, 3, 4])
     data = data.drop_vars("load").expand_dims(load=[10.0, 90.0])

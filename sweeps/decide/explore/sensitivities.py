@@ -136,6 +136,11 @@ def sensitivities(
         raise SceneError(f"confidence = {shown(confidence)}: must be a number between 0 and 1")
     if isinstance(resamples, bool) or not isinstance(resamples, int) or resamples < 2:
         raise SceneError(f"resamples = {shown(resamples)}: must be a whole number, 2 or more")
+    if "sensitivity_method" in archive.attrs:
+        raise SceneError(
+            "archive: holds Sobol' indices already; `engine-dyn show` prints them. Must be the "
+            "archive of the designs"
+        )
     if REDUCTION in archive.attrs:
         return _reduced(archive, quantities, confidence)
     study = _study_of(archive)

@@ -19,7 +19,8 @@ more axes              small multiples of these; the remaining axes are cut at o
 ``crank_angle``        curves, one line for each value of one axis
 ``order``              bars, in front of each other or in panels for the values of one axis
 ``design``             the list of designs is taken apart into families, see
-                       `sweeps.view.figures.study.families_of`
+                       `sweeps.view.figures.study.families_of`; samples, and more than 45 designs
+                       without families, are points over each parameter
 =====================  ==========================================================================
 
 An axis along which nothing changes is named in the note and not drawn: values that differ by less

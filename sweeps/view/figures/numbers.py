@@ -397,6 +397,14 @@ def _over_designs(
     study: Study, stem: str, group: Sequence[str], axes: Sequence[str]
 ) -> NamedFigures:
     """Figures over a list of designs, along each parameter that has a family."""
+    data = study.view.data
+    parameters = [key for key in parameters_of(data) if not is_words(study.view.array(key))]
+    many = data.sizes["design"] > MOST_ROWS and bool(parameters)
+    if len(axes) > 1 and many and not study.base:
+        for name in group:
+            for view in study.view.slices([name], ["design"]):
+                yield f"{name}_cases{view.suffix}", scatter(view, [name], parameters)
+        return
     if len(axes) > 1:
         for view in [view for _, view in study.base] or [study.view]:
             for name in group:
@@ -418,10 +426,5 @@ def _over_designs(
             elif families:
                 yield stem, family_panels(study.view, group, families)
     if not study.base or (group[0] in MAIN and study.apart):
-        size = study.view.data.sizes["design"]
-        parameters = [
-            key for key in parameters_of(study.view.data) if not is_words(study.view.array(key))
-        ]
-        few = size <= MOST_ROWS or not parameters
-        figure = case_chart(study.view, group) if few else scatter(study.view, group, parameters)
+        figure = scatter(study.view, group, parameters) if many else case_chart(study.view, group)
         yield f"{stem}_cases", figure

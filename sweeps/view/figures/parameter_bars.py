@@ -112,36 +112,42 @@ def sensitivities(study: Study, names: Sequence[str]) -> NamedFigures:
         quantity, first_order, ending = name.partition("_first")
         if not first_order or ending not in ("", "_conditional"):
             continue
-        texts = {"_first": "First-order index: by itself",
-                 "_total": "Total index: with all interactions"}  # fmt: skip
-        kinds = [k for k in texts if f"{quantity}{k}{ending}" in names]
-        view = study.view.only([n for n in names if n.startswith(quantity)], [PARAMETER])
-        values = {k: view.array(f"{quantity}{k}{ending}").values for k in kinds}
-        shown = np.argsort(-values[kinds[-1]], kind="stable")[:MOST_BARS]
-        figure, (panel,) = new_sheet(1, 1, 1.1 + 0.36 * shown.size)
-        rows, height = np.arange(shown.size), 0.8 / len(kinds)
-        entries: Entries = {}
-        for number, kind in enumerate(kinds):
-            text, half = texts[kind], f"{quantity}{kind}_confidence{ending}"
-            bars = panel.barh(
-                rows + (number - 0.5 * (len(kinds) - 1)) * height, values[kind][shown],
-                height=0.9 * height, color=shade((0.65, 0.25)[number]),
-                xerr=view.array(half).values[shown] if half in names else None,
-                error_kw={"linewidth": 0.9, "capsize": 2.0},
-            )  # fmt: skip
-            entries[text] = bars.patches[0]
-        panel.axvline(0.0, color="black", linewidth=0.8)
-        name_rows(panel, _parameters(view, shown), "Share of the variance")
-        notes = view.notes([name])
-        if ending:
-            notes.append("only designs with results: more than 1 % failed")
-        left_out = values[kinds[0]].size - shown.size
-        if left_out:
-            notes.append(f"{left_out} more parameters have smaller indices")
-        what = name_of(view.array(name), name).partition(" of the ")[2] or quantity
-        title = f"Sobol' indices of the {what}"
-        drawn = finish(figure, title, notes, entries, "", view.caption, below=True)
-        yield f"sensitivities_{quantity}{view.suffix}", drawn
+        belonging = [n for n in names if n.startswith(quantity)]
+        for view in study.view.slices([name], [PARAMETER]):
+            figure = _indices_figure(view.only(belonging, [PARAMETER]), quantity, ending)
+            yield f"sensitivities_{quantity}{view.suffix}", figure
+
+
+def _indices_figure(view: View, quantity: str, ending: str) -> Figure:
+    texts = {"_first": "First-order index: by itself",
+             "_total": "Total index: with all interactions"}  # fmt: skip
+    kinds = [k for k in texts if view.has(f"{quantity}{k}{ending}")]
+    values = {k: view.array(f"{quantity}{k}{ending}").values for k in kinds}
+    shown = np.argsort(-values[kinds[-1]], kind="stable")[:MOST_BARS]
+    figure, (panel,) = new_sheet(1, 1, 1.1 + 0.36 * shown.size)
+    rows, height = np.arange(shown.size), 0.8 / len(kinds)
+    entries: Entries = {}
+    for number, kind in enumerate(kinds):
+        text, half = texts[kind], f"{quantity}{kind}_confidence{ending}"
+        bars = panel.barh(
+            rows + (number - 0.5 * (len(kinds) - 1)) * height, values[kind][shown],
+            height=0.9 * height, color=shade((0.65, 0.25)[number]),
+            xerr=view.array(half).values[shown] if view.has(half) else None,
+            error_kw={"linewidth": 0.9, "capsize": 2.0},
+        )  # fmt: skip
+        entries[text] = bars.patches[0]
+    panel.axvline(0.0, color="black", linewidth=0.8)
+    name_rows(panel, _parameters(view, shown), "Share of the variance")
+    notes = view.notes([f"{quantity}_first{ending}"])
+    if ending:
+        notes.append("only designs with results: more than 1 % failed")
+    left_out = values[kinds[0]].size - shown.size
+    if left_out:
+        notes.append(f"{left_out} more parameters have smaller indices")
+    name = f"{quantity}_first{ending}"
+    what = name_of(view.array(name), name).partition(" of the ")[2] or quantity
+    title = f"Sobol' indices of the {what}"
+    return finish(figure, title, notes, entries, "", view.caption, below=True)
 
 
 def share_names(view: View) -> list[str]:

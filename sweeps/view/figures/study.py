@@ -33,6 +33,14 @@ def kept_as_cases(data: xr.Dataset) -> xr.Dataset:
     return data.assign_coords(case=(DESIGN, np.array(names, dtype=object)))
 
 
+def is_sample(data: xr.Dataset) -> bool:
+    """Whether the designs were drawn from distributions: each parameter has its own value."""
+    try:
+        return bool(json.loads(data.attrs["scene"]).get("sample"))
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return False
+
+
 def with_kept_note(view: View) -> View:
     """A view whose notes say how many designs were kept, of how many."""
     if REDUCTION not in view.data.attrs or DESIGN not in view.data.sizes:
@@ -249,6 +257,8 @@ def study_of(
     view = replace(view, data=view.data.drop_dims(empty))
     if REDUCTION in view.data.attrs:  # The designs that a reduction kept form no families
         return Study(with_kept_note(view), given=given)
+    if is_sample(view.data):  # Two sampled designs may differ in one parameter, but by chance
+        return Study(view, given=None if data is given else given)
     if "design" not in view.data.sizes:
         return Study(view, given=None if data is given else given)
     base: list[tuple[str, View]] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import COUNTED, PUBLISHED, WORD_AXES
+from sweeps.base.dimensions import COUNTED, DESIGN, PUBLISHED, WORD_AXES
 from sweeps.base.numbers import digits_of
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.wording import (
@@ -23,6 +24,7 @@ from sweeps.view.figures.wording import (
     plain_text,
     sentence,
     shorten,
+    slug,
     title_of,
     typeset,
     unit_in_brackets,
@@ -32,6 +34,8 @@ from sweeps.view.figures.wording import (
 MOST_LINES = 8  # Largest number of lines of one panel: more cannot be told apart without colour
 
 MOST_PANELS = 9  # Largest number of panels of one figure
+
+MOST_SLICES = 4  # Largest number of figures of one kind, each at another value of an axis
 
 MOST_ROWS = 45  # Largest number of rows of a chart with a row for each case
 
@@ -108,10 +112,14 @@ class StudyAxis:
             text += f", {self.remarks[index]}"
         return text
 
+    def plain(self, index: int) -> str:
+        """The value alone, without typesetting, for names of files."""
+        return self.words[index] if self.words else f"{self.values[index]:.6g}"
+
     @property
     def joined(self) -> bool:
         """Whether there is something between its values, so that a line may run there."""
-        others = ("cylinders", "direction", "valve_train", "mode", MISFIRE)
+        others = (DESIGN, "cylinders", "direction", "valve_train", "mode", MISFIRE)
         return not self.words and self.name not in (*COUNTED, *others)
 
     def mark(self, index: int) -> str:
@@ -302,6 +310,30 @@ class View:
             for dim in idle
         }
         return replace(view, fixed={**view.fixed, **same})
+
+    def slices(self, names: Iterable[str], keep: Iterable[str | None]) -> list[View]:
+        """A view at each value of every axis of the variables but `keep`.
+
+        Where these are many, it is the default slice alone, and a note says of how many.
+        """
+        names, kept = list(names), list(keep)
+        rest = [d for d in self.axes(names) if d not in kept and not self.idle(names, d)]
+        sizes = [self.data.sizes[dim] for dim in rest]
+        if math.prod(sizes) > MOST_SLICES:
+            view = self.only(names, kept)
+            more = {
+                dim: f"{view.fixed[dim]} (1 of {self.axis(dim).size} {self.axis(dim).plural}; "
+                "select another)"
+                for dim in rest
+            }
+            return [replace(view, fixed={**view.fixed, **more})]
+        views = []
+        for place in np.ndindex(*sizes):
+            at = dict(zip(rest, place, strict=True))
+            named = "".join(f"_{dim}_{slug(self.axis(dim).plain(i))}" for dim, i in at.items())
+            view = self.slice_at(at).only(names, kept)
+            views.append(replace(view, suffix=view.suffix + named))
+        return views
 
     def with_values(self, names: Iterable[str], *dims: str | None) -> View:
         """Leave out the places of axes at which no variable has a number or a known outcome.

@@ -9,6 +9,7 @@ import numpy as np
 
 from sweeps.base.dimensions import PARAMETER
 from sweeps.base.errors import counted, one_line
+from sweeps.view.texts.wording import Wording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +26,7 @@ def sensitivities_text(indices: xr.Dataset) -> str:
     """A table for each quantity, and for each point of the axes besides the sample."""
     methods = json.loads(indices.attrs["sensitivity_method"])
     lines = [one_line(str(indices.attrs["title"]), 200)]
+    wording = Wording(indices)
     for quantity, method in methods.items():
         ending = "" if f"{quantity}_first" in indices else "_conditional"
         lines += ["", f"{quantity}: {method}"]
@@ -40,7 +42,7 @@ def sensitivities_text(indices: xr.Dataset) -> str:
         for point in points[:MOST_POINTS]:
             one = indices.isel(dict(zip(rest, point, strict=True)))
             at = [d for d, c in one.coords.items() if c.ndim == 0 and c.dtype.kind in "iuf"]
-            where = ", ".join(f"{d} = {one[d].values:g}" for d in at)
+            where = ", ".join(f"{d} = {wording.both(str(d), one[d].values)}" for d in at)
             left = int(one[f"{quantity}_left_out"].values)
             lines += [f"at {where}"] if where else []
             lines += _table(one, quantity, names, ending)

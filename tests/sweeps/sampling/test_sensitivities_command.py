@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.view.figures.drawing import figure
+from sweeps.view.figures.drawing import figure, figures
+from sweeps.view.figures.options import options_of
 from tests.support.archives import run
 from tests.support.commands import ok, refused
 
@@ -32,7 +33,7 @@ def test_the_command_prints_and_writes(archive: Path, tmp_path: Path) -> None:
     output = tmp_path / "indices.nc"
     text = ok("sensitivities", archive, "-o", output)
     lines = [line.split() for line in text.splitlines()]
-    assert ["at", "load", "=", "30"] in lines and ["at", "load", "=", "50"] in lines
+    assert ["at", "load", "=", "30", "%"] in lines and ["at", "load", "=", "50", "%"] in lines
     assert "Saltelli's design" in text
     with sweeps.open(output) as found, sweeps.open(archive) as dataset:
         expected = sweeps.sensitivities(dataset)
@@ -43,6 +44,9 @@ def test_the_command_prints_and_writes(archive: Path, tmp_path: Path) -> None:
         lengths = sorted(bar.get_width() for bar in drawn.axes[0].patches)
         at = [float(v) for k in ("first", "total") for v in found[f"delta_{k}"].isel(load=0)]
         assert np.allclose(lengths, sorted(at))
+        stems = set(figures(found, options_of(only="sensitivities")))
+        assert stems == {"sensitivities_delta_load_30", "sensitivities_delta_load_50"}
+    assert "holds Sobol' indices already" in refused("sensitivities", output)
     assert "exists; use --overwrite" in refused("sensitivities", archive, "-o", output)
 
 
