@@ -1,5 +1,7 @@
 """[reduce]: what is asked of all designs, against archives of all these designs."""
 
+import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -222,6 +224,14 @@ def test_a_killed_run_is_completed(archive: Path, monkeypatch: pytest.MonkeyPatc
     same(loaded(path), loaded(archive))
 
 
+def searched(path: Path) -> list[int]:
+    """Numbers of the text on each search: designs that fulfil, and designs of all."""
+    texts = [kept["text"] for kept in json.loads(loaded(path).attrs["reduction"])["kept"]]
+    found = [re.match(r"([\d,]+) of ([\d,]+) designs", text) for text in texts]
+    assert found and all(found)
+    return [int(n.replace(",", "")) for one in found if one for n in one.groups()]
+
+
 def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     scene = tmp_path / "scene.json.toml"
     scene.write_text(text_of({**SAMPLE, "reduce": ASKED}))
@@ -231,6 +241,8 @@ def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     merged = tmp_path / "merged.nc"
     ok("merge", parts[1], parts[0], parts[2], "-o", merged)
     same(loaded(merged), loaded(archive))
+    counts = [searched(part) for part in parts]
+    assert [sum(numbers) for numbers in zip(*counts, strict=True)] == searched(archive)
     out = tmp_path / "no.nc"
     assert "shards are missing: 3/3" in refused("merge", parts[0], parts[1], "-o", out)
     assert "is given twice" in refused("merge", *parts, parts[0], "-o", out)
@@ -241,16 +253,38 @@ def test_shards_merge_to_the_whole(archive: Path, tmp_path: Path) -> None:
     assert not out.exists()
 
 
+def test_a_front_and_stricter_limits_answer_best(tmp_path: Path) -> None:
+    study = {**SAMPLE, "set": {"speed": 1500}, "axes": {"load": [50.0, 80.0]}}
+    whole = sweeps.run(**study)
+    asked = {"at_every": ["load"], "front": [{"of": ["inertia", "delta"]}],
+             "best": [{"least": "inertia", "within": "delta <= 1/20", "number": 50}]}  # fmt: skip
+    path = tmp_path / "reduced.nc"
+    sweeps.stream(**study, reduce=asked, archive=path)
+    found = loaded(path)
+    delta = whole.delta.max("load", skipna=False).values
+    for limit in (0.02, float(np.sort(delta)[3])):
+        one = sweeps.best(found, least="inertia", within=f"delta <= {limit}", at_every="load")
+        assert float(one.inertia) == whole.inertia.values[delta <= limit].min()
+    one = sweeps.best(found, least="delta", at_every="load")  # An end of the front
+    assert float(one.delta.max()) == np.nanmin(delta)
+    with pytest.raises(SceneError, match=r"holds .* for 0 .*kept all designs of the front"):
+        sweeps.best(found, least="inertia", within="delta <= 1e-6", at_every="load")
+    with pytest.raises(SceneError, match="at_every load"):
+        sweeps.best(found, least="inertia", within="delta <= 0.02")
+    with pytest.raises(SceneError, match="another search needs a run"):
+        sweeps.best(found, least="inertia", within="delta >= 0.02", at_every="load")
+
+
 def test_what_an_archive_cannot_answer_is_said(archive: Path) -> None:
     found = loaded(archive)
     with pytest.raises(SceneError, match="kept the 15 best by least inertia within delta <= 1/20"):
-        sweeps.best(found, least="delta")
+        sweeps.best(found, least="torque_mean")
     with pytest.raises(SceneError, match="kept the 15 best"):
-        sweeps.best(found, least="inertia")
+        sweeps.best(found, least="inertia", within="delta >= 1/20")
     with pytest.raises(SceneError, match="another search needs a run"):
         sweeps.pareto(found, "inertia", "delta")
     with pytest.raises(SceneError, match=r"that \[reduce\] kept, and not all"):
-        sweeps.best(found, least="inertia", within=["delta <= 1/20", "crank_ratio >= 0.299999"])
+        sweeps.best(found, least="inertia", within=["delta <= 1/20", "torque_mean >= 1e6"])
     stricter = kept(found, 0).crank_ratio.values.min() * (1 + 1e-9)
     one = sweeps.best(
         found, least="inertia", within=["delta <= 0.05", f"crank_ratio <= {stricter}"]

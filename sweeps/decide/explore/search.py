@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from sweeps.scene.conditions import Constraint, conditions_of, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+_KEPT = "kept"  # Attribute of kept designs while they are searched: what that says of all others
 
 
 def kept_for(
@@ -38,17 +41,37 @@ def kept_for(
     about = json.loads(archive.attrs[REDUCTION])
     axes = names_given(at_every, "at_every")
     asked = {str(condition) for condition in conditions}
-    for number, kept in enumerate(about["kept"]):
-        within = set(kept["within"])
+    units = units_of(archive)
+
+    def exactly(kept: Mapping[str, Any]) -> bool:
         same = [tuple(pair) for pair in kept["wanted"]] == [*wanted]
-        enough = asked == within if front else asked >= within
-        if not (same and enough and front == (kept["number"] == 0)):
+        return same and asked == {*kept["within"]} and front == (kept["number"] == 0)
+
+    # A front answers every limit of what it optimises, a list of the best those that one fulfils.
+    places = range(len(about["kept"]))
+    every = about["kept"]
+    for number in sorted(places, key=lambda n: (not exactly(every[n]), every[n]["number"])):
+        kept = every[number]
+        exact = exactly(kept)
+        known = conditions_of(kept["within"], units)
+        if not (exact or (not front and _holds_best(kept, known, wanted[0], conditions))):
             continue
         if set(axes) != set(about["at_every"]):
+            if not axes:
+                raise SceneError(
+                    f"{'front' if front else 'best'}: the archive was reduced, and kept this at "
+                    f"every {' and '.join(about['at_every'])}: needs at_every "
+                    f"{','.join(about['at_every'])}"
+                )
             continue
         if not kept["found"]:
             raise SceneError(kept["text"])
-        return _designs(archive, number), "" if asked > within else kept["text"]
+        designs = _designs(archive, number)
+        designs.attrs[_KEPT] = (
+            "; these are the designs that [reduce] kept, and not all" if kept["number"]
+            else "; [reduce] kept all designs of the front, so that no other does"
+        )  # fmt: skip
+        return designs, kept["text"] if exact else ""
     name = "front" if front else "best"
     everywhere = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
     told = "; ".join(kept["asked"] + everywhere for kept in about["kept"]) or "no designs"
@@ -56,6 +79,35 @@ def kept_for(
         f"{name}: the archive was reduced, and kept {told}; another search needs a run whose "
         "[reduce] asks for it"
     )
+
+
+def _holds_best(
+    kept: Mapping[str, Any], known: Sequence[Constraint], wanted: tuple[str, float],
+    asked: Sequence[Constraint],
+) -> bool:  # fmt: skip
+    """Whether the best design under conditions is among kept ones, if any of them fulfils these.
+
+    Kept are the best in the same quantity under conditions that are not stricter than those asked
+    for, or a front: of all designs within limits of what it optimises, one on the front is best.
+    """
+    if not all(any(_as_strict(one, other) for one in asked) for other in known):
+        return False
+    signs = {name: sign for name, sign in kept["wanted"]}
+    if kept["number"]:
+        return signs == dict([wanted])
+    limits = [c for c in asked if not any(str(c) == str(other) for other in known)]
+    return signs.get(wanted[0]) == wanted[1] and all(
+        signs.get(c.name) == (1.0 if c.above else -1.0) for c in limits
+    )
+
+
+def _as_strict(one: Constraint, other: Constraint) -> bool:
+    """Whether every value that fulfils one condition fulfils the other."""
+    if one.name != other.name or one.above != other.above:
+        return False
+    if one.limit == other.limit:
+        return one.sign == other.sign or "=" in other.sign
+    return one.limit <= other.limit if one.above else one.limit >= other.limit
 
 
 def _designs(archive: xr.Dataset, number: int) -> xr.Dataset:
@@ -182,8 +234,8 @@ def search_best(
         if here == smallest:
             equal += int(np.count_nonzero(values == smallest))
     if best_place is None:
-        kept = "; these are the designs that [reduce] kept, and not all"
-        raise SceneError(search.nothing() + (kept if REDUCTION in archive.attrs else ""))
+        raise SceneError(search.nothing() + archive.attrs.get(_KEPT, ""))
+    archive.attrs.pop(_KEPT, None)
     best = archive.isel(best_place)
     told = told or search.text(equal)
     if at_every:

@@ -258,7 +258,7 @@ class Reduction:
     @property
     def found(self) -> tuple[str, ...]:
         """Results of the searches, a line each."""
-        return tuple(f"{one.asked}: {one.text()}" for one in self.searches)
+        return tuple(f"{one.asked}: {one.text(self.designs)}" for one in self.searches)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -294,7 +294,7 @@ class Reduction:
                     "asked": str(one.asked), "wanted": one.asked.wanted, "number": one.asked.number,
                     "within": [str(c) for c in one.conditions],
                     "not_counted": one.asked.not_counted, "found": int(one.places.size),
-                    "text": one.text(),
+                    "text": one.text(self.designs),
                 }
                 for one in self.searches
             ],

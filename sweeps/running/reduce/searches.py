@@ -118,7 +118,7 @@ class Search:
                 )
         self.sizes = [sizes[d] for d in self.own]
         self.whole.sizes = {d: sizes[d] for d in self.whole.sizes}
-        self.whole.designs = math.prod(self.sizes)
+        self.points = math.prod(sizes.values())
         self.counted = np.zeros(3 + len(self.conditions) + len(self.whole.codes), np.int64)
         self.nearest = np.full(len(self.conditions), math.inf)
         self._kept: Designs = np.empty((len(asked.wanted), 0)), np.empty(0, np.int64), {}
@@ -219,9 +219,13 @@ class Search:
         self.counted = self.counted + state["counted"]
         self.nearest = np.minimum(self.nearest, state["nearest"])
 
-    def text(self) -> str:
-        """How many designs fulfil the conditions, or why none does."""
+    def text(self, points: int) -> str:
+        """How many designs fulfil the conditions, or why none does.
+
+        `points` were computed, at all values of all axes: fewer than in the whole scene in a shard.
+        """
         whole, many = self.whole, len(self.conditions)
+        whole.designs = math.prod(self.sizes) * points // self.points
         whole.fulfilling, whole.unsolved, whole.without = map(int, self.counted[:3])
         whole.alone = [int(n) for n in self.counted[3 : 3 + many]]
         left_out = map(int, self.counted[3 + many :])
