@@ -1,15 +1,15 @@
-"""The shaft that twists; physics in `engine_dyn.torsion`, nodes in two files of quantities."""
+"""The shaft that twists; physics in `engine_dyn.torsion`, nodes in three files of quantities."""
 
 from __future__ import annotations
 
-from engine_dyn.quantities import shaft_numbers, torsion
+from engine_dyn.quantities import shaft_numbers, shaft_response, torsion
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Dimension
 from engine_dyn.torsion.shaft import Shaft
 
 FEATURE: Feature[Shaft] = Feature(
     "shaft", "discs and shafts that twist", "torsional vibration of the shaft",
-    (*torsion.NODES, *shaft_numbers.LIMIT_NODES), constant="shaft_system",
+    (*torsion.NODES, *shaft_response.NODES, *shaft_numbers.LIMIT_NODES), constant="shaft_system",
     dimensions=(
         Dimension(
             "disc", "", "1", "disc of the shaft, counted from 1; rings of dampers come last",

@@ -1,0 +1,233 @@
+"""Nodes of the forced vibration of the shaft: what acts on it, and how it answers.
+
+The formulas are those of `engine_dyn.torsion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from engine_dyn.forces.torque import piston_area
+from engine_dyn.quantities.node import Node, formula, hidden, variants
+from engine_dyn.quantities.orders import EVERY
+from engine_dyn.quantities.shaft_numbers import WILSON
+from engine_dyn.quantities.torsion import OF_ALL, OF_SYSTEM, system_of
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, OF_SPEED
+from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws
+from engine_dyn.torsion.system import mean_torques
+from engine_dyn.units import DEGREE
+
+COMPLEX = 16  # Bytes of one harmonic, a complex number
+
+_RESULTS = {
+    "disc_harmonics": "angle", "shaft_harmonics": "torque",
+    "disc_angle_half_range": "angle_extremes", "shaft_torque_half_range": "torque_extremes",
+    "shaft_torque_lowest": "torque_extremes", "shaft_torque_highest": "torque_extremes",
+    "shaft_twist_half_range": "twist_extremes", "crankshaft_twist_half_range": "twist_extremes",
+    "delta_elastic": "speed_extremes", "shaft_loss": "shaft_loss",
+}  # fmt: skip
+"""Results of the stage, each with the result of `engine_dyn.torsion.forced` that it comes from."""
+
+
+def _respond(
+    *, speed: Any, order: Any, every_order: Any, curve_period: float, every_throw_gas_sum: Any,
+    every_throw_speed_sum: Any, every_throw_inertia_sum: Any, every_throw_friction_sum: Any,
+    every_load_harmonics: Any, every_auxiliary_harmonics: Any, load_swing: Any,
+    pressure_scale: Any, crankcase_pressure: Any, bore: Any, reciprocating_mass: Any,
+    double_radius: Any, wanted: tuple[str, ...], threads: int | None = None, progress: Any = None,
+    **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.forced import forced_response
+    from engine_dyn.torsion.synthesis import half_range
+
+    shaft: Shaft = values["shaft_system"]
+    system, bad = system_of(values)
+    # The torques of throws are added up here: a node of them would keep an array for each design.
+    radius = 0.5 * double_radius
+    lever = piston_area(bore) * radius
+    ratios = shaft.speed_ratios(values)
+    acting = [
+        (shaft.throws, every_throw_gas_sum, lever * pressure_scale),
+        (shaft.throws, every_throw_speed_sum, -lever * crankcase_pressure),
+        (shaft.throws, every_throw_inertia_sum, reciprocating_mass * (radius * speed) ** 2),
+        (shaft.throws, every_throw_friction_sum, -lever),
+        ((shaft.load,), every_load_harmonics, -load_swing / ratios[shaft.load]),
+        ((shaft.auxiliaries,), every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
+    ]
+    # A torque part that does not act is the number 0.
+    acting = [part for part in acting if np.ndim(part[1])]
+    acting = [(on, a if on is shaft.throws else np.expand_dims(a, -2), f) for on, a, f in acting]
+    discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
+    orders = np.ravel(every_order)
+    pairs = [*shaft.shafts, (0, shaft.flywheel)]
+    response = forced_response(
+        system, orders, speed, discs, [_on_discs(*part[:2], discs) for part in acting],
+        [part[2] for part in acting], kept=np.searchsorted(orders, np.ravel(order) - 1e-9),
+        wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
+        twist=pairs, speed_of=(shaft.flywheel,), period=curve_period, threads=threads,
+        progress=progress,
+    )  # fmt: skip
+
+    def value(name: str) -> Any:
+        result = response[_RESULTS[name]]
+        match name:
+            case "shaft_torque_lowest":
+                return result[..., 0]
+            case "shaft_torque_highest":
+                return result[..., 1]
+            case "delta_elastic":
+                return result[..., 0, 1] - result[..., 0, 0]
+            case "shaft_twist_half_range":
+                return half_range(result)[..., :-1]
+            case "crankshaft_twist_half_range":
+                return half_range(result)[..., -1]
+        return half_range(result) if name.endswith("half_range") else result
+
+    results = {name: value(name) for name in wanted if name in _RESULTS}
+    status = response["status"]
+    if bad.any():
+        for name, array in results.items():
+            own = array.ndim - status.ndim
+            results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
+        status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
+        status = np.where(np.isneginf(values["load_damping"]), NO_STEADY_STATE, status)
+    return {**results, "torsion_status": status.astype(float)}
+
+
+def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
+    """Harmonics of torques on some discs, extended to more discs, which get 0."""
+    given = np.asarray(harmonics)[..., : len(own), :]
+    if list(own) == discs:
+        return given
+    torques = np.zeros((*given.shape[:-2], len(discs), given.shape[-1]), dtype=np.complex128)
+    torques[..., [discs.index(disc) for disc in own], :] = given
+    return torques
+
+
+def _mean_torques(
+    *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, **values: Any
+) -> Any:
+    """Mean torque in each shaft; given torques have the axis of throws last."""
+    own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
+    each = np.asarray(throw_torque_mean)
+    torque = np.zeros((*each.shape[:-1], len(shaft_system.discs)))
+    for number, disc in enumerate(shaft_system.throws):
+        torque[..., disc] += each[..., number]
+    at = shaft_system.auxiliaries
+    torque[..., at] -= auxiliary_mean / shaft_system.speed_ratios(own)[at]
+    return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
+
+
+def _torque_min(*torques: Any) -> Any:
+    from engine_dyn.torsion.synthesis import least_torque
+
+    return least_torque(*torques)
+
+
+def _largest_order(of: str) -> Any:
+    def make(order: Any, **needs: Any) -> Any:
+        from engine_dyn.torsion.forced import largest_order
+
+        return largest_order(needs[of], order)[1]
+
+    return make
+
+
+def _result(name: str, symbol: str, unit: str, long_name: str, adds: tuple[str, ...] = (),
+            **more: Any) -> Node:  # fmt: skip
+    return Node(
+        name, symbol, unit, long_name, WILSON, needs=("torsional_response",), adds=adds,
+        **more,
+    )  # fmt: skip
+
+
+def _polar(what: str, symbol: str, unit: str, si: float, long_name: str, of: str) -> list[Node]:
+    """Nodes of amplitude, phase and largest order of harmonics."""
+    return [
+        Node(f"{what}_order", symbol, unit, f"amplitude of the orders of the {long_name}", WILSON,
+             needs=(of,), si=si, make=lambda **needs: np.abs(needs[of])),
+        Node(f"{what}_phase", rf"\psi({symbol})", "degree",
+             f"phase of the orders of the {long_name}, psi of cos(nu phi + psi)", WILSON,
+             needs=(of,), si=DEGREE, make=lambda **needs: np.angle(needs[of])),
+        Node(f"{what}_largest_order", rf"\nu_{{max}}({symbol})", "1",
+             f"order of the largest amplitude of the {long_name}", WILSON, needs=(of, "order"),
+             removes=("order",), make=_largest_order(of)),
+    ]  # fmt: skip
+
+
+_DISC_ANGLE = "angle of each disc against uniform rotation"
+_SHAFT_TORQUE = "vibratory torque in each shaft"
+
+NODES: tuple[Node, ...] = (
+    *variants(
+        Node("load_swing", "", "1", "factor on the harmonics of the load over angle, at the crank",
+             public=False),
+        {
+            "steady_load": lambda: 0.0,
+            "angle_load": lambda load_gear, load_table_factor: load_gear * load_table_factor,
+        },
+    ),
+    Node(
+        "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
+        public=False, can_fail=True, source=WILSON, make=_respond,
+        of_shaft=OF_ALL, gives=(*_RESULTS, "torsion_status"), width=3000,
+        needs=(*OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
+               *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
+               f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing",
+               "pressure_scale", "crankcase_pressure", "bore", "reciprocating_mass",
+               "double_radius"),
+    ),
+    _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
+            public=False, width=COMPLEX),
+    _result("shaft_harmonics", "", "N m", f"harmonics of the {_SHAFT_TORQUE}",
+            ("shaft", "order"), public=False, width=COMPLEX),
+    *_polar("disc_angle", r"\theta_\nu", "degree", DEGREE, _DISC_ANGLE, "disc_harmonics"),
+    *_polar("shaft_torque", r"T_\nu", "N m", 1.0, _SHAFT_TORQUE, "shaft_harmonics"),
+    _result("disc_angle_half_range", r"\hat\theta", "degree",
+            f"{_DISC_ANGLE}, half of its range over the cycle", ("disc",), si=DEGREE),
+    _result("shaft_twist_half_range", r"\hat{\Delta\theta}", "degree",
+            "twist between the two discs of each shaft, half of its range over the cycle",
+            ("shaft",), si=DEGREE),
+    _result("crankshaft_twist_half_range", r"\hat{\Delta\theta}_F", "degree",
+            "twist between disc 1 and flywheel, half of its range over the cycle", si=DEGREE),
+    _result("shaft_torque_half_range", r"\hat T", "N m",
+            f"{_SHAFT_TORQUE}, half of its range over the cycle", ("shaft",)),
+    _result("shaft_torque_lowest", "", "N m", f"least {_SHAFT_TORQUE}", ("shaft",), public=False),
+    _result("shaft_torque_highest", "", "N m", f"largest {_SHAFT_TORQUE}", ("shaft",),
+            public=False),
+    _result("shaft_loss", "P", "W", "mean power lost in each shaft, coupling or damper",
+            ("shaft",)),
+    _result("delta_elastic", r"\delta_e", "1",
+            "coefficient of speed fluctuation of the flywheel's disc on the elastic shaft, linear; "
+            "delta is that of the rigid engine"),
+    _result("torsion_status", r"\chi_T", "1", "outcome of the torsional vibration",
+            meanings=OF_SPEED),
+    hidden(
+        "throw_torque_mean", "N m",
+        "mean torque on each throw, less its share of the friction without auxiliaries over angle",
+        lambda pressure_scale, bore, double_radius, crank_ratio, offset_ratio, row, family,
+        friction_torque, auxiliary_mean, cylinder_set, cylinders_by_count, throw:
+        mean_torques_of_throws(
+            pressure_scale * piston_area(bore) * 0.5 * double_radius, crank_ratio, offset_ratio,
+            row, family, friction_torque - auxiliary_mean, cylinder_set, cylinders_by_count,
+            throw,
+        ),
+    ),
+    Node(
+        "shaft_torque_mean", r"\bar T", "N m",
+        "mean torque in each shaft, with the sign of its twist: below 0 where the first disc "
+        "drives the second", WILSON,
+        adds=("shaft",), removes=("throw",),
+        needs=("shaft_system", "throw_torque_mean", "auxiliary_mean"), make=_mean_torques,
+        of_shaft=("shaft_gear_ratio",),
+    ),
+    Node(
+        "shaft_torque_min", "T_{min}", "N m",
+        "least torque in each shaft, mean and vibration, in the direction of the mean: below 0 a "
+        "coupling or a mesh reverses", WILSON,
+        **formula(_torque_min, "shaft_torque_mean", "shaft_torque_lowest", "shaft_torque_highest"),
+    ),
+)  # fmt: skip
