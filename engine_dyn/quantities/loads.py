@@ -52,11 +52,11 @@ def _opposed_torque(when: str, sign: float = 1.0) -> Node:
     """Return the node of the surplus that load or driver can balance."""
 
     def make(
-        load_surplus: Any, torque_mean: Any, friction_torque: Any, load_constant: Any,
+        load_surplus: Any, torque_mean: Any, friction_in_balance: Any, load_constant: Any,
         shape_at_nominal: Any = 1.0,
     ) -> Any:  # fmt: skip
         shape = np.asarray(sign * shape_at_nominal)
-        size = np.abs(torque_mean) + np.abs(friction_torque) + np.abs(load_constant)
+        size = np.abs(torque_mean) + np.abs(friction_in_balance) + np.abs(load_constant)
         lack = (torque_mean - load_constant) * np.sign(shape)
         # Below this fraction of the mean torques of engine, friction and load, a torque is none.
         return np.where((lack < -1e-9 * size) | (shape == 0.0), NO_TORQUE, load_surplus)
@@ -66,7 +66,7 @@ def _opposed_torque(when: str, sign: float = 1.0) -> Node:
         "opposed_torque", "", "N m",
         "mean torque that load or driver balance at nominal speed; -inf where they cannot",
         public=False, when=when, make=make,
-        needs=("load_surplus", "torque_mean", "friction_torque", "load_constant", *shape),
+        needs=("load_surplus", "torque_mean", "friction_in_balance", "load_constant", *shape),
     )  # fmt: skip
 
 
@@ -93,6 +93,14 @@ def _load_torque(law: LawFacts) -> Node:
 
 
 NODES: tuple[Node, ...] = (
+    *variants(
+        Node("friction_in_balance", "", "N m", "friction torque, 0 in a given torque, which lacks "
+             "it already", public=False),
+        {
+            "by_pressure": lambda friction_torque: friction_torque,
+            "by_torque": lambda: 0.0,
+        },
+    ),
     *variants(
         Node("load_surplus", "", "N m",
              "mean torque to be balanced by the speed-dependent load or the driver", public=False),

@@ -15,7 +15,13 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.quantities.node import Node, parameter
-from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft
+from engine_dyn.torsion.shaft import (
+    MOST_DAMPERS,
+    MOST_EXCITATIONS,
+    MOST_GEARS,
+    MOST_OF_SCENE,
+    Shaft,
+)
 from engine_dyn.torsion.system import (
     ALLOY_STEEL,
     CARBON_STEEL,
@@ -90,6 +96,8 @@ _PATTERNS = (
     _numbered("pendulum_stop_angle", r"\psi_N", "degree",
               "angle at which pendulum N meets its stop", _HALF, si=DEGREE, high=180.0,
               **_POSITIVE),
+    _numbered("excitation_factor", "f_N", "1", "factor on the torque of excitation N of the shaft",
+              MOST_EXCITATIONS, **_FROM_ZERO),
 )  # fmt: skip
 
 PATTERNS: Mapping[str, Node] = MappingProxyType(

@@ -5,12 +5,14 @@ The formulas are those of `engine_dyn.torsion`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.forces.torque import piston_area
+from engine_dyn.loads.driven_machine import harmonics_of_load
 from engine_dyn.quantities.node import Node, formula, hidden, variants
 from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import WILSON
@@ -32,36 +34,70 @@ _RESULTS = {
 """Results of the stage, each with the result of `engine_dyn.torsion.forced` that it comes from."""
 
 
+def _of_cylinders(
+    shaft: Shaft, *, speed: Any, every_throw_gas_sum: Any, every_throw_speed_sum: Any,
+    every_throw_inertia_sum: Any, every_throw_friction_sum: Any, pressure_scale: Any,
+    crankcase_pressure: Any, bore: Any, reciprocating_mass: Any, double_radius: Any, **_: Any,
+) -> list[tuple[tuple[int, ...], Any, Any]]:  # fmt: skip
+    """Torques on throws: discs, harmonics with axes of throws and orders, factor of each design.
+
+    They are added up later: a node of their sum would keep an array for each design.
+    """
+    radius = 0.5 * double_radius
+    lever = piston_area(bore) * radius
+    parts = (
+        (every_throw_gas_sum, lever * pressure_scale),
+        (every_throw_speed_sum, -lever * crankcase_pressure),
+        (every_throw_inertia_sum, reciprocating_mass * (radius * speed) ** 2),
+        (every_throw_friction_sum, -lever),
+    )
+    # A torque part that does not act is the number 0.
+    return [(shaft.throws, harmonics, factor) for harmonics, factor in parts if np.ndim(harmonics)]
+
+
+def _of_given_torque(
+    shaft: Shaft, *, driven: Any, torque_factor: Any, every_order: Any, curve_period: float,
+    **_: Any,
+) -> list[tuple[tuple[int, ...], Any, Any]]:  # fmt: skip
+    """As `_of_cylinders`, of an engine that gives its torque, on its one throw."""
+    harmonics = harmonics_of_load(driven.engine_torque, np.ravel(every_order), curve_period)
+    return [(shaft.throws, harmonics[None, :], torque_factor)]
+
+
 def _respond(
-    *, speed: Any, order: Any, every_order: Any, curve_period: float, every_throw_gas_sum: Any,
-    every_throw_speed_sum: Any, every_throw_inertia_sum: Any, every_throw_friction_sum: Any,
-    every_load_harmonics: Any, every_auxiliary_harmonics: Any, load_swing: Any,
-    pressure_scale: Any, crankcase_pressure: Any, bore: Any, reciprocating_mass: Any,
-    double_radius: Any, wanted: tuple[str, ...], threads: int | None = None, progress: Any = None,
-    **values: Any,
+    engine: Callable[..., list[tuple[tuple[int, ...], Any, Any]]], *, speed: Any, order: Any,
+    every_order: Any, curve_period: float, every_load_harmonics: Any,
+    every_auxiliary_harmonics: Any, load_swing: Any, wanted: tuple[str, ...],
+    threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.excitation import add_drifting
     from engine_dyn.torsion.forced import forced_response
     from engine_dyn.torsion.synthesis import half_range
 
     shaft: Shaft = values["shaft_system"]
     system, bad = system_of(values)
-    # The torques of throws are added up here: a node of them would keep an array for each design.
-    radius = 0.5 * double_radius
-    lever = piston_area(bore) * radius
-    ratios = shaft.speed_ratios(values)
-    acting = [
-        (shaft.throws, every_throw_gas_sum, lever * pressure_scale),
-        (shaft.throws, every_throw_speed_sum, -lever * crankcase_pressure),
-        (shaft.throws, every_throw_inertia_sum, reciprocating_mass * (radius * speed) ** 2),
-        (shaft.throws, every_throw_friction_sum, -lever),
-        ((shaft.load,), every_load_harmonics, -load_swing / ratios[shaft.load]),
-        ((shaft.auxiliaries,), every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
-    ]
-    # A torque part that does not act is the number 0.
-    acting = [part for part in acting if np.ndim(part[1])]
-    acting = [(on, a if on is shaft.throws else np.expand_dims(a, -2), f) for on, a, f in acting]
+    orders, ratios = np.ravel(every_order), shaft.speed_ratios(values)
+    acting = engine(
+        shaft, speed=speed, every_order=every_order, curve_period=curve_period, **values
+    )
+    for disc, harmonics, factor in (
+        (shaft.load, every_load_harmonics, -load_swing / ratios[shaft.load]),
+        (shaft.auxiliaries, every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
+    ):
+        if np.ndim(harmonics):
+            acting.append(((disc,), np.expand_dims(harmonics, -2), factor))
+    drifting = []
+    for one, factor in zip(shaft.excitations, shaft.excitation_factors(values), strict=True):
+        ratio, known = ratios[one.disc], np.isfinite(one.mean(speed))
+        bad = bad | ~known
+        within = np.where(known, speed, one.within)
+        in_step = one.in_step(ratio, curve_period)
+        if np.any(in_step):
+            harmonics = one.harmonics(orders, within, np.where(in_step, ratio, 0.0))
+            acting.append(((one.disc,), harmonics[..., None, :], np.sign(ratio) * factor * in_step))
+        if not np.all(in_step):
+            drifting.append((one, factor * ~in_step, within, ratio))
     discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
-    orders = np.ravel(every_order)
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
     response = forced_response(
         system, orders, speed, discs, [_on_discs(*part[:2], discs) for part in acting],
@@ -70,6 +106,11 @@ def _respond(
         twist=pairs, speed_of=(shaft.flywheel,), period=curve_period, threads=threads,
         progress=progress,
     )  # fmt: skip
+    for one, factor, within, ratio in drifting:
+        response = add_drifting(
+            response, system, one, factor, within, ratio, twist=pairs, speed_of=(shaft.flywheel,),
+            threads=threads,
+        )  # fmt: skip
 
     def value(name: str) -> Any:
         result = response[_RESULTS[name]]
@@ -108,16 +149,29 @@ def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
 
 
 def _mean_torques(
-    *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, **values: Any
-) -> Any:
-    """Mean torque in each shaft; given torques have the axis of throws last."""
+    *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, speed: Any = None,
+    **values: Any,
+) -> Any:  # fmt: skip
+    """Mean torque in each shaft; given torques have the axis of throws last.
+
+    The speed is that of excitations.
+    """
     own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
-    each = np.asarray(throw_torque_mean)
-    torque = np.zeros((*each.shape[:-1], len(shaft_system.discs)))
+    each, ratios = np.asarray(throw_torque_mean), shaft_system.speed_ratios(own)
+    means = [
+        np.sign(ratios[one.disc]) * factor * one.mean(np.asarray(speed)[..., 0])
+        for one, factor in zip(
+            shaft_system.excitations, shaft_system.excitation_factors(own), strict=True
+        )
+    ]
+    shape = np.broadcast_shapes(each.shape[:-1], *(np.shape(mean) for mean in means))
+    torque = np.zeros((*shape, len(shaft_system.discs)))
+    for one, mean in zip(shaft_system.excitations, means, strict=True):
+        torque[..., one.disc] += mean
     for number, disc in enumerate(shaft_system.throws):
         torque[..., disc] += each[..., number]
     at = shaft_system.auxiliaries
-    torque[..., at] -= auxiliary_mean / shaft_system.speed_ratios(own)[at]
+    torque[..., at] -= auxiliary_mean / ratios[at]
     return mean_torques(shaft_system.paths(own), torque, shaft_system.load)
 
 
@@ -170,15 +224,23 @@ NODES: tuple[Node, ...] = (
             "angle_load": lambda load_gear, load_table_factor: load_gear * load_table_factor,
         },
     ),
-    Node(
-        "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
-        public=False, can_fail=True, source=WILSON, make=_respond,
-        of_shaft=OF_ALL, gives=(*_RESULTS, "torsion_status"), width=3000,
-        needs=(*OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
-               *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
-               f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing",
-               "pressure_scale", "crankcase_pressure", "bore", "reciprocating_mass",
-               "double_radius"),
+    *(
+        Node(
+            "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
+            public=False, can_fail=True, source=WILSON, make=partial(_respond, engine),
+            of_shaft=(*OF_ALL, "excitation_factor"), gives=(*_RESULTS, "torsion_status"),
+            width=3000, when=when,
+            needs=(*OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
+                   f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing", *needs),
+        )
+        for when, engine, needs in (
+            ("by_pressure", _of_cylinders, (
+                *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
+                "pressure_scale", "crankcase_pressure", "bore", "reciprocating_mass",
+                "double_radius",
+            )),
+            ("by_torque", _of_given_torque, ("driven", "torque_factor")),
+        )
     ),
     _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
             public=False, width=COMPLEX),
@@ -214,15 +276,24 @@ NODES: tuple[Node, ...] = (
             pressure_scale * piston_area(bore) * 0.5 * double_radius, crank_ratio, offset_ratio,
             row, family, friction_torque - auxiliary_mean, cylinder_set, cylinders_by_count,
             throw,
-        ),
+        ), when="by_pressure",
     ),
-    Node(
-        "shaft_torque_mean", r"\bar T", "N m",
-        "mean torque in each shaft, with the sign of its twist: below 0 where the first disc "
-        "drives the second", WILSON,
-        adds=("shaft",), removes=("throw",),
-        needs=("shaft_system", "throw_torque_mean", "auxiliary_mean"), make=_mean_torques,
-        of_shaft=("shaft_gear_ratio",),
+    hidden(
+        "throw_torque_mean", "N m", "mean torque on the throw, as given",
+        lambda driven, torque_factor, throw:
+        torque_factor * driven.engine_torque.mean + 0.0 * throw, when="by_torque",
+    ),
+    *(
+        Node(
+            "shaft_torque_mean", r"\bar T", "N m",
+            "mean torque in each shaft, with the sign of its twist: below 0 where the first disc "
+            "drives the second", WILSON, when=when, adds=("shaft",), removes=("throw",),
+            needs=("shaft_system", "throw_torque_mean", "auxiliary_mean", *needs),
+            make=_mean_torques, of_shaft=("shaft_gear_ratio", *factor),
+        )
+        for when, needs, factor in (
+            ("no_excitations", (), ()), ("excitations", ("speed",), ("excitation_factor",)),
+        )
     ),
     Node(
         "shaft_torque_min", "T_{min}", "N m",

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,9 +26,12 @@ from engine_dyn.pressure.family import Family
 from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness, shaft_system
 from engine_dyn.types import Floats
 
-MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS = 40, 8, 8
-"""Largest numbers of discs, gears and dampers whose values have keys; ships' shafts have some 30
-discs."""
+if TYPE_CHECKING:
+    from engine_dyn.torsion.excitation import Excitation
+
+MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS, MOST_EXCITATIONS = 40, 8, 8, 8
+"""Largest numbers of discs, gears, dampers and excitations whose values have keys; ships' shafts
+have some 30 discs."""
 
 
 class Table(NamedTuple):
@@ -63,6 +66,8 @@ class Shaft:
     alloy: frozenset[int] = frozenset()  # Shafts of alloy steel; others are of carbon steel
     # Couplings whose stiffness depends on their mean torque, by the number of the shaft.
     tables: Mapping[int, Table] = field(default_factory=dict)
+    # Torques besides those of engine, load and auxiliaries.
+    excitations: tuple[Excitation, ...] = ()
 
     @property
     def own_discs(self) -> int:
@@ -167,6 +172,11 @@ class Shaft:
             )
             rows.append(pendulum(mass, distance, length, ratios[carrier]))
         return rows
+
+    def excitation_factors(self, values: Mapping[str, Any]) -> list[Any]:
+        """Return the factor on the torque of each excitation."""
+        count = len(self.excitations)
+        return [values.get(f"excitation_factor_{i + 1}", 1.0) for i in range(count)]
 
     def ratios(self, values: Mapping[str, Any]) -> list[Any]:
         """Speed of the second disc of each gear over that of the first."""

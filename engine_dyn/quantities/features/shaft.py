@@ -36,6 +36,10 @@ FEATURE: Feature[Shaft] = Feature(
             "coupling_tables": "the mean torque chooses the stiffness of a coupling in its table",
         },
         {
+            "no_excitations": "nothing but engine, load and auxiliaries excites the shaft",
+            "excitations": "other torques excite the shaft, too",
+        },
+        {
             "damping_of_law": "the load damps the shaft by the slope of its torque over the speed",
             "damping_by_factor": "it damps by a factor on its torque over the speed",
         },

@@ -205,6 +205,7 @@ def _check_key(shaft: Shaft, key: str, nonzero: bool, where: str) -> None:
     counts = {
         "disc": shaft.own_discs, "shaft": shaft.own_shafts, "gear": len(shaft.gears),
         "damper": shaft.dampers, "pendulum": shaft.pendulums,
+        "excitation": len(shaft.excitations),
     }  # fmt: skip
     if int(text) > counts[kind]:
         raise SceneError(

@@ -18,13 +18,21 @@ from engine_dyn.engine import Engine
 from engine_dyn.quantities.features.shaft import FEATURE
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
-from engine_dyn.torsion.shaft import MOST_DAMPERS, MOST_GEARS, MOST_OF_SCENE, Shaft, Table
+from engine_dyn.torsion.shaft import (
+    MOST_DAMPERS,
+    MOST_EXCITATIONS,
+    MOST_GEARS,
+    MOST_OF_SCENE,
+    Shaft,
+    Table,
+)
 from sweeps.base.checks import Strict, check_range, check_structure, mentioned, number, plain
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.base.files.regular_files import kept, referred
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import SHAFTS
 from sweeps.scene.features.feature import GivenFeature, with_part
+from sweeps.scene.features.shaft_excitations import ExcitationTable, read_excitation
 from sweeps.scene.values import GivenValues
 
 SHAFT = (
@@ -164,6 +172,11 @@ class ShaftTable(Strict):
         description="a list of tables with on, mass, distance and length",
         max_length=MOST_DAMPERS,
     )
+    excitations: list[ExcitationTable] = Field(
+        default=[],
+        description="a list of tables with on, and mean and harmonics, file, areas or over_speed",
+        max_length=MOST_EXCITATIONS,
+    )
     flywheel: str = Field(
         default="flywheel", description="the name of a disc: that of the flywheel", min_length=1
     )
@@ -221,7 +234,7 @@ def read_shaft(given: Any, base: Path, where: str) -> GivenShaft:
     The path is relative to `base`; messages begin with `where`, such as "scene.toml: ".
     """
     if isinstance(given, Mapping):
-        return _read(check_structure(ShaftTable, given, f"{where}[shaft]"), f"{where}[shaft]")
+        return _read(check_structure(ShaftTable, given, f"{where}[shaft]"), base, f"{where}[shaft]")
     if not isinstance(given, str) or not given:
         raise SceneError(f"{where}shaft = {shown(given)}: must be {SHAFT}")
     known = built_in_shafts()
@@ -237,7 +250,7 @@ def read_shaft(given: Any, base: Path, where: str) -> GivenShaft:
     file = check_structure(
         ShaftFile, plain(parse_toml(path, name, "a file with a [shaft]"), name), name
     )
-    made = _read(file.shaft, f"{name}: [shaft]")
+    made = _read(file.shaft, path.parent, f"{name}: [shaft]")
     return GivenShaft(
         made.shaft, made.values, {f"shaft, {key}": text for key, text in file.assumed.items()},
         tuple(source.text for source in file.source),
@@ -263,7 +276,7 @@ class _Values:
         check_range(self.numbers[key], where, node)
 
 
-def _read(given: ShaftTable, where: str) -> GivenShaft:
+def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
     names = [disc.name for disc in given.discs]
     rings = [d.name or f"ring of damper {i}" for i, d in enumerate(given.dampers, start=1)]
     hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
@@ -308,6 +321,15 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         place = len(names) + len(rings) + i - 1
         pairs.append((_place(pendulum.on, names, f"{at} on"), place))
         values.take(pendulum, "pendulum", i, at, ("name", "on"))
+    exciting = [one.name or f"excitation {i}" for i, one in enumerate(given.excitations, start=1)]
+    _check_different(exciting, f"{where} excitations")
+    excitations = []
+    for i, excitation in enumerate(given.excitations, start=1):
+        at = f"{where} excitations number {i}"
+        disc = _place(excitation.on, names, f"{at} on")
+        if excitation.factor is not None:
+            values.set(f"excitation_factor_{i}", excitation.factor, f"{at} factor")
+        excitations.append(read_excitation(excitation, disc, exciting[i - 1], folder, at))
     if given.load_damping is not None and given.load_damping_factor is not None:
         raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
     for name in ("load_damping", "load_damping_factor"):
@@ -337,6 +359,7 @@ def _read(given: ShaftTable, where: str) -> GivenShaft:
         keys=tuple(key for key in values.numbers if not key.startswith("load_")),
         alloy=frozenset(i for i, piece in enumerate(given.shafts) if piece.steel == "alloy"),
         tables=tables,
+        excitations=tuple(excitations),
     )
     _check_joined(shaft, where)
     _check_different(called, where)
@@ -479,6 +502,7 @@ def _words(values: GivenValues) -> tuple[str, ...]:
         "reciprocating_included" if included else "reciprocating_added",
         "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
         "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
+        "excitations" if shaft is not None and shaft.excitations else "no_excitations",
         "damping_by_factor" if by_factor else "damping_of_law",
     )
 

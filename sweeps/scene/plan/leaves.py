@@ -66,6 +66,12 @@ def points_of(scene: Scene, cycles: int) -> dict[str, npt.NDArray[Any]]:
         ratio = float(np.max(scene.known["gear_ratio"].si))
         if ratio > 1.0:
             highest = max(highest, math.ceil(ratio * highest_order(load)))
+    shaft = scene.engine.shaft
+    if shaft is not None and shaft.excitations:
+        ratios = shaft.speed_ratios({key: scene.known[key].si for key in scene.shaft_keys})
+        for one in shaft.excitations:
+            ratio = float(np.max(np.abs(ratios[one.disc])))
+            highest = max(highest, math.ceil(ratio * one.highest_order))
     every = round(highest * finest)
     return {
         "throw": np.arange(1, throws + 1, dtype=np.int32),
