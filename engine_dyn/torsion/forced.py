@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from engine_dyn.given_numbers import given_array
 from engine_dyn.speed.mechanisms import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.graded import graded_modes
-from engine_dyn.torsion.modes import checked_orders
+from engine_dyn.torsion.modes import checked_orders, coordinates
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Booleans, Floats, Integers
@@ -56,6 +57,8 @@ DETUNED = 1e-12  # Smallest |k* + Z| over (|k*|^2 + |Z|^2)^(1/2); nearer to 0 it
 # Where |k* + Z| is below this fraction of (|k*|^2 + |Z|^2)^(1/2), the sum has lost six digits by
 # cancellation, which matters where torques act on what is behind the shaft
 SMALL = 1e-6
+
+MODAL = "modal_damping"  # Field of a system whose damping belongs to modes
 
 AT_ONCE = 1024  # Number of cases that a thread takes at once
 
@@ -207,18 +210,25 @@ def forced_response(
     )
     which, none = np.arange(count), np.empty((0, 2, system.parent.size, 2, orders))
 
+    modal = bool(system.modal_damping.shape[-1])
+    resonant = np.zeros(count, dtype=bool)
+
     def solve(some: Integers) -> int:
-        _respond(some, none, tree, cases, signals, table, responses)
+        known = none
+        if modal:
+            known, resonant[some] = _in_modes(system, cases, some)
+        _respond(some, known, tree, cases, signals, table, responses)
         return some.size
 
-    pieces = (which[i : i + AT_ONCE] for i in range(0, count, AT_ONCE))
+    at_once = AT_ONCE // 16 if modal else AT_ONCE
+    pieces = (which[i : i + at_once] for i in range(0, count, at_once))
     for done in map_on_threads(solve, pieces, threads):
         if progress:
             progress(done)
-    status = np.full(count, CONVERGED, dtype=np.int8)
+    status = np.where(resonant, NO_STEADY_STATE, CONVERGED).astype(np.int8)
     for case in np.flatnonzero(responses.doubtful):
-        known, resonant = _with_pivoting(tree, cases, int(case))
-        status[case] = NO_STEADY_STATE if resonant else CONVERGED
+        known, meets = _with_pivoting(tree, cases, int(case))
+        status[case] = NO_STEADY_STATE if meets else CONVERGED
         _respond(which[case : case + 1], known, tree, cases, signals, table, responses)
     results: dict[str, Any] = {"status": status.reshape(shape)}
     values: Any
@@ -484,6 +494,36 @@ def _to_lines(
         for v in range(orders):
             line[0, v] = factor * (k[0, v] * turned[0, v] - k[1, v] * turned[1, v])
             line[1, v] = factor * (k[0, v] * turned[1, v] + k[1, v] * turned[0, v])
+
+
+def _in_modes(system: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Floats, Booleans]:
+    """Angles and twists of the nodes, (cases, 2, M, 2, V), with given damping of modes.
+
+    That damping joins all nodes, which no elimination along the tree can: it is solved in modes.
+    Besides, whether an order of a case meets an undamped mode.
+    """
+    design, speed = cases.design[some], cases.speed[some]
+    own = replace(
+        system,
+        **{name: _lines(getattr(system, name))[design] for name in (*_Tree._fields[1:], MODAL)},
+    )
+    modes = coordinates(own, speed)
+    w = cases.orders * speed[:, None]
+    parts = np.einsum("cp,cptrv->ctrv", cases.factor[some], cases.harmonics[cases.line[some]])
+    torque = cases.throw_ratio[design][..., None] * (parts[:, :, 0] + 1j * parts[:, :, 1])
+    force = np.einsum("cmt,ctv->cvm", modes.angle[..., cases.throw_node], torque)
+    impedance = modes.viscous[:, None] * (1j * w[..., None, None]) + 1j * modes.lost[:, None]
+    places = np.arange(modes.omega.shape[-1])
+    impedance[..., places, places] += modes.omega[:, None] ** 2 - w[..., None] ** 2
+    least = np.abs(impedance[..., places, places])
+    meets = (least <= 1e-9 * w[..., None] ** 2).any(axis=-1)
+    impedance[meets] = np.eye(places.size)
+    answer = np.linalg.solve(impedance, force[..., None])[..., 0]
+    answer[meets] = np.nan
+    known = [np.einsum("cvm,cmn->cnv", answer, of) for of in (modes.angle, modes.twist)]
+    return np.stack([np.stack([one.real, one.imag], axis=-2) for one in known], axis=1), (
+        meets.any(axis=-1)
+    )
 
 
 def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]:

@@ -228,9 +228,16 @@ def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats
     viscous = np.einsum("...mn,...n->...m", modes.twist**2, system.damping)
     viscous = viscous + np.einsum("...mn,...n->...m", angle**2, system.disc_damping)
     with np.errstate(divide="ignore", invalid="ignore"):  # a mode may not move disc 1
-        return np.asarray(
-            0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia)
-        )
+        of_parts = 0.5 * (lost + modes.omega * viscous) / (modes.omega**2 * modes.modal_inertia)
+    return np.asarray(of_parts + given_damping(system, modes.omega.shape[-1]))
+
+
+def given_damping(system: ShaftSystem, count: int) -> Any:
+    """Damping ratio that a system has for each of some elastic modes, 0 where none is given."""
+    given = system.modal_damping
+    if not given.shape[-1]:
+        return 0.0
+    return given[..., np.minimum(np.arange(count), given.shape[-1] - 1)]
 
 
 def modal_excitation(modes: Modes, throws: Any, torque: Any) -> Complexes:
@@ -378,18 +385,40 @@ class _State(NamedTuple):
     above: int
 
 
-def _state(system: ShaftSystem, speed: Any) -> _State:
+class Coordinates(NamedTuple):
+    """Free parts and elastic modes as coordinates, with sum J a^2 = 1, and their damping."""
+
+    omega: Floats  # Frequency of each undamped mode [rad/s], 0 of free parts; shape (..., n)
+    angle: Floats  # Angle of each node in each coordinate; shape (..., n, M)
+    twist: Floats  # Angle of each node against its parent
+    viscous: Floats  # Viscous damping between coordinates [1/s]; shape (..., n, n)
+    lost: Floats  # Loss factor times stiffness [1/s2]
+    free: int  # Number of free parts, which come first
+
+
+def coordinates(system: ShaftSystem, speed: Any) -> Coordinates:
+    """Return the coordinates in which inertia is 1 and stiffness omega^2."""
     squares, angle, twist = elastic_modes(system, speed)
-    lowest = squares[..., :1] if squares.shape[-1] else np.zeros((*squares.shape[:-1], 1))
     # Eight digits hold modes up to 1e8 times the lowest one; those beyond are left out.
-    left = ~(squares < 1e8**2 * lowest)[..., None]
+    left = ~(squares < 1e8**2 * squares[..., :1])[..., None]
     omega = np.where(left[..., 0], 0.0, np.sqrt(squares))
     own, between = free_vectors(system, speed)
     angle = np.concatenate([own, np.where(left, 0.0, angle)], axis=-2)
     twist = np.concatenate([between, np.where(left, 0.0, twist)], axis=-2)
-    omega = np.concatenate([np.zeros(own.shape[:-1]), omega], axis=-1)
     viscous = _form(twist, system.damping) + _form(angle, system.disc_damping)
+    given = 2.0 * given_damping(system, omega.shape[-1]) * omega
+    free = own.shape[-2]
+    places = np.arange(omega.shape[-1]) + free
+    viscous[..., places, places] += given
+    omega = np.concatenate([np.zeros(own.shape[:-1]), omega], axis=-1)
     lost = _form(twist, system.stiffness_at(speed) * system.loss_factor)
+    return Coordinates(omega, angle, twist, viscous, lost, free)
+
+
+def _state(system: ShaftSystem, speed: Any) -> _State:
+    omega, _, twist, viscous, lost, free = coordinates(system, speed)
+    elastic = omega[..., free:]
+    lowest = elastic[..., :1] if elastic.shape[-1] else np.zeros((*omega.shape[:-1], 1))
     over = np.divide(1.0, omega, out=np.zeros(omega.shape), where=omega > 0.0)[..., None, :]
     size = omega.shape[-1]
     matrix = np.zeros((*omega.shape[:-1], 2 * size, 2 * size), dtype=np.complex128)
@@ -397,7 +426,7 @@ def _state(system: ShaftSystem, speed: Any) -> _State:
     matrix[..., :size, size:] = diagonal
     matrix[..., size:, :size] = -(diagonal + 1j * lost * over)
     matrix[..., size:, size:] = -viscous
-    return _State(matrix, twist, np.sqrt(lowest), squares.shape[-1])
+    return _State(matrix, twist, lowest, elastic.shape[-1])
 
 
 def _form(vectors: Floats, weight: Floats) -> Floats:

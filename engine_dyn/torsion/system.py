@@ -52,6 +52,9 @@ class ShaftSystem:
     loss_factor: Floats
     damping: Floats
     speed_stiffness: Floats
+    # Damping ratio of elastic modes from the lowest, beside all other damping; the last one is that
+    # of all higher modes. Shape (..., n), n = 0 without.
+    modal_damping: Floats
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -74,6 +77,7 @@ def shaft_system(
     speed_stiffness: Any = 0.0,
     disc_damping: Any = 0.0,
     ground_stiffness: Any = 0.0,
+    modal_damping: Any = (),
     meshes: Sequence[tuple[int, int]] = (),
     ratios: Any = 1.0,
     crank: int = 0,
@@ -104,6 +108,9 @@ def shaft_system(
         more, or brakes the less, the faster the disc turns.
     ground_stiffness : array_like
         Spring from each disc to the frame [N m/rad]: the synchronising torque of an alternator.
+    modal_damping : array_like
+        Damping ratio [1] of elastic modes from the lowest, which adds to all other damping; the
+        last one is that of all higher modes. Over a dynamic magnifier M it is 1/(2 M).
     meshes : sequence of (int, int)
         Discs that turn in a fixed ratio.
     ratios : array_like
@@ -149,6 +156,10 @@ def shaft_system(
             ("speed_stiffness", speed_stiffness),
         )
     }  # fmt: skip
+    of_modes = np.atleast_1d(given_array("modal_damping", modal_damping, finite=True))
+    if not (of_modes >= 0.0).all():
+        number = int(np.argwhere(~(of_modes >= 0.0))[0, -1])
+        raise ValueError(f"modal_damping[{number}]: must be 0 or more")
     of_meshes = _values("ratios", ratios, len(meshed), "mesh", signed=True)
     holds = between["stiffness"] + between["speed_stiffness"] + between["damping"]
     if not (loose or np.all(holds > 0.0)):
@@ -157,7 +168,7 @@ def shaft_system(
             f"stiffness[{number}] = 0: must be above 0, unless damping[{number}] is, as in a "
             "viscous damper"
         )
-    everything = (*discs.values(), *between.values(), of_meshes)
+    everything = (*discs.values(), *between.values(), of_meshes, of_modes)
     try:
         shape = np.broadcast_shapes(*(values.shape[:-1] for values in everything))
     except ValueError:
@@ -179,6 +190,7 @@ def shaft_system(
         raise ValueError(
             f"inertia[{nodes.index(node)}] = 0: must be above 0, of a disc with what it meshes with"
         )
+    made["modal_damping"] = np.broadcast_to(of_modes, (*shape, of_modes.shape[-1])).copy()
     for values in (*made.values(), ratio, factor):
         values.flags.writeable = False
     return ShaftSystem(
