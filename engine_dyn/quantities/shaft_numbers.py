@@ -19,6 +19,7 @@ from engine_dyn.torsion.shaft import (
     MOST_DAMPERS,
     MOST_EXCITATIONS,
     MOST_GEARS,
+    MOST_MODES,
     MOST_OF_SCENE,
     Shaft,
 )
@@ -98,6 +99,9 @@ _PATTERNS = (
               **_POSITIVE),
     _numbered("excitation_factor", "f_N", "1", "factor on the torque of excitation N of the shaft",
               MOST_EXCITATIONS, **_FROM_ZERO),
+    _numbered("modal_damping", r"\zeta_N", "1",
+              "damping ratio of mode N of the shaft, which adds to all other damping; over a "
+              "dynamic magnifier M it is 1/(2 M)", MOST_MODES, high=1.0, **_FROM_ZERO),
 )  # fmt: skip
 
 PATTERNS: Mapping[str, Node] = MappingProxyType(

@@ -230,8 +230,9 @@ NODES: tuple[Node, ...] = (
             public=False, can_fail=True, source=WILSON, make=partial(_respond, engine),
             of_shaft=(*OF_ALL, "excitation_factor"), gives=(*_RESULTS, "torsion_status"),
             width=3000, when=when,
-            needs=(*OF_SYSTEM, "load_damping", "speed", "order", "every_order", "curve_period",
-                   f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics", "load_swing", *needs),
+            needs=(*OF_SYSTEM, "load_damping", "damping_speed", "speed", "order", "every_order",
+                   "curve_period", f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics",
+                   "load_swing", *needs),
         )
         for when, engine, needs in (
             ("by_pressure", _of_cylinders, (
@@ -261,7 +262,7 @@ NODES: tuple[Node, ...] = (
     _result("shaft_torque_highest", "", "N m", f"largest {_SHAFT_TORQUE}", ("shaft",),
             public=False),
     _result("shaft_loss", "P", "W", "mean power lost in each shaft, coupling or damper",
-            ("shaft",)),
+            ("shaft",), when="damping_of_parts"),
     _result("delta_elastic", r"\delta_e", "1",
             "coefficient of speed fluctuation of the flywheel's disc on the elastic shaft, linear; "
             "delta is that of the rigid engine"),

@@ -57,7 +57,7 @@ _ELASTIC = (
 )  # fmt: skip
 OF_ALL = (
     *_ELASTIC, "disc_damping", "shaft_loss_factor", "shaft_damping", "damper_damping",
-    "damper_loss_factor",
+    "damper_loss_factor", "modal_damping",
 )  # fmt: skip
 """Kinds of numbers of a shaft that its inertia, its modes and its response depend on."""
 
@@ -89,12 +89,18 @@ def _modes(
 def system_of(values: dict[str, Any]) -> tuple[ShaftSystem, Any]:
     """The shaft system, and the designs without one, which get a system with other values.
 
-    `values` are the nodes of `OF_SYSTEM`, those of the shaft's numbers, and the load's damping.
+    `values` are the nodes of `OF_SYSTEM`, those of the shaft's numbers, the load's damping, and the
+    speed at which tables of damping are read.
     """
     shaft, reciprocating, excess, of_tables = (values[name] for name in OF_SYSTEM)
+    read = shaft.dampings(values["damping_speed"]) if "damping_speed" in values else {}
+    beyond: Any = np.any(
+        [np.isnan(one) for one in np.broadcast_arrays(0.0, *read.values())], axis=0
+    )
+    values = {**values, **{key: np.nan_to_num(one) for key, one in read.items()}}
     load_damping = values.get("load_damping", 0.0)
     unknown = np.asarray(of_tables) == 0.0
-    bad: Any = unknown.any(axis=-1) if unknown.ndim else unknown
+    bad: Any = beyond | (unknown.any(axis=-1) if unknown.ndim else unknown)
     of_tables = np.where(unknown, 1.0, of_tables)
     damped = np.isfinite(load_damping)
     bad, load_damping = bad | ~damped, np.where(damped, load_damping, 0.0)
@@ -216,6 +222,10 @@ NODES: tuple[Node, ...] = (
            when="no_pendulums"),
     hidden("speed_of_modes", "rad s-1", "speed for which modes are computed",
            lambda speed: speed, when="pendulums"),
+    hidden("damping_speed", "rad s-1", "speed for which damping is computed", lambda: 0.0,
+           when="steady_damping"),
+    hidden("damping_speed", "rad s-1", "speed for which damping is computed",
+           lambda speed: speed, when="damping_over_speed"),
     hidden("coupling_stiffness", "N m rad-1", "stiffness of couplings by their tables",
            lambda shaft: np.nan * shaft, when="linear_couplings"),
     hidden("coupling_stiffness", "N m rad-1", "stiffness of couplings by their tables",
@@ -257,7 +267,8 @@ NODES: tuple[Node, ...] = (
               "modal inertia, referred to the disc that moves most", ()),
     Node(
         "torsional_damping", "", "", "damping of the modes of the shaft", kind="stage",
-        public=False, needs=(*OF_SYSTEM, "speed_of_modes", "load_damping", "mode"),
+        public=False,
+        needs=(*OF_SYSTEM, "speed_of_modes", "load_damping", "damping_speed", "mode"),
         gives=("modal_damping_ratio", *_DAMPED), make=_damping, of_shaft=OF_ALL, width=OF_MODES,
         source=WILSON,
     ),
@@ -291,13 +302,14 @@ NODES: tuple[Node, ...] = (
     Node(
         "damped_critical_speed", "n_d", "rpm",
         "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
-        si=RPM, when="no_pendulums",
+        si=RPM, when="no_pendulums steady_damping",
         make=lambda damped_natural_omega, order: damped_natural_omega / order,
     ),
     Node(
         "damped_critical_speed", "n_d", "rpm",
         "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
-        si=RPM, needs=("damped_critical_speeds",), adds=("mode", "order"), when="pendulums",
+        si=RPM, needs=("damped_critical_speeds",), adds=("mode", "order"),
+        when="pendulums steady_damping",
     ),
     Node(
         "damped_critical_speeds", "", "", "critical speeds of a damped shaft with pendulums",

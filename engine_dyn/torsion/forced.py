@@ -503,10 +503,10 @@ def _in_modes(system: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Float
     Besides, whether an order of a case meets an undamped mode.
     """
     design, speed = cases.design[some], cases.speed[some]
-    own = replace(
-        system,
-        **{name: _lines(getattr(system, name))[design] for name in (*_Tree._fields[1:], MODAL)},
-    )
+    values: dict[str, Any] = {
+        name: _lines(getattr(system, name))[design] for name in (*_Tree._fields[1:], MODAL)
+    }
+    own = replace(system, **values)
     modes = coordinates(own, speed)
     w = cases.orders * speed[:, None]
     parts = np.einsum("cp,cptrv->ctrv", cases.factor[some], cases.harmonics[cases.line[some]])

@@ -29,9 +29,9 @@ from engine_dyn.types import Floats
 if TYPE_CHECKING:
     from engine_dyn.torsion.excitation import Excitation
 
-MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS, MOST_EXCITATIONS = 40, 8, 8, 8
-"""Largest numbers of discs, gears, dampers and excitations whose values have keys; ships' shafts
-have some 30 discs."""
+MOST_OF_SCENE, MOST_GEARS, MOST_DAMPERS, MOST_EXCITATIONS, MOST_MODES = 40, 8, 8, 8, 12
+"""Largest numbers of discs, gears, dampers, excitations and damped modes whose values have keys;
+ships' shafts have some 30 discs."""
 
 
 class Table(NamedTuple):
@@ -39,6 +39,13 @@ class Table(NamedTuple):
 
     torque: Floats
     stiffness: Floats
+
+
+class OverSpeed(NamedTuple):
+    """Damping [N m s/rad] over the speed of the crank [rad/s], which ascends."""
+
+    speed: Floats
+    damping: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +75,9 @@ class Shaft:
     tables: Mapping[int, Table] = field(default_factory=dict)
     # Torques besides those of engine, load and auxiliaries.
     excitations: tuple[Excitation, ...] = ()
+    modes: int = 0  # Number of modes whose damping is given
+    # Damping [N m s/rad] over the speed of the crank [rad/s], by the key that it replaces.
+    damping_over_speed: Mapping[str, OverSpeed] = field(default_factory=dict)
 
     @property
     def own_discs(self) -> int:
@@ -127,6 +137,13 @@ class Shaft:
             known = np.interp(size[..., place], *table, left=0.0, right=0.0)
             stiffness[..., place] = np.nan_to_num(known)
         return stiffness
+
+    def dampings(self, speed: Any) -> dict[str, Floats]:
+        """Damping by its tables at a speed [rad/s], by key; NaN beyond the speeds of a table."""
+        return {
+            key: np.asarray(np.interp(speed, *table, left=np.nan, right=np.nan))
+            for key, table in self.damping_over_speed.items()
+        }
 
     def stiffnesses(self, values: Mapping[str, Any], of_tables: Any = np.nan) -> list[Any]:
         """Stiffness of each shaft [N m/rad], from its length and diameter where these are given.
@@ -244,6 +261,8 @@ class Shaft:
             damping=stacked(self.along("shaft_damping", values, 0.0)),
             disc_damping=stacked(damping),
             ground_stiffness=stacked(self.along("disc_ground_stiffness", values, 0.0)),
+            modal_damping=stacked([values[f"modal_damping_{i + 1}"] for i in range(self.modes)])
+            if self.modes else (),
             meshes=self.gears, ratios=stacked(self.ratios(values)) if self.gears else 1.0,
             crank=self.throws[0], loose=True,
         )  # fmt: skip

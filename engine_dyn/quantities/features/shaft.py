@@ -36,6 +36,14 @@ FEATURE: Feature[Shaft] = Feature(
             "coupling_tables": "the mean torque chooses the stiffness of a coupling in its table",
         },
         {
+            "damping_of_parts": "discs, shafts and dampers have all damping",
+            "damping_of_modes": "modes have a damping ratio, too",
+        },
+        {
+            "steady_damping": "the damping does not depend on the speed",
+            "damping_over_speed": "tables give damping over the speed",
+        },
+        {
             "no_excitations": "nothing but engine, load and auxiliaries excites the shaft",
             "excitations": "other torques excite the shaft, too",
         },

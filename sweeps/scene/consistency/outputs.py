@@ -93,6 +93,19 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
+_NOT_OF_SHAFT = {
+    "damping_of_modes": (
+        "shaft_loss", "needs the damping of each shaft, to none of which modal_damping belongs; "
+        "give loss_factor, damping or magnifier of shafts and discs in its place",
+    ),
+    "damping_over_speed": (
+        "damped_critical_speed", "needs damping that does not depend on the speed, unlike "
+        "damping_over_speed; damped_natural_frequency over the speed is computed",
+    ),
+}  # fmt: skip
+"""Words of a shaft, each with a node that shafts with it lack, and why."""
+
+
 def check_needs(scene: Scene, name: str) -> None:
     """Check that scene and engine give everything that the asked quantities need.
 
@@ -120,6 +133,9 @@ def check_needs(scene: Scene, name: str) -> None:
             if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
                 two = "another crankshaft", f"{feature.written} of the engine"
                 raise refused(*two, where, engine=scene.engine.name)
+            for word, (without, text) in _NOT_OF_SHAFT.items():
+                if need == without and word in words:
+                    raise SceneError(f"{where} {text}")
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
                     f"{where} needs a four-stroke engine; a two-stroke engine has "

@@ -201,11 +201,12 @@ def check_shaft(scene: Scene, name: str) -> None:
 def _check_key(shaft: Shaft, key: str, nonzero: bool, where: str) -> None:
     """Check that the shaft has the part of a key, and takes a number for it."""
     what, _, text = key.rpartition("_")
-    kind = "gear" if what == "shaft_gear_ratio" else what.split("_")[0]
+    kinds = {"shaft_gear_ratio": "gear", "modal_damping": "damped mode"}
+    kind = kinds.get(what, what.split("_")[0])
     counts = {
         "disc": shaft.own_discs, "shaft": shaft.own_shafts, "gear": len(shaft.gears),
         "damper": shaft.dampers, "pendulum": shaft.pendulums,
-        "excitation": len(shaft.excitations),
+        "excitation": len(shaft.excitations), "damped mode": shaft.modes,
     }  # fmt: skip
     if int(text) > counts[kind]:
         raise SceneError(
@@ -214,6 +215,10 @@ def _check_key(shaft: Shaft, key: str, nonzero: bool, where: str) -> None:
         )
     if kind == "gear" and not nonzero:
         raise SceneError(f"{where} = 0: must not be 0")
+    if key in shaft.damping_over_speed:
+        raise SceneError(
+            f"{where}: not allowed: {what.split('_')[0]} {text} has damping_over_speed"
+        )
     by_length = f"shaft_length_{text}" in shaft.keys
     if what in ("shaft_length", "shaft_shear_modulus") and not by_length:
         raise SceneError(f"{where}: has no effect: the stiffness of shaft {text} is given")

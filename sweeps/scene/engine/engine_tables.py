@@ -14,7 +14,7 @@ from sweeps.base.checks import Strict
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS
 from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.features import file_with_features
-from sweeps.scene.features.shaft import Source
+from sweeps.scene.features.shaft_tables import Source
 
 DIAGRAMS = "tables [[diagram]], one for each load"
 """Text for messages, where an engine file has no diagrams."""

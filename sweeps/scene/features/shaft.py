@@ -9,31 +9,41 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import Field
 
 from engine_dyn.engine import Engine
+from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.quantities.features.shaft import FEATURE
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.torsion.shaft import (
-    MOST_DAMPERS,
-    MOST_EXCITATIONS,
-    MOST_GEARS,
-    MOST_OF_SCENE,
+    MOST_MODES,
+    OverSpeed,
     Shaft,
     Table,
 )
+from engine_dyn.units import DEGREE, RPM
 from sweeps.base.checks import Strict, check_range, check_structure, mentioned, number, plain
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.base.files.regular_files import kept, referred
 from sweeps.base.files.toml_files import parse_toml
 from sweeps.catalogue import SHAFTS
 from sweeps.scene.features.feature import GivenFeature, with_part
-from sweeps.scene.features.shaft_excitations import ExcitationTable, read_excitation
+from sweeps.scene.features.shaft_tables import (
+    BETWEEN,
+    Disc,
+    ExcitationTable,
+    ShaftFile,
+    ShaftPiece,
+    ShaftTable,
+)
+from sweeps.scene.features.torque_diagrams import read_torque_diagram
 from sweeps.scene.values import GivenValues
+
+if TYPE_CHECKING:
+    from engine_dyn.torsion.excitation import Excitation
 
 SHAFT = (
     "a table [shaft] with discs and shafts, the name of a built-in shaft, or the path of a file "
@@ -45,172 +55,9 @@ INERTIA_KEYS = ("inertia", *INERTIA_PARTS)  # Parameters that the discs of a sha
 SHAFT_KEYS = ("load_damping", "load_damping_factor")
 """Parameters of a shaft that belong to no single disc."""
 
-NAME = "a string: its name, which tells it from the others"
-
-BETWEEN = "a list of two names of discs"
-
-
-class Source(Strict):
-    """A citation."""
-
-    text: str = Field(description="a string: one citation")
-
-
-class Disc(Strict):
-    """A disc: what turns as one."""
-
-    name: str = Field(description=NAME, min_length=1, max_length=80)
-    inertia: float = Field(description="a number in kg m2")
-    throw: int | None = Field(
-        default=None, description="a whole number: the throw of the engine, from 1", ge=1
-    )
-    damping: float | None = Field(default=None, description="a number in N m s/rad")
-    ground_stiffness: float | None = Field(default=None, description="a number in N m/rad")
-
-
-class ShaftPiece(Strict):
-    """A shaft between two discs: stiffness, or length, diameter and shear modulus."""
-
-    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
-    between: list[str] | None = Field(
-        default=None,
-        description=f"{BETWEEN}; by default the disc of the shaft's own number and the next",
-        min_length=2,
-        max_length=2,
-    )
-    stiffness: float | None = Field(default=None, description="a number in N m/rad")
-    stiffness_over_torque: StiffnessTable | None = Field(
-        default=None, description="a table with torque and stiffness, of a coupling"
-    )
-    loss_factor: float | None = Field(default=None, description="a number")
-    damping: float | None = Field(default=None, description="a number in N m s/rad")
-    length: float | None = Field(default=None, description="a number in m")
-    diameter: float | None = Field(default=None, description="a number in m")
-    bore: float | None = Field(default=None, description="a number in m")
-    shear_modulus: float | None = Field(default=None, description="a number in GPa")
-    stress_limit: float | None = Field(default=None, description="a number in MPa")
-    torque_limit: float | None = Field(default=None, description="a number in N m")
-    tensile_strength: float | None = Field(default=None, description="a number in MPa")
-    shape_factor: float | None = Field(default=None, description="a number, at most 1")
-    steel: Literal["carbon", "alloy"] | None = Field(
-        default=None,
-        description="'carbon' or 'alloy', of which more of the tensile_strength counts; default: "
-        "'carbon', as for propeller shafts of any steel",
-    )
-
-
-class Gear(Strict):
-    """Two discs in mesh, which turn in a fixed ratio."""
-
-    between: list[str] = Field(description=BETWEEN, min_length=2, max_length=2)
-    ratio: float | str = Field(
-        description="a number: speed of the second disc over that of the first, below 0 where it "
-        "turns the other way"
-    )
-
-
-class Damper(Strict):
-    """A ring that a spring, oil or rubber holds on a disc."""
-
-    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
-    on: str = Field(description="the name of a disc", min_length=1)
-    inertia: float = Field(description="a number in kg m2")
-    damping: float | None = Field(default=None, description="a number in N m s/rad")
-    stiffness: float | None = Field(default=None, description="a number in N m/rad")
-    loss_factor: float | None = Field(default=None, description="a number")
-    surface: float | None = Field(
-        default=None, description="a number in m2, which gives off its heat"
-    )
-
-
-class PendulumTable(Strict):
-    """Pendulums on a disc that the centrifugal force holds, tuned to the order (R/r)^(1/2)."""
-
-    name: str | None = Field(default=None, description=NAME, min_length=1, max_length=80)
-    on: str = Field(description="the name of a disc", min_length=1)
-    mass: float = Field(description="a number in kg: of all pendulums together")
-    distance: float = Field(
-        description="a number in m, R: from the axis of the shaft to the suspension"
-    )
-    length: float = Field(description="a number in m, r: of the pendulum")
-    stop_angle: float | None = Field(default=None, description="a number in degree")
-
-
-class StiffnessTable(Strict):
-    """Stiffness of a coupling over its mean torque."""
-
-    torque: list[float] = Field(
-        description="a list of mean torques in N m, ascending from 0 or more", min_length=2
-    )
-    stiffness: list[float] = Field(
-        description="a list of stiffnesses in N m/rad, one for each torque", min_length=2
-    )
-
-
-class ShaftTable(Strict):
-    """Discs, shafts, gears and dampers; which discs the flywheel and the load are."""
-
-    discs: list[Disc] = Field(
-        description=f"a list of 2 to {MOST_OF_SCENE} tables with name, inertia and, of throws, "
-        "throw",
-        min_length=2,
-        max_length=MOST_OF_SCENE,
-    )
-    shafts: list[ShaftPiece] = Field(
-        description="a list of tables with stiffness, or length, diameter and shear_modulus",
-        min_length=1,
-        max_length=MOST_OF_SCENE,
-    )
-    gears: list[Gear] = Field(
-        default=[], description="a list of tables with between and ratio", max_length=MOST_GEARS
-    )
-    dampers: list[Damper] = Field(
-        default=[], description="a list of tables with on and inertia", max_length=MOST_DAMPERS
-    )
-    pendulums: list[PendulumTable] = Field(
-        default=[],
-        description="a list of tables with on, mass, distance and length",
-        max_length=MOST_DAMPERS,
-    )
-    excitations: list[ExcitationTable] = Field(
-        default=[],
-        description="a list of tables with on, and mean and harmonics, file, areas or over_speed",
-        max_length=MOST_EXCITATIONS,
-    )
-    flywheel: str = Field(
-        default="flywheel", description="the name of a disc: that of the flywheel", min_length=1
-    )
-    load: str | None = Field(
-        default=None, description="the name of a disc: that of the load; default: the last disc"
-    )
-    auxiliaries: str | None = Field(
-        default=None,
-        description="the name of a disc: that of [[auxiliaries]]; default: the free end of the "
-        "crankshaft",
-    )
-    reciprocating: Literal["included", "added"] = Field(
-        description="'included' where the inertias of the throws' discs include the mean of the "
-        "reciprocating masses, else 'added'"
-    )
-    loss_factor: float | None = Field(
-        default=None, description="a number: that of shafts that have none of their own"
-    )
-    shear_modulus: float | None = Field(
-        default=None, description="a number in GPa: that of shafts that have none of their own"
-    )
-    load_damping: float | None = Field(default=None, description="a number in N m s/rad")
-    load_damping_factor: float | None = Field(default=None, description="a number")
-
-
-class ShaftFile(Strict):
-    """A file with a shaft."""
-
-    title: str | None = Field(default=None, description="a string: one line about the shaft")
-    shaft: ShaftTable = Field(description="a table [shaft] with discs and shafts")
-    assumed: dict[str, str] = Field(
-        default={}, description="a table with a reason, as a string, for each assumed value"
-    )
-    source: list[Source] = Field(default=[], description="tables [[source]] with one string each")
+_NOT_NUMBERS = (
+    "name", "between", "stiffness_over_torque", "steel", "magnifier", "damping_over_speed"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -281,25 +128,35 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
     rings = [d.name or f"ring of damper {i}" for i, d in enumerate(given.dampers, start=1)]
     hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
     _check_different([*names, *rings, *hung], where)
-    values = _Values()
+    values, over_speed = _Values(), dict[str, OverSpeed]()
     # A common value is checked even if no shaft takes it
     for name in ("loss_factor", "shear_modulus"):
         if getattr(given, name) is not None:
             _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
     for i, disc in enumerate(given.discs, start=1):
-        values.take(disc, "disc", i, f"{where} discs number {i}", ("name", "throw"))
+        at = f"{where} discs number {i}"
+        values.take(disc, "disc", i, at, ("name", "throw", "damping_over_speed"))
+        over_speed |= _over_speed(disc, f"disc_damping_{i}", at)
     pairs: list[tuple[int, int]] = []
     tables: dict[int, Table] = {}
     for i, piece in enumerate(given.shafts, start=1):
         at = f"{where} shafts number {i}"
         pairs.append(_ends(piece.between, i, names, at))
-        values.take(piece, "shaft", i, at, ("name", "between", "stiffness_over_torque", "steel"))
+        values.take(piece, "shaft", i, at, _NOT_NUMBERS)
+        over_speed |= _over_speed(piece, f"shaft_damping_{i}", at)
+        if piece.magnifier is not None:
+            if piece.loss_factor is not None:
+                raise SceneError(f"{at}: has both loss_factor and magnifier; give one of them")
+            values.set(f"shaft_loss_factor_{i}", 1.0 / piece.magnifier, f"{at} 1/magnifier")
         if piece.stiffness_over_torque is not None:
             tables[i - 1] = _table(piece, at)
         for name in ("loss_factor", "shear_modulus"):
             common = getattr(given, name)
             wanted = name == "loss_factor" or piece.length is not None
-            if common is not None and getattr(piece, name) is None and wanted:
+            own = getattr(piece, name) is not None or (
+                name == "loss_factor" and piece.magnifier is not None
+            )
+            if common is not None and not own and wanted:
                 values.set(f"shaft_{name}_{i}", common, f"{where} {name}")
         _check_stiffness(piece, values.numbers, i, at)
     gears = []
@@ -321,15 +178,18 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
         place = len(names) + len(rings) + i - 1
         pairs.append((_place(pendulum.on, names, f"{at} on"), place))
         values.take(pendulum, "pendulum", i, at, ("name", "on"))
+    damped = _modal_damping(given, where)
+    for i, ratio in enumerate(damped, start=1):
+        values.set(f"modal_damping_{i}", ratio, f"{where} modal_damping number {i}")
     exciting = [one.name or f"excitation {i}" for i, one in enumerate(given.excitations, start=1)]
     _check_different(exciting, f"{where} excitations")
     excitations = []
     for i, excitation in enumerate(given.excitations, start=1):
         at = f"{where} excitations number {i}"
-        disc = _place(excitation.on, names, f"{at} on")
+        place = _place(excitation.on, names, f"{at} on")
         if excitation.factor is not None:
             values.set(f"excitation_factor_{i}", excitation.factor, f"{at} factor")
-        excitations.append(read_excitation(excitation, disc, exciting[i - 1], folder, at))
+        excitations.append(_read_excitation(excitation, place, exciting[i - 1], folder, at))
     if given.load_damping is not None and given.load_damping_factor is not None:
         raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
     for name in ("load_damping", "load_damping_factor"):
@@ -360,12 +220,67 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
         alloy=frozenset(i for i, piece in enumerate(given.shafts) if piece.steel == "alloy"),
         tables=tables,
         excitations=tuple(excitations),
+        modes=len(damped),
+        damping_over_speed=over_speed,
     )
     _check_joined(shaft, where)
     _check_different(called, where)
     if given.auxiliaries is None:
         shaft = replace(shaft, auxiliaries=shaft.free_end)
     return GivenShaft(shaft, values.numbers)
+
+
+_OWN = ("on", "name", "phase", "power", "reference_speed", "factor", "over_speed")
+
+
+def _read_excitation(
+    given: ExcitationTable, disc: int, name: str, folder: Path, where: str
+) -> Excitation:
+    """Read one table, whose disc has this number; messages begin with `where`."""
+    from engine_dyn.torsion.excitation import Excitation
+
+    powered = "power" in given.model_fields_set
+    if powered != (given.reference_speed is not None):
+        missing = "reference_speed" if powered else "power"
+        raise SceneError(
+            f"{where} {missing}: missing; power and reference_speed go together: the torque is "
+            "proportional to (speed/reference_speed)^power"
+        )
+    torque = given.model_dump(exclude_unset=True, exclude=set(_OWN))
+    if not {"file", "areas", "over_speed"} & given.model_fields_set:
+        torque = {"harmonics": [], **torque}
+    speeds, torques, of_file = list[float](), list[TorqueOverAngle](), None
+    if given.file is not None and given.mean is not None:
+        from sweeps.scene.features.torque_files import torques_of_file
+
+        path = referred(folder, given.file, f"{where} file")
+        label = f"{where} {given.file}"
+        of_file = torques_of_file(path, label, given.torque_unit, given.mean)
+    if of_file is not None:
+        speeds, torques = of_file
+        if powered:
+            raise SceneError(f"{where} power: not allowed: {given.file} has speeds")
+    elif given.over_speed is None:
+        torques = [read_torque_diagram({**torque, "kind": "torque"}, where, folder)]
+    else:
+        beside = [key for key in torque if key != "kind"]
+        if beside or powered:
+            key = [*beside, "power"][0]
+            raise SceneError(f"{where} {key}: not allowed together with over_speed")
+        speeds = [one.speed for one in given.over_speed]
+        if not (np.diff(speeds) > 0.0).all():
+            raise SceneError(f"{where} over_speed: speeds {shown(list(speeds))}: must ascend")
+        torques = [
+            read_torque_diagram(
+                {**one.model_dump(exclude_unset=True, exclude={"speed"}), "kind": "torque"},
+                f"{where} over_speed number {i}", folder,
+            )
+            for i, one in enumerate(given.over_speed, start=1)
+        ]  # fmt: skip
+    return Excitation(
+        name, disc, tuple(torques), np.array(speeds) * RPM, given.power,
+        (given.reference_speed or 1.0) * RPM, given.phase * DEGREE,
+    )  # fmt: skip
 
 
 def _place(name: str, names: Sequence[str], where: str) -> int:
@@ -438,6 +353,43 @@ def _table(piece: ShaftPiece, at: str) -> Table:
     return Table(torque, stiffness)
 
 
+def _over_speed(item: Disc | ShaftPiece, key: str, at: str) -> dict[str, OverSpeed]:
+    """Damping over the speed in place of the number with this key, if there is one."""
+    given, where = item.damping_over_speed, f"{at} damping_over_speed"
+    if given is None:
+        return {}
+    if item.damping is not None:
+        raise SceneError(f"{at}: has both damping and damping_over_speed; give one of them")
+    speed, damping = np.array(given.speed), np.array(given.damping)
+    if speed.size != damping.size:
+        raise SceneError(
+            f"{where}: has {speed.size} speeds and {damping.size} dampings; must be equally many"
+        )
+    if speed[0] < 0.0 or not (np.diff(speed) > 0.0).all():
+        raise SceneError(f"{where} speed = {shown(given.speed)}: must ascend from 0 or more")
+    if not (damping >= 0.0).all():
+        raise SceneError(f"{where} damping = {shown(given.damping)}: must be 0 or more")
+    return {key: OverSpeed(speed * RPM, damping)}
+
+
+def _modal_damping(given: ShaftTable, where: str) -> list[float]:
+    """Damping ratios of modes, as given or from their dynamic magnifiers."""
+    ways = [key for key in ("modal_damping", "modal_magnifier") if getattr(given, key) is not None]
+    if len(ways) > 1:
+        raise SceneError(f"{where}: has both {ways[0]} and {ways[1]}; give one of them")
+    if not ways:
+        return []
+    numbers = np.atleast_1d(getattr(given, ways[0])).tolist()
+    if not 1 <= len(numbers) <= MOST_MODES:
+        raise SceneError(f"{where} {ways[0]}: {len(numbers)} numbers: must be 1 to {MOST_MODES}")
+    if ways[0] == "modal_damping":
+        return [float(one) for one in numbers]
+    wrong = next((one for one in numbers if not one >= 0.5), None)
+    if wrong is not None:
+        raise SceneError(f"{where} modal_magnifier = {wrong:g}: must be 0.5 or more")
+    return [0.5 / one for one in numbers]
+
+
 def _throws(given: ShaftTable, where: str) -> tuple[int, ...]:
     """Disc of each throw, in the order of their numbers."""
     places: dict[int, int] = {}
@@ -502,6 +454,10 @@ def _words(values: GivenValues) -> tuple[str, ...]:
         "reciprocating_included" if included else "reciprocating_added",
         "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
         "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
+        "damping_of_modes" if shaft is not None and shaft.modes else "damping_of_parts",
+        "damping_over_speed"
+        if shaft is not None and shaft.damping_over_speed
+        else "steady_damping",
         "excitations" if shaft is not None and shaft.excitations else "no_excitations",
         "damping_by_factor" if by_factor else "damping_of_law",
     )

@@ -37,6 +37,20 @@ class Harmonic(Strict):
     order: float = Field(description="a number above 0: oscillations in a revolution")
     sine: float = Field(default=0.0, description="a number in N m: the factor of its sine")
     cosine: float = Field(default=0.0, description="a number in N m: the factor of its cosine")
+    amplitude: float | None = Field(
+        default=None, description="a number in N m, in place of sine and cosine", ge=0.0
+    )
+    phase: float = Field(
+        default=0.0, description="a number in degree: psi of amplitude cos(order angle + psi)"
+    )
+
+    @property
+    def parts(self) -> tuple[float, float]:
+        """Factors of sine and cosine [N m]."""
+        if self.amplitude is None:
+            return self.sine, self.cosine
+        psi = self.phase * DEGREE
+        return -self.amplitude * math.sin(psi), self.amplitude * math.cos(psi)
 
 
 class TorqueDiagram(Strict):
@@ -59,7 +73,8 @@ class TorqueDiagram(Strict):
     mean: float | None = Field(default=None, description="a number in N m: the mean torque")
     harmonics: list[Harmonic] | None = Field(
         default=None,
-        description=f"a list of at most {MOST_ORDERS} tables with order, sine and cosine",
+        description=f"a list of at most {MOST_ORDERS} tables with order, and sine and cosine, "
+        "or amplitude and phase",
         max_length=MOST_ORDERS,
     )
     areas: list[float] | None = Field(
@@ -131,10 +146,15 @@ def harmonics_of(given: list[Harmonic], mean: float, own_angle: bool = False) ->
     twice = next((order for order in orders if orders.count(order) > 1), None)
     if twice is not None:
         raise ValueError(f"order = {twice:g}: given twice; must be given once")
-    made = torque_of_harmonics(mean, {o.order: (o.sine, o.cosine) for o in given}, own_angle)
+    made = torque_of_harmonics(mean, {o.order: o.parts for o in given}, own_angle)
     for one in given:
-        if not {"sine", "cosine"} & one.model_fields_set:
-            raise ValueError(f"order = {one.order:g}: sine, cosine: missing; must have one or both")
+        here, where = one.model_fields_set, f"order = {one.order:g}"
+        if not {"sine", "cosine", "amplitude"} & here:
+            raise ValueError(f"{where}: sine, cosine: missing; must have one or both, or amplitude")
+        if "amplitude" in here and {"sine", "cosine"} & here:
+            raise ValueError(f"{where}: has both amplitude and sine or cosine; give one of them")
+        if "phase" in here and "amplitude" not in here:
+            raise ValueError(f"{where}: phase: has no effect without amplitude")
     return made
 
 

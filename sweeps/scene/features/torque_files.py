@@ -23,6 +23,8 @@ from sweeps.base.files.numbers_with_units import number_with_unit
 
 ORDER = "order"  # Name of the column that marks a table of orders
 
+SPEED = "speed"  # Name of the column of the crank's speed in such a table [rpm]
+
 
 def torque_of_file(
     path: Path, label: str, angle_column: str | int | None, torque_column: str | int | None,
@@ -56,19 +58,37 @@ def torque_of_file(
         raise SceneError(f"{recording.where(angle)}, in {unit}: {mentioned(error)}") from None
 
 
-def _of_orders(recording: Recording, torque_unit: str | None, mean: float) -> TorqueOverAngle:
+def torques_of_file(
+    path: Path, label: str, torque_unit: str | None, mean: float
+) -> tuple[list[float], list[TorqueOverAngle]] | None:
+    """Speeds [rpm] and torques of a table of orders over the speed; None of any other file."""
+    recording = read_recording(path, label)
+    if not {ORDER, SPEED} <= recording.columns.keys():
+        return None
+    unit = recording.columns[SPEED].unit
+    if unit not in ("", None, "rpm", "1/min", "min-1"):
+        raise SceneError(f"{recording.where(SPEED)}, in {unit}: must be in rpm")
+    of_rows = recording.numbers(SPEED)
+    speeds = np.unique(of_rows).tolist()
+    return speeds, [_of_orders(recording, torque_unit, mean, of_rows == speed) for speed in speeds]
+
+
+def _of_orders(
+    recording: Recording, torque_unit: str | None, mean: float, rows: Any = slice(None)
+) -> TorqueOverAngle:
     """Torque of a table of orders: sine and cosine, or A and psi of A cos(order phi + psi)."""
-    orders, columns = recording.numbers(ORDER).tolist(), recording.columns
+    orders, columns = recording.numbers(ORDER)[rows].tolist(), recording.columns
 
     def torque(name: str) -> Any:
-        return _newton_metres(recording, name, torque_unit or columns[name].unit or "N m")
+        unit = torque_unit or columns[name].unit or "N m"
+        return _newton_metres(recording, name, unit)[rows]
 
     if {"sine", "cosine"} <= columns.keys():
         sine, cosine = torque("sine"), torque("cosine")
     elif {"amplitude", "phase"} <= columns.keys():
         unit = columns["phase"].unit or "deg"
         size = angle_factor(unit, recording.where("phase")) * DEGREE
-        phase, amplitude = size * recording.numbers("phase"), torque("amplitude")
+        phase, amplitude = size * recording.numbers("phase")[rows], torque("amplitude")
         sine, cosine = -amplitude * np.sin(phase), amplitude * np.cos(phase)
     else:
         listed = one_line(", ".join(columns), 200)
