@@ -149,9 +149,8 @@ def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
 
 
 def _mean_torques(
-    *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, speed: Any = None,
-    **values: Any,
-) -> Any:  # fmt: skip
+    *, shaft_system: Shaft, throw_torque_mean: Any, auxiliary_mean: Any, **values: Any
+) -> Any:
     """Mean torque in each shaft; given torques have the axis of throws last.
 
     The speed is that of excitations.
@@ -159,7 +158,7 @@ def _mean_torques(
     own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
     each, ratios = np.asarray(throw_torque_mean), shaft_system.speed_ratios(own)
     means = [
-        np.sign(ratios[one.disc]) * factor * one.mean(np.asarray(speed)[..., 0])
+        np.sign(ratios[one.disc]) * factor * one.mean(own["speed"])
         for one, factor in zip(
             shaft_system.excitations, shaft_system.excitation_factors(own), strict=True
         )

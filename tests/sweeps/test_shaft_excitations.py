@@ -1,0 +1,312 @@
+"""Scenes whose shaft is excited by given torques, and damped by mode or over the speed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import sweeps
+from engine_dyn.units import DEGREE, RPM
+from sweeps.base.errors import SceneError
+from tests.support.scenes import refusal
+from tests.support.shafts import dense
+from tests.sweeps.test_shaft_scenes import changed, run
+
+HALF = "shaft_torque_half_range"
+DISCS = [300.0, 600.0, 500.0]
+
+
+def engine(tmp_path: Path, harmonics: str, mean: float = 25e3) -> str:
+    """An engine file with a torque in closed form."""
+    path = tmp_path / f"torque{len(list(tmp_path.iterdir()))}.toml"
+    path.write_text(
+        'title = "A torque"\n[values]\ninertia = 900\nspeed = 420\nload_exponent = 0\n'
+        f'load_offset = 0\n[[diagram]]\nkind = "torque"\nmean = {mean}\nharmonics = {harmonics}\n',
+        encoding="utf-8",
+    )
+    return str(path)
+
+
+def three(**more: Any) -> dict[str, Any]:
+    """Throw, flywheel and propeller; what `more` gives replaces or joins it."""
+    return {
+        "reciprocating": "included",
+        "discs": [
+            {"name": "throw", "throw": 1, "inertia": DISCS[0], "damping": 200.0},
+            {"name": "flywheel", "inertia": DISCS[1]},
+            {"name": "propeller", "inertia": DISCS[2]},
+        ],
+        "shafts": [
+            {"stiffness": 4e6, "loss_factor": 0.01},
+            {"stiffness": 2e6, "loss_factor": 0.02},
+        ],
+        **more,
+    }
+
+
+def of_torque(path: str, quantities: list[str], shaft: dict[str, Any], **tables: Any) -> Any:
+    tables.setdefault("set", {})
+    return run(quantities, shaft=shaft, engine=path, **tables)
+
+
+def test_a_given_torque_excites_the_shaft_at_its_throw(tmp_path: Path) -> None:
+    path = engine(tmp_path, "[{ order = 3, sine = -8000 }, { order = 1, cosine = 500 }]")
+    found = of_torque(
+        path, ["shaft_torque_order", "shaft_torque_phase", HALF, "shaft_torque_mean"], three()
+    )
+    speed = 420.0 * RPM
+    for order, torque in ((3.0, 8000j), (1.0, 500.0 + 0j)):
+        forces = np.array([torque, 0.0, 0.0])
+        _, want = dense(
+            order * speed, forces, DISCS, [4e6, 2e6], loss_factor=[0.01, 0.02],
+            disc_damping=[200.0, 0.0, 0.0],
+        )  # fmt: skip
+        one = found.sel(order=order)
+        mine = one["shaft_torque_order"] * np.exp(1j * DEGREE * one["shaft_torque_phase"])
+        assert_allclose(mine, want, rtol=1e-8)
+    assert_allclose(found["shaft_torque_mean"], [-25e3, -25e3])
+
+
+def test_an_excitation_on_the_throw_is_a_part_of_the_engines_torque(tmp_path: Path) -> None:
+    both = engine(
+        tmp_path, "[{ order = 3, sine = -8000 }, { order = 2, amplitude = 700, phase = 40 }]"
+    )
+    one = engine(tmp_path, "[{ order = 3, sine = -8000 }]", 20e3)
+    other = {
+        "on": "throw",
+        "mean": 5e3,
+        "harmonics": [{"order": 2, "amplitude": 700.0, "phase": 40.0}],
+    }
+    quantities = [HALF, "delta_elastic", "shaft_loss", "shaft_torque_mean", "shaft_torque_order"]
+    want = of_torque(both, quantities, three())
+    found = of_torque(one, quantities, three(excitations=[other]))
+    for name in quantities:
+        assert_allclose(found[name], want[name], rtol=1e-8, atol=1e-6)
+    # Over its own angle, which begins elsewhere
+    other = {
+        **other,
+        "phase": 30.0,
+        "harmonics": [{"order": 2, "amplitude": 700.0, "phase": -20.0}],
+    }
+    assert_allclose(of_torque(one, [HALF], three(excitations=[other]))[HALF], want[HALF], rtol=1e-8)
+
+
+def test_a_factor_scales_an_excitation_and_all_are_superposed() -> None:
+    blades = {
+        "on": "propeller", "name": "blades", "mean": -800.0, "power": 2, "reference_speed": 1500,
+        "harmonics": [{"order": 5, "amplitude": 90.0, "phase": 10.0}],
+    }  # fmt: skip
+    quantities = ["shaft_torque_order", "shaft_torque_phase", HALF, "shaft_torque_mean"]
+    found = run(
+        quantities, shaft=changed(excitations=[blades]),
+        axes={"excitation_factor_1": [0, 1, 3], "speed": [1200, 2400]}, set={},
+    )  # fmt: skip
+    plain = run(quantities, shaft=changed(), axes={"speed": [1200, 2400]}, set={})
+    none = found.sel(excitation_factor_1=0)
+    for name in quantities:
+        assert_allclose(none[name], plain[name], rtol=1e-12)
+    torque = found["shaft_torque_order"] * np.exp(1j * DEGREE * found["shaft_torque_phase"])
+    added = torque - torque.sel(excitation_factor_1=0)
+    assert_allclose(
+        added.sel(excitation_factor_1=3), 3.0 * added.sel(excitation_factor_1=1), atol=1e-6
+    )
+    there = np.abs(added.sel(excitation_factor_1=1)).max("shaft").transpose("speed", "order")
+    # Behind the gear of ratio -0.4, order 5 of the propeller is order 2 of the crank.
+    assert (there.sel(order=2.0) > 1.0).all() and (there.drop_sel(order=2.0) < 1e-6).all()
+    # The mean flows on its own shaft alone: the load, here the same disc, takes up the rest.
+    assert_allclose(
+        found["shaft_torque_mean"].sel(excitation_factor_1=3), none["shaft_torque_mean"]
+    )
+
+
+def test_what_does_not_keep_step_adds_to_half_ranges() -> None:
+    def blades(order: float) -> dict[str, Any]:
+        return {"on": "propeller", "mean": 0.0, "harmonics": [{"order": order, "cosine": 200.0}]}
+
+    quantities = [HALF, "shaft_torque_order", "shaft_loss"]
+    plain = run(quantities, shaft=changed())
+    # Order 4 of the propeller is 1.6 of the crank, which no four-stroke cycle has.
+    drifting = run(quantities, shaft=changed(excitations=[blades(4.0)]))
+    assert_allclose(drifting["shaft_torque_order"], plain["shaft_torque_order"], rtol=1e-12)
+    assert (drifting[HALF] > plain[HALF]).all() and (
+        drifting["shaft_loss"] >= plain["shaft_loss"]
+    ).all()
+    # Of many gear ratios, each is what it is alone.
+    ratios = [-0.4, -0.375, -0.5]
+    many = run(
+        quantities, shaft=changed(excitations=[blades(4.0)]), axes={"shaft_gear_ratio_1": ratios}
+    )
+    for ratio in ratios:
+        alone = run(quantities, shaft=changed(excitations=[blades(4.0)], gears__0__ratio=ratio))
+        assert_allclose(many[HALF].sel(shaft_gear_ratio_1=ratio), alone[HALF], rtol=1e-12)
+
+
+def test_a_table_over_the_speed_and_a_file_of_orders(tmp_path: Path) -> None:
+    rows = [(1200, 2.0, 60.0, 10.0), (1200, 3.0, 20.0, 0.0), (2000, 2.0, 90.0, 10.0)]
+    text = "speed,order,amplitude,phase\n" + "\n".join(",".join(map(str, r)) for r in rows)
+    (tmp_path / "orders.csv").write_text(text, encoding="utf-8")
+    of_file = {"on": "flywheel", "mean": 5.0, "file": str(tmp_path / "orders.csv")}
+    over_speed = [
+        {"speed": speed, "mean": 5.0, "harmonics": [
+            {"order": order, "amplitude": size, "phase": phase}
+            for at, order, size, phase in rows if at == speed]}
+        for speed in (1200, 2000)
+    ]  # fmt: skip
+    tables = {"on": "flywheel", "over_speed": over_speed}
+    quantities = [HALF, "torsion_status", "shaft_torque_mean"]
+    axes = {"speed": [1200, 1600, 2000, 2100]}
+    found = [
+        run(quantities, shaft=changed(excitations=[one]), axes=axes, set={})
+        for one in (of_file, tables)
+    ]
+    assert_array_equal(found[0][HALF], found[1][HALF])
+    assert found[0]["torsion_status"].values.tolist() == [0, 0, 0, 4]
+    assert np.isnan(found[0][HALF].sel(speed=2100)).all()
+    # Between the speeds of the table: the mean of both
+    middle = {"on": "flywheel", "mean": 5.0, "harmonics": [
+        {"order": 2, "amplitude": 75.0, "phase": 10.0},
+        {"order": 3, "amplitude": 10.0}]}  # fmt: skip
+    alone = run([HALF], shaft=changed(excitations=[middle]), set={"speed": 1600})
+    assert_allclose(found[0][HALF].sel(speed=1600), alone[HALF], rtol=1e-9)
+
+
+def test_orders_of_an_archive_are_an_excitation(tmp_path: Path) -> None:
+    """Export of an engine's orders, on the throw of another engine: both engines add up."""
+    from tests.support.commands import ok
+
+    path = engine(tmp_path, "[{ order = 3, sine = -8000 }, { order = 1, cosine = 500 }]")
+    made = sweeps.run(
+        engine=path, output={"quantities": ["torque_order", "torque_phase", "order_frequency"]}
+    )
+    made.to_netcdf(tmp_path / "a.nc")
+    ok("export", tmp_path / "a.nc", "--orders", "torque", "-o", tmp_path / "orders.csv")
+    second = {"on": "throw", "mean": 25e3, "file": str(tmp_path / "orders.csv")}
+    found = of_torque(path, [HALF], three(excitations=[second]))
+    twice = of_torque(path, [HALF], three(), set={"torque_factor": 2.0})
+    assert_allclose(found[HALF], twice[HALF], rtol=1e-7)
+
+
+# --- damping --------------------------------------------------------------------------------------
+
+
+def test_modes_have_the_damping_that_is_given(tmp_path: Path) -> None:
+    path = engine(tmp_path, "[{ order = 3, sine = -8000 }]")
+    free = three(modal_damping=[0.01, 0.03], load_damping=0.0)
+    free["discs"][0].pop("damping")
+    for piece in free["shafts"]:
+        piece.pop("loss_factor")
+    found = of_torque(path, ["damping_ratio", "modal_damping_ratio", HALF], free)
+    for name in ("damping_ratio", "modal_damping_ratio"):
+        assert_allclose(found[name], [0.01, 0.03], rtol=1e-9)
+    magnified = {**free, "modal_magnifier": [50.0, 1.0 / 0.06]}
+    magnified.pop("modal_damping")
+    assert_allclose(of_torque(path, [HALF], magnified)[HALF], found[HALF], rtol=1e-12)
+    varied = of_torque(path, ["damping_ratio"], free, axes={"modal_damping_2": [0.03, 0.2]})
+    assert_allclose(varied["damping_ratio"].sel(modal_damping_2=0.2), [0.01, 0.2], rtol=1e-9)
+    one = of_torque(path, ["damping_ratio"], {**free, "modal_damping": 0.02})
+    assert_allclose(one["damping_ratio"], [0.02, 0.02], rtol=1e-9)
+
+
+def test_a_magnifier_of_a_shaft_is_one_over_its_loss_factor() -> None:
+    want = run([HALF], shaft=changed(shafts__6__loss_factor=0.125))
+    found = run([HALF], shaft=changed(shafts__6__loss_factor=None, shafts__6__magnifier=8.0))
+    assert_array_equal(found[HALF], want[HALF])
+
+
+def test_damping_over_the_speed_is_read_at_each_speed() -> None:
+    table = {"speed": [1000.0, 2000.0], "damping": [1.0, 5.0]}
+    shaft = changed(discs__9__damping_over_speed=table, shafts__7__damping_over_speed=table)
+    quantities = [HALF, "damping_ratio", "torsion_status", "natural_frequency"]
+    found = run(quantities, shaft=shaft, axes={"speed": [1500, 2500]}, set={})
+    plain = changed(discs__9__damping=3.0, shafts__7__damping=3.0)
+    want = run([HALF, "damping_ratio"], shaft=plain, set={"speed": 1500})
+    for name in want:
+        if name in quantities:
+            assert_allclose(found[name].sel(speed=1500), want[name], rtol=1e-12)
+    assert found["torsion_status"].values.tolist() == [0, 4]
+    assert np.isnan(found[HALF].sel(speed=2500)).all()
+    assert "speed" not in found["natural_frequency"].dims
+
+
+BLADES: dict[str, Any] = {"on": "propeller", "mean": 0.0, "harmonics": [{"order": 5, "sine": 9.0}]}
+TABLE: dict[str, Any] = {"speed": [1000, 2000], "damping": [1, 5]}
+
+
+@pytest.mark.parametrize(
+    ("shaft", "match"),
+    [
+        (changed(excitations=[{**BLADES, "on": "propellor"}]), "on = 'propellor': no such"),
+        (changed(excitations=[{**BLADES, "power": 2}]), "reference_speed: missing; power and"),
+        (changed(excitations=[{**BLADES, "reference_speed": 2}]), "power: missing; power and"),
+        (changed(excitations=[{**BLADES, "over_speed": [{**TABLE}]}]), "over_speed"),
+        (changed(excitations=[{**BLADES, "over_speed": [
+            {"speed": s, "mean": 0, "harmonics": []} for s in (1, 2)]}]),
+         "number 1 (mean|harmonics): not allowed together with over_speed"),
+        (changed(excitations=[{"on": "propeller", "over_speed": [
+            {"speed": s, "mean": 0, "harmonics": []} for s in (2, 1)]}]), "must ascend"),
+        (changed(excitations=[{**BLADES, "harmonics": [{"order": 2}]}]), "or amplitude"),
+        (changed(excitations=[{**BLADES, "harmonics": [
+            {"order": 2, "sine": 1, "amplitude": 2}]}]), "both amplitude and sine or cosine"),
+        (changed(excitations=[{**BLADES, "harmonics": [
+            {"order": 2, "sine": 1, "phase": 2}]}]), "phase: has no effect without amplitude"),
+        (changed(excitations=[{**BLADES, "harmonics": [
+            {"order": 65, "sine": 1}]}]), "order = 65: must be above 0 and at most 64"),
+        (changed(excitations=[{"on": "propeller"}]), "mean: missing"),
+        (changed(excitations=[{**BLADES, "factor": -1}]), "factor = -1: must be"),
+        (changed(excitations=[BLADES] * 9), "excitations"),
+        (changed(excitations=[{**BLADES, "name": "a"}] * 2), "'a' is given twice"),
+        (changed(excitations=[{"on": "wheel", "mean": 0, "file": "no.csv"}]), "no.csv"),
+        (changed(modal_damping=[]), "modal_damping: 0 numbers: must be 1 to 12"),
+        (changed(modal_damping=-0.1), "modal_damping number 1 = -0.1: must be"),
+        (changed(modal_damping=[0.1, 1.0]), "modal_damping number 2 = 1: must be"),
+        (changed(modal_damping=0.1, modal_magnifier=9), "both modal_damping and modal_magnifier"),
+        (changed(modal_magnifier=0.1), "modal_magnifier = 0.1: must be 0.5 or more"),
+        (changed(shafts__6__magnifier=5.0), "number 7: has both loss_factor and magnifier"),
+        (changed(shafts__7__magnifier=0.0), "number 8 magnifier"),
+        (changed(discs__0__damping_over_speed=TABLE), "both damping and damping_over_speed"),
+        (changed(discs__9__damping_over_speed={"speed": [2, 1], "damping": [1, 1]}), "ascend"),
+        (changed(discs__9__damping_over_speed={"speed": [1, 2], "damping": [1]}), "damping"),
+        (changed(discs__9__damping_over_speed={"speed": [1, 2, 3], "damping": [1, 2]}), "equally"),
+        (changed(discs__9__damping_over_speed={"speed": [1, 2], "damping": [1, -1]}), "0 or more"),
+    ],
+)  # fmt: skip
+def test_bad_tables_are_refused(shaft: Any, match: str) -> None:
+    with pytest.raises(SceneError, match=match) as error:
+        run([HALF], shaft=shaft)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "more", "match"),
+    [
+        ("shaft_loss", {"modal_damping": 0.02}, "to none of which modal_damping belongs"),
+        ("damper_heat_per_area", {"modal_damping": 0.02, "dampers": [
+            {"on": "throw 1", "inertia": 0.1, "damping": 20.0, "surface": 0.2}]}, "modal_damping"),
+        ("damped_critical_speed", {"discs__9__damping_over_speed": TABLE}, "damping_over_speed"),
+    ],
+)  # fmt: skip
+def test_what_the_damping_does_not_tell_is_refused(
+    quantity: str, more: dict[str, Any], match: str
+) -> None:
+    assert match in refusal(
+        {"engine": "diesel_105x137", "shaft": changed(**more),
+         "output": {"quantities": [quantity]}}
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("key", "match"),
+    [
+        ("excitation_factor_2", "there is no excitation number 2; the shaft has 1 excitation"),
+        ("modal_damping_2", "there is no damped mode number 2; the shaft has 1 damped mode"),
+        ("disc_damping_10", "disc 10 has damping_over_speed"),
+    ],
+)
+def test_keys_without_their_part_are_refused(key: str, match: str) -> None:
+    shaft = changed(excitations=[BLADES], modal_damping=0.1, discs__9__damping_over_speed=TABLE)
+    with pytest.raises(SceneError, match=match):
+        run([HALF], shaft=shaft, axes={key: [0.1, 0.2]})
