@@ -106,6 +106,13 @@ def shaft(stiffness: float = 1.2e6, **tables: Any) -> dict[str, Any]:
 
 
 DAMPER = {"on": "pulley", "inertia": 0.08, "damping": 60.0}
+BLADES = [
+    {"on": "load", "mean": -30.0, "power": 2, "reference_speed": 1500.0,
+     "harmonics": [{"order": 4, "amplitude": 20.0, "phase": 10.0}]},
+    {"on": "pulley", "mean": 0.0, "harmonics": [{"order": 2, "sine": 3.0}]},
+]  # fmt: skip
+"""One that drifts against the engine, behind a gear, and one that keeps step."""
+
 PENDULUM = {"on": "flywheel", "mass": 1.0, "distance": 0.1, "length": 0.02}
 
 FRAGMENTS: dict[str, list[Fragment]] = {
@@ -200,7 +207,8 @@ FRAGMENTS: dict[str, list[Fragment]] = {
         {"idler_gears": [{"inertia": 0.02, "ratio": 0.5}, {"inertia": 0.001, "ratio": 3.0}]}],
     "grid": [{"set": {"synchronising_power": 60e3}},
              {"set": {"synchronising_torque": 3e3, "damping_torque": 20.0}}],
-    "shaft": [{"shaft": shaft()}, {"shaft": shaft(6e5, loss_factor=0.02)}],
+    "shaft": [{"shaft": shaft()}, {"shaft": shaft(6e5, loss_factor=0.02)},
+              {"shaft": shaft(excitations=BLADES)}, {"shaft": shaft(modal_damping=[0.02, 0.05])}],
     "dampers": [{"shaft": shaft(dampers=[DAMPER])},
                 {"shaft": shaft(dampers=[{**DAMPER, "stiffness": 1e4, "loss_factor": 0.1}])}],
     "pendulums": [{"shaft": shaft(pendulums=[PENDULUM])}],

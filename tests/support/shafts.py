@@ -72,6 +72,10 @@ def complete_shaft(throws: int) -> dict[str, Any]:
             {"on": "throw 1", "inertia": 0.1, "damping": 20.0, "stiffness": 1e4,
              "loss_factor": 0.1, "surface": 0.2},
         ],
+        "excitations": [
+            {"on": "wheel", "mean": -5.0, "factor": 1.0,
+             "harmonics": [{"order": 4, "amplitude": 3.0}]},
+        ],
         "pendulums": [
             {"on": "flywheel", "mass": 1.0, "distance": 0.1, "length": 0.02, "stop_angle": 30.0},
         ],
@@ -98,6 +102,10 @@ def shaft_with(key: str) -> dict[str, Any]:
     elif key.startswith("pendulum"):
         one = {"on": "disc 3", "mass": 1.0, "distance": 1.0, "length": 1.0}
         found["pendulums"] = [one] * number
+    elif key.startswith("excitation"):
+        found["excitations"] = [{"on": "disc 3", "mean": 1.0}] * number
+    elif key.startswith("modal_damping"):
+        found["modal_damping"] = [0.01] * number
     elif key.startswith(("shaft_length", "shaft_shear", "shaft_bore")):
         size = {"length": 1.0, "diameter": 2.0, "shear_modulus": 80.0}
         shafts[number - 1] = size if "bore" not in key else {"stiffness": 1e5, "diameter": 2.0}

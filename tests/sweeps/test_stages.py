@@ -16,7 +16,7 @@ from sweeps.scene.plan.forecast import DIRECT
 from sweeps.scene.plan.plan import Plan, make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.scenes import asking
-from tests.support.shafts import complete_shaft
+from tests.support.shafts import complete_shaft, shaft_with
 from tests.sweeps.processes import ROOT
 
 EVERYTHING = {
@@ -82,6 +82,11 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"set": {"load_square": 0.01, "throw_mass": 1.0, "throw_radius": 0.05}},
     {"set": {"friction_law": "patton_nitschke_heywood"}},
     {"shaft": {**complete_shaft(1), "load_damping_factor": 3.0}},
+    {"shaft": {**complete_shaft(1), "modal_damping": 0.02, "excitations": []}},
+    {"shaft": {**shaft_with("shaft_bore_1"), "discs": [
+        {"name": "throw", "throw": 1, "inertia": 1.0, "damping_over_speed": {
+            "speed": [100.0, 9000.0], "damping": [1.0, 2.0]}}, {"name": "flywheel", "inertia": 1.0}],
+        "shafts": [{"stiffness": 1e5}], "flywheel": "flywheel"}},
     {"shaft": {**complete_shaft(1), "shafts": [
         {"stiffness": 1e6}, {"stiffness_over_torque": {"torque": [0, 1], "stiffness": [1, 2]}},
         {"between": ["wheel", "load"], "stiffness": 1e5}]}},
