@@ -1,0 +1,74 @@
+"""A ship's shaft excited by its propeller alone, as a class society's program prints it.
+
+Geared electric propulsion of a container ship of 64 TEU: CCS COMPASS, SRM09, sheet of 3 April 2026,
+as transcribed in the public repository lidderbus/gearbox-new. Three numbers are not printed and
+were fitted to the amplitudes of its forced table by least squares: the blade torque over the rated
+one, the loss factor of the coupling, and the propeller's damping. So the table proves the shape
+over the speed and along the shaft, not these sizes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine_dyn.loads.driven_machine import torque_of_harmonics
+from engine_dyn.torsion.excitation import Excitation
+from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.modes import natural_modes
+from engine_dyn.torsion.system import ShaftSystem, shaft_system, shear_stress
+from engine_dyn.units import DEGREE, MPA, RPM
+
+INERTIA = [1.35, 1.54, 0.3436, 0.0282 + 0.1344, 0.0133, 0.0481, 0.9918]
+FLEXIBILITY = 1e-10 * np.array(
+    [5434.7826, 389105.0584, 7677.5432, 62111.8012, 60679.6117, 456621.0046]
+)
+RATED_SPEED, RATIO, BLADES = 1500.0, 5.048, 4
+RATED_TORQUE = 249e3 / (RATED_SPEED * RPM)
+
+FITTED_BLADE_TORQUE = 0.0750  # over the rated torque, at the motor's speed
+FITTED_LOSS_FACTOR = 1.16
+FITTED_DAMPING = 35.65  # of the propeller [N m s/rad] at rated speed, referred to the motor
+
+DIAMETER = 0.12  # of intermediate and propeller shaft [m]
+
+FORCED = np.array([
+    # rpm, angle of the motor [degree], stress of intermediate and of propeller shaft [N/mm2]
+    [150.0, 0.099598, 0.014, 0.014], [300.0, 0.102521, 0.056, 0.057],
+    [481.0, 0.109090, 0.152, 0.154], [666.0, 0.120218, 0.317, 0.321],
+    [910.0, 0.145007, 0.700, 0.705], [1112.0, 0.178767, 1.260, 1.265],
+    [1337.0, 0.230166, 2.278, 2.277], [1500.0, 0.252586, 3.072, 3.060],
+    [1642.0, 0.236805, 3.375, 3.351], [1800.0, 0.195151, 3.255, 3.221],
+])  # fmt: skip
+
+
+def plant(speed: float | None = None) -> ShaftSystem:
+    """Motor, coupling, gear and propeller, at the motor's speed."""
+    damping = np.zeros(7)
+    damping[-1] = 0.0 if speed is None else FITTED_DAMPING * speed / RATED_SPEED
+    loss = [0.0, FITTED_LOSS_FACTOR, 0.0, 0.0, 0.0, 0.0]
+    return shaft_system(INERTIA, 1.0 / FLEXIBILITY, loss_factor=loss, disc_damping=damping)
+
+
+def test_natural_frequencies_are_those_printed() -> None:
+    per_minute = natural_modes(plant()).frequency * 60.0
+    printed = [1112.1, 2886.6, 13794.09, 15296.2, 33131.79]
+    # The program stopped its search for the first two roots within 0.03 %
+    assert per_minute[:5] == pytest.approx(printed, rel=5e-4)
+    assert per_minute[2:5] == pytest.approx(printed[2:], abs=0.01)
+
+
+@pytest.mark.parametrize("row", FORCED, ids=lambda row: f"{row[0]:g} rpm")
+def test_forced_vibration_by_the_blades_is_that_printed(row: np.ndarray) -> None:
+    rpm, angle, *stresses = row
+    speed = rpm * RPM
+    size = FITTED_BLADE_TORQUE * RATED_TORQUE * RATIO
+    torque = torque_of_harmonics(0.0, {BLADES: (0.0, size)})
+    blades = Excitation("blades", 6, (torque,), power=2.0, reference_speed=RATED_SPEED * RPM)
+    # The propeller is referred to the motor, and so is its torque
+    harmonics = blades.own_harmonics(speed)[None, :] / RATIO
+    found = forced_response(plant(rpm), blades.orders / RATIO, speed, [6], harmonics)
+    assert abs(found["angle"][0, 0]) / DEGREE == pytest.approx(angle, rel=3e-4)
+    for shaft, printed in zip((4, 5), stresses, strict=True):
+        stress = shear_stress(RATIO * abs(found["torque"][shaft, 0]), DIAMETER, 0.0) / MPA
+        assert stress == pytest.approx(printed, abs=2.5e-3)
