@@ -28,6 +28,8 @@ RATED_TORQUE = 249e3 / (RATED_SPEED * RPM)
 
 FITTED_BLADE_TORQUE = 0.0750  # over the rated torque, at the motor's speed
 FITTED_LOSS_FACTOR = 1.16
+FITTED_ROUNDING = 2e-3  # What the last digits of the blade torque and the loss factor may change
+
 FITTED_DAMPING = 35.65  # of the propeller [N m s/rad] at rated speed, referred to the motor
 
 DIAMETER = 0.12  # of intermediate and propeller shaft [m]
@@ -68,7 +70,7 @@ def test_forced_vibration_by_the_blades_is_that_printed(row: np.ndarray) -> None
     # The propeller is referred to the motor, and so is its torque
     harmonics = blades.own_harmonics(speed)[None, :] / RATIO
     found = forced_response(plant(rpm), blades.orders / RATIO, speed, [6], harmonics)
-    assert abs(found["angle"][0, 0]) / DEGREE == pytest.approx(angle, rel=3e-4)
+    assert abs(found["angle"][0, 0]) / DEGREE == pytest.approx(angle, rel=FITTED_ROUNDING)
     for shaft, printed in zip((4, 5), stresses, strict=True):
         stress = shear_stress(RATIO * abs(found["torque"][shaft, 0]), DIAMETER, 0.0) / MPA
-        assert stress == pytest.approx(printed, abs=2.5e-3)
+        assert stress == pytest.approx(printed, rel=FITTED_ROUNDING, abs=6e-4)
