@@ -85,7 +85,8 @@ VARIED: tuple[dict[str, Any], ...] = (
     {"shaft": {**complete_shaft(1), "modal_damping": 0.02, "excitations": []}},
     {"shaft": {**shaft_with("shaft_bore_1"), "discs": [
         {"name": "throw", "throw": 1, "inertia": 1.0, "damping_over_speed": {
-            "speed": [100.0, 9000.0], "damping": [1.0, 2.0]}}, {"name": "flywheel", "inertia": 1.0}],
+            "speed": [100.0, 9000.0], "damping": [1.0, 2.0]}},
+        {"name": "flywheel", "inertia": 1.0}],
         "shafts": [{"stiffness": 1e5}], "flywheel": "flywheel"}},
     {"shaft": {**complete_shaft(1), "shafts": [
         {"stiffness": 1e6}, {"stiffness_over_torque": {"torque": [0, 1], "stiffness": [1, 2]}},
