@@ -346,7 +346,8 @@ def _question(
     for place, key in enumerate(keys):
         size = units.get(key, ("", 1.0))[1]
         fitting: list[tuple[int, str]] = []
-        for suspicion in SUSPICIONS.get(key, ()):
+        plain = key.rstrip("0123456789").removesuffix("_")  # bore for bore_2
+        for suspicion in SUSPICIONS.get(plain, ()):
             meant = suspicion.meant(point[key]) / size
             if math.isclose(meant, point[key], rel_tol=1e-9):
                 continue

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -171,7 +171,8 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
     "combustion_start": (Suspicion("in radians", lambda number: number),),
     "combustion_duration": (Suspicion("in radians", lambda number: number),),
     **dict.fromkeys(
-        ("rated_power", "held_power"), (_in("kW", 1e3), _in("hp", 745.7), _in("MW", 1e6))
+        # Kilowatts and horsepower are too alike to be told apart: data sheets have kilowatts
+        ("rated_power", "held_power"), (_in("kW", 1e3), _in("MW", 1e6))
     ),
     "flywheel_density": (_in("g/cm3", 1e3),),
 }  # fmt: skip
@@ -374,6 +375,25 @@ CHECKS: tuple[Check, ...] = (
 )  # fmt: skip
 """Checks of given values. The first one that names a wrong parameter counts: other checks of
 this parameter are skipped."""
+
+
+def check_of_cylinder(key: str) -> Check | None:
+    """Check of a key of one cylinder, such as bore_2: that of its plain key, where that has one.
+
+    Examples
+    --------
+    >>> check_of_cylinder("bore_2").what
+    'bore of cylinder 2'
+    >>> check_of_cylinder("mass_factor_2") is None
+    True
+    """
+    plain, _, number = key.rpartition("_")
+    for check in CHECKS if number.isdigit() else ():
+        if check.name == plain and check.needs == (plain,):
+            what = f"{check.what} of cylinder {number}"
+            return replace(check, name=key, what=what, needs=(key,), blames=(key,))
+    return None
+
 
 DIAGRAM_CHECKS: tuple[Check, ...] = (
     Check(

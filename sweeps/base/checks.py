@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -21,7 +21,14 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.base.errors import SceneError, not_known, one_line, shown, shown_for_whole
+from sweeps.base.errors import (
+    SceneError,
+    did_you_mean,
+    not_known,
+    one_line,
+    shown,
+    shown_for_whole,
+)
 from sweeps.base.ratios import BEYOND, LARGEST, number_or_ratio
 
 DEEPEST = 8  # Largest depth of tables and lists within each other in a scene
@@ -267,6 +274,9 @@ def known_key(
                 f"{where} {key}: unknown key: this is a computed quantity, not a parameter. "
                 "Allowed: see `engine-dyn list keys`"
             )
+        numbered = _numbered(key, known)
+        if numbered:
+            raise SceneError(f"{where} {key}: unknown key{numbered}")
         told = not_known(
             key, known, command="engine-dyn list keys", also="".join(f", {name}" for name in also)
         )
@@ -274,7 +284,17 @@ def known_key(
     return node
 
 
-POWER = re.compile(r"[0-9]{1,20}(\.[0-9]{1,20})? (W|kW|MW)", re.ASCII)  # A power with its unit
+def _numbered(key: str, known: Sequence[str]) -> str:
+    """What follows "unknown key" for a key of cylinders, discs or shafts with a wrong number."""
+    plain = key.rpartition("_")[0]
+    numbers = [int(one.removeprefix(f"{plain}_")) for one in known
+               if plain and re.fullmatch(rf"{re.escape(plain)}_[0-9]+", one)]  # fmt: skip
+    if not numbers:
+        return ""
+    return f"; must be {plain}_N with a number N from {min(numbers)} to {max(numbers)}"
+
+
+POWER = re.compile(r"([0-9]{1,20}(?:\.[0-9]{1,20})?) ?(W|kW|MW)", re.ASCII)  # A power with its unit
 
 
 def number(raw: Any, where: str, node: Node | None = None) -> float:
@@ -303,8 +323,8 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     if isinstance(raw, str) and is_ratio(node):
         with contextlib.suppress(ValueError):
             return number_or_ratio(raw)
-    if isinstance(raw, str) and is_power(node) and POWER.fullmatch(raw):
-        size, unit = raw.split()
+    if isinstance(raw, str) and is_power(node) and (given := POWER.fullmatch(raw)):
+        size, unit = given.groups()
         return number(float(size) * {"W": 1.0, "kW": 1e3, "MW": 1e6}[unit], where, node)
     if names and node is not None and node.whole:  # Each of the key's values has a name
         listed = "', '".join(names)
@@ -319,7 +339,9 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
             hint = ", or a text with the unit such as '62.5 kW'"
         if names:
             listed = "', '".join(names)
-            hint += f", or one of '{listed}'"
+            hint += f", or one of '{listed}'{did_you_mean(raw, names)}"
+        if re.fullmatch(r"[+-]?[0-9]{1,20},[0-9]{1,20}", raw.strip()):
+            hint = f" with a decimal point: {raw.strip().replace(',', '.')}"
     elif isinstance(raw, list | dict):
         hint = ", not a list or table"
     raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")

@@ -87,13 +87,15 @@ def import_(
     """
     if same_file(output, raw):
         raise SceneError(f"{output}: is the raw file; -o must name another file")
-    from sweeps.lab.pressure.reading import read_pressure
-
-    chosen = {name: v for name, v in given.items() if v not in (None, False, ())}
-    imported = read_pressure(raw, **{name: _value(name, v) for name, v in chosen.items()})
+    if output.suffix.lower() in _NO_CSV:
+        raise SceneError(f"{output}: -o must name a text file, such as pressure.csv")
     check_output(output, overwrite)
     if figures is not None:
         check_folder(figures)
+    from sweeps.lab.pressure.reading import read_pressure
+
+    chosen = {name: v for name, v in given.items() if v not in (None, False, ())}
+    imported = read_pressure(raw, **_checked({n: _value(n, v) for n, v in chosen.items()}))
     text = imported.text()
     with writing(output):
         output.parent.mkdir(parents=True, exist_ok=True)
@@ -130,6 +132,25 @@ def _draw(imported: ImportedPressure, folder: Path) -> None:
             findings=findings, sized=imported.sized, pegged=imported.pegged,
         )  # fmt: skip
         draw(sheet, folder / f"cylinder_{number}" if len(imported.recorded) > 1 else folder)
+
+
+_NO_CSV = (".xlsx", ".xlsm", ".mat", ".tdms", ".mf4", ".mdf", ".nc", ".parquet", ".wav", ".uff",
+           ".unv", ".json", ".toml", ".html", ".png", ".pdf", ".svg")  # fmt: skip
+
+
+def _checked(chosen: dict[str, Any]) -> dict[str, Any]:
+    """Refuse values outside their ranges, by the names of the options."""
+    from sweeps.base.checks import check_structure
+    from sweeps.base.columns.options import ImportOptions
+
+    try:
+        check_structure(ImportOptions, chosen, "import")
+    except SceneError as error:
+        key, found, rest = str(error).removeprefix("import: ").partition(" = ")
+        if not found or key not in chosen:
+            raise
+        raise SceneError(f"--{key.replace('_', '-')} = {rest}") from None
+    return chosen
 
 
 def _value(name: str, text: Any) -> Any:

@@ -53,7 +53,7 @@ from sweeps.cli.files import (
 @untrusted_option
 @guarded
 def info(what: str, provenance: bool, units: str | None) -> None:
-    """Describe WHAT: an archive (netCDF), or an engine or a scene (its name or its TOML file).
+    """Describe WHAT: an archive (netCDF), an engine or scene (name or TOML file), a shaft (name).
 
     For the folder OUTPUT.partial of an interrupted run, info shows how much of it is finished.
     """
@@ -73,10 +73,14 @@ def info(what: str, provenance: bool, units: str | None) -> None:
 
                 warn(plausibility_warnings(make_plan(scene)))
             return
-        if toml or what in catalogue():
-            from sweeps.view.texts.scenes import engine_text
+        from sweeps.scene.features.shaft import built_in_shafts
+        from sweeps.view.texts.scenes import engine_text, shaft_text
 
-            say(engine_text(load_engine(what)))
+        # An engine and a shaft may have one name
+        texts = [engine_text(load_engine(what))] if toml or what in catalogue() else []
+        texts += [shaft_text(what)] if what in built_in_shafts() else []
+        if texts:
+            say("\n\n".join(texts))
             return
     from sweeps.view.texts.archives import interrupted_run, interrupted_text
 
@@ -135,6 +139,13 @@ def show(
         if base is None:
             base = axis_slices([relative], "--relative-to")
     names = names_of(quantities)
+    if not archive.exists():
+        from sweeps.scene.engine.engine_files import catalogue
+        from sweeps.scene.features.shaft import built_in_shafts
+        from sweeps.scene.reading import built_in_scenes
+
+        if str(archive) in {*catalogue(), *built_in_scenes(), *built_in_shafts()}:
+            raise SceneError(f"{archive}: no archive; `engine-dyn info {archive}` describes it")
     check_file(archive)
     start()
     from sweeps.decide.explore.attributes import of_designs

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
@@ -18,13 +19,15 @@ from sweeps.base.files.regular_files import referred
 from sweeps.scene import cylinders, firing_patterns
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, CylinderKeys
 from sweeps.scene.features import KEYS_OF_SET
-from sweeps.scene.toml_tables import LARGEST_AXIS, Range
+from sweeps.scene.toml_tables import LARGEST_AXIS, Range, SceneFile
 from sweeps.scene.whole_keys import check_of_designs
 from sweeps.scene.word_keys import WordKey
 
 MOST_VALUES = 2 * LARGEST_AXIS  # Largest number of values of all axes of one scene together
 
 _ONE_ENGINE = "an engine of the catalogue or the path of an engine file"
+
+_AT_THE_TOP = frozenset(SceneFile.model_fields) - PARAMETERS.keys()
 
 WORD_KEYS: Mapping[str, WordKey] = {
     one.name: one
@@ -86,6 +89,11 @@ def _parameter(key: str, table: str, name: str) -> Node:
         raise SceneError(f"{name}: [{table}] {key}: must be in [solver] or a column of [designs]")
     if key in (METHOD, INERTIA_MODEL):
         raise SceneError(f"{name}: [{table}] {key}: belongs in [solver]; a list makes it an axis")
+    if key in _AT_THE_TOP:
+        raise SceneError(
+            f"{name}: [{table}] {key}: belongs at the top of the scene, above the tables, or in a "
+            f"table of its own; not in [{table}]"
+        )
     node = known_key(key, f"{name}: [{table}]", without=SOLVER_COLUMNS)
     assert node is not None  # Without `also`, `known_key` returns a parameter
     return node

@@ -115,7 +115,8 @@ CROSSINGS = (
     Crossing("load", "[characteristic]", f"{NOT_WITH} [characteristic], which determines it"),
     Crossing(
         "hold", "held_torque or held_power",
-        "takes the torque of the undisturbed engine; leave it out where a number is given",
+        "takes the torque of the undisturbed engine; not allowed together with held_torque or "
+        "held_power, which give a number",
     ),
     *(
         Crossing(HOLDING, other, says)

@@ -213,6 +213,19 @@ class Scene(GivenValues):
         return indicator.of(self).speeds
 
     @property
+    def other_cylinders(self) -> str:
+        """Line on numbers of cylinders that the engine's own arrangement is not for; or ""."""
+        own, order = self.engine.own_cylinders, self.engine.firing_order
+        others = [count for count in self.counts if own is not None and count != own.count]
+        if own is None or not others or self.own_cylinders is not own or len(self.engines) > 1:
+            return ""
+        named = "" if order is None else f", firing order {'-'.join(map(str, order))}"
+        return (
+            f"cylinders = {', '.join(map(str, others))}: in line with the customary firing order; "
+            f"the arrangement of engine {self.engine.name} is for {own.count}{named}"
+        )
+
+    @property
     def confidential(self) -> tuple[str, ...]:
         """Names in `files` of which archives hold the hash alone."""
         each = (name for one in self.ordinary_scenes for name in indicator.of(one).confidential)

@@ -56,6 +56,15 @@ TABLES: list[tuple[str, ...]] = [
     ("[set]\narrangement = 'round 4'", "'parallel twin ANGLE'\n"),
     ("[set]\nrecip = 1", "recip", "'reciprocating_mass'"),
     ("[designs]\nintertia = [1]", "[designs] intertia", "'inertia'"),
+    *((f"[set]\nbore_{wrong} = 0.1", f"[set] bore_{wrong}: unknown key; must be bore_N with a "
+       "number N from 2 to 24") for wrong in ("0", "x", "1", "25")),
+    ("[axes]\nshaft_torque_limit_coupling = [1]", "[axes] shaft_torque_limit_coupling: unknown "
+     "key; must be shaft_torque_limit_N with a number N from 1 to"),
+    *((f"[{table}]\n{key} = 1", f"[{table}] {key}: belongs at the top of the scene")
+      for table in ("set", "axes") for key in ("shaft", "output", "title", "silenced_warnings")),
+    ("[set]\nwanted_delta = 'generatr'", "'generatr'", "did you mean 'generator'?"),
+    ("[set]\nwanted_delta = '0,004'", "'0,004'", "with a decimal point: 0.004\n"),
+    ("[set]\ninertia = '2,5'", "'2,5'", "in kg m2 with a decimal point: 2.5\n"),
     ("[set]\nxyzzy = 1", "xyzzy", "unknown key", "engine-dyn list keys"),
     ("[set]\ndelta = 1", "delta", "unknown key: this is a computed quantity"),
     ("[axes]\npasses = [1]", "passes", "[solver]", "[designs]"),

@@ -465,3 +465,26 @@ def test_names_of_one_thing_find_the_same(of: str, same: tuple[str, ...]) -> Non
     first, *others = (names(of, *words.split()) for words in same)
     assert len(first) > 1
     assert all(other == first for other in others)
+
+
+def test_shafts_that_are_listed_are_described() -> None:
+    for line in ok("list", "shafts").splitlines():
+        name = line.split()[0]
+        told = ok("info", name)
+        assert f'shaft = "{name}"' in told and "  1 pulley: inertia = " in told
+        assert "stiffness = " in told and "sources" in told
+        assert f"no archive; `engine-dyn info {name}` describes it" in refused("show", name)
+
+
+def test_other_numbers_of_cylinders_than_the_engines_are_told(tmp_path: Path) -> None:
+    for count, told in ((6, False), (5, True)):
+        scene = tmp_path / f"{count}.toml"
+        scene.write_text(
+            f'engine = "diesel_105x137"\n[set]\ncylinders = {count}\n'
+            '[output]\nquantities = ["torque_mean"]\n'
+        )
+        line = "cylinders = 5: in line with the customary firing order; the arrangement of engine"
+        for words in (("plan", scene), ("run", scene, "-o", tmp_path / f"{count}.nc")):
+            said = ok(*words)
+            assert (line in said) == told
+            assert ("is for 6, firing order 1-5-3-6-2-4" in said) == told

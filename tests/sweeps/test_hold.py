@@ -291,6 +291,10 @@ def test_states_of_reductions_from_before_are_merged() -> None:
          "[uncertainty] hold: must be in [set], one for all designs"),
         ({"uncertainty": {"held_power": {"low": 1e4, "high": 2e4}}},
          "[uncertainty] held_power: needs the value in [set] that it is uncertain about"),
+        ({"set": {"hold": "brake_power", "held_power": "38kW"}}, "[set] hold: takes the torque of "
+         "the undisturbed engine; not allowed together with held_torque or held_power"),
+        ({"set": {"held_torque": "100 N m"}}, "[set] held_torque = '100 N m': must be a finite "
+         "number in N m without quotes or unit"),
         ({"set": {"held_torque": -50}},
          "[set] held_torque = -50: must be a finite number 0 or more [N m]"),
         ({"set": {"held_power": "38 kw"}}, "[set] held_power = '38 kw': must be a finite number in "

@@ -10,6 +10,8 @@ import pytest
 
 import engine_dyn
 import sweeps
+from engine_dyn.plausibility.usual_ranges import CHECKS, check_of_cylinder
+from engine_dyn.quantities.each_cylinder import OF_CYLINDER
 from sweeps.base.errors import SceneError
 from sweeps.scene.engine.engine_files import catalogue
 from sweeps.scene.plan.plan import make_plan
@@ -222,3 +224,30 @@ def test_diagrams_are_used_where_they_hold(
     assert (len(lines) == 1 and said in lines[0]) if said else lines == []
     assert told_of({**scene, "output": {"quantities": ["shaking_force_max"]}}) == ()
     assert told_of({**scene, "silenced_warnings": ["diagram_speeds"]}) == ()
+
+
+@pytest.mark.parametrize(
+    ("given", "asked"),
+    [
+        ({"cylinders": 2, "bore_2": 142.0}, "is bore_2 in mm?"),
+        ({"cylinders": 2, "bore_2": 5.6}, "is bore_2 in inches?"),
+        ({"cylinders": 4, "held_power": 38.0}, "is held_power in kW?"),
+        ({"cylinders": 4, "held_power": 0.0}, ""),  # Idling is no mistake
+    ],
+)
+def test_keys_of_one_cylinder_and_powers_are_asked_about(
+    given: dict[str, float], asked: str
+) -> None:
+    lines = plausibility_warnings(make_plan(read_scene({
+        "engine": "ntua", "set": given, "output": {"quantities": ["delta"]},
+    })))  # fmt: skip
+    assert len(lines) == bool(asked), lines
+    assert all(asked in line for line in lines)
+
+
+def test_checks_of_cylinders_are_those_of_the_plain_keys() -> None:
+    numbered = {key: check_of_cylinder(key) for key in OF_CYLINDER}
+    plain = {check.name for check in CHECKS if check.needs == (check.name,)}
+    for key, check in numbered.items():
+        assert (check is not None) == (key.rpartition("_")[0] in plain), key
+    assert numbered["bore_2"] is not None

@@ -437,3 +437,11 @@ def test_every_cylinder_may_have_its_own(tmp_path: Path) -> None:
         computed(["delta", "pressure", "cylinder_power"], str(path)).drop_attrs(),
         first.drop_attrs(),
     )
+
+
+def test_two_diagrams_of_one_load_name_their_cylinder(tmp_path: Path) -> None:
+    path = Path(engine(tmp_path, "twice", (1, 2)))
+    text = path.read_text()
+    path.write_text(text + text[text.rindex("[[diagram]]") :])
+    with pytest.raises(SceneError, match=r"\[\[diagram\]\] of cylinder 2: loads \[50.0, 50.0\]"):
+        load_engine(str(path))

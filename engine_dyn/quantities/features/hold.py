@@ -61,8 +61,8 @@ PARAMETERS = (
     ),
     parameter(
         "held_power", "P_h", "W",
-        "brake power that the load follows, whatever cylinders fire; its unit may stand beside it, "
-        "as in '38 kW'", "this project", low=0.0, low_included=True,
+        "brake power that the load follows, whatever cylinders fire (0: idling)", "this project",
+        low=0.0, low_included=True,
     ),
 )  # fmt: skip
 

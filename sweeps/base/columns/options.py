@@ -166,7 +166,7 @@ class PressureOptions(ReadingChoices):
         description="'inlet' or 'compression': pegging, how the absolute pressure is determined",
     )
     inlet_pressure: float | None = Field(
-        default=None, gt=0.0, le=20.0, description="a number in bar, absolute"
+        default=None, gt=0.0, le=20.0, description="a number above 0 and up to 20, in bar, absolute"
     )
     pegging_angle: float = Field(
         default=-180.0, ge=-360.0, le=360.0,

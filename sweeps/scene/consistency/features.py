@@ -72,7 +72,8 @@ def _given(one: GivenFeature) -> Feature:
     """Feature of scenes that give a table or key of `sweeps.scene.features`."""
     # A scene also has the feature where its engine has the part, and the scene does not replace it.
     return lambda scene: (
-        (one.given_in(scene.source) or one.part_of(scene) is not None) and one.written
+        (one.given_in(scene.source) or one.part_of(scene) is not None)
+        and (f"[set] {one.written}" if one.written in scene.source.get("set", {}) else one.written)
     )
 
 

@@ -168,7 +168,10 @@ def _read_engine(path: Path, name: str) -> Engine:
     places = by_cylinder([entry.cylinder for entry in entries], count, name)
     of_cylinders = {number: [entries[i] for i in some] for number, some in places.items()}
     diagrams = of_cylinders.pop(0, [])
-    families = {number: _family(some, name) for number, some in of_cylinders.items()}
+    families = {
+        number: _family(some, name, f" of cylinder {number}")
+        for number, some in of_cylinders.items()
+    }
     family = joined(_family(diagrams, name), families, name)
     if families:
         own = with_diagrams(own or even_cylinders(count, period), tuple(families))
@@ -469,7 +472,7 @@ def _diagram(
     return _Entry(load, speed, diagram, again, ratio, speeds, cylinder=cylinder)
 
 
-def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
+def _family(diagrams: list[_Entry], name: str, whose: str = "") -> Family | FamilyGrid:
     """Diagrams over load, or where all have a speed, over load and speed."""
     if not diagrams:
         return Family(np.empty(0), ())
@@ -485,7 +488,7 @@ def _family(diagrams: list[_Entry], name: str) -> Family | FamilyGrid:
             return grid_from_diagrams(with_speed)
         return family_from_diagrams([d.load for d in diagrams], [d.diagram for d in diagrams])
     except ValueError as error:
-        raise SceneError(f"{name}: [[diagram]]: {mentioned(error)}") from None
+        raise SceneError(f"{name}: [[diagram]]{whose}: {mentioned(error)}") from None
 
 
 def _cycles(diagrams: list[_Entry]) -> tuple[ModelledDiagram, ...] | None:

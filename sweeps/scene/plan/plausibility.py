@@ -23,7 +23,12 @@ from engine_dyn.plausibility.judgement import (
     judged_diagrams,
     outside,
 )
-from engine_dyn.plausibility.usual_ranges import CHECKS, RESULT_CHECKS, Check
+from engine_dyn.plausibility.usual_ranges import (
+    CHECKS,
+    RESULT_CHECKS,
+    Check,
+    check_of_cylinder,
+)
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family
@@ -101,8 +106,11 @@ def _lines(plan: Plan) -> list[str]:
     lines += () if driving is None else driving.warnings
     given = _Given(plan)
     wrong: set[str] = set()
-    for check in CHECKS:
-        if check.name in off or used.isdisjoint(check.blames):
+    of_cylinders = [check for check in map(check_of_cylinder, plan.leaves) if check is not None]
+    for check in (*of_cylinders, *CHECKS):
+        if not off.isdisjoint((check.name, _plain(check.name))):
+            continue
+        if check not in of_cylinders and used.isdisjoint(check.blames):
             continue
         names = given.behind(check.needs)
         if names is None or not wrong.isdisjoint(names) or given.inside(check, names):
@@ -111,11 +119,17 @@ def _lines(plan: Plan) -> list[str]:
 
         judgement = judged(check, base, partial(given.measure, check), _UNITS)
         if judgement is not None:
-            wrong.add(judgement.key)
+            # What follows from the plain key follows from that of a cylinder too.
+            wrong |= {judgement.key, _plain(judgement.key)}
             lines.append(judgement.text(_places(plan, judgement, base)))
     if "family" in used and "speed" not in wrong:
         lines += _of_speeds(plan, off)
     return [*lines, *shaft_warnings(plan, off)]
+
+
+def _plain(key: str) -> str:
+    """The key of all cylinders for that of one: bore for bore_2."""
+    return key if check_of_cylinder(key) is None else key.rpartition("_")[0]
 
 
 _UNITS = {

@@ -19,6 +19,7 @@ from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import as_name, counted, one_line
 from sweeps.base.ratios import ratio_text
 from sweeps.scene.features import GIVEN_FEATURES
+from sweeps.scene.features.shaft import read_shaft
 from sweeps.view.texts.key_texts import unit_text, value_text
 
 if TYPE_CHECKING:
@@ -195,6 +196,19 @@ def engine_text(engine: Engine) -> str:
         lines += [f"  {key}: {one_line(reason)}" for key, reason in engine.assumed.items()]
     if engine.sources:
         lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
+    return "\n".join(lines)
+
+
+def shaft_text(name: str) -> str:
+    """Describe a built-in shaft: discs, shafts and gears with their numbers, and sources."""
+    given = read_shaft(name, Path(), "")
+    lines = [f'shaft {name}: a scene takes it with shaft = "{name}"', ""]
+    lines += shaft_lines(given.shaft, given.values)
+    if given.assumed:
+        lines += ["", "assumed, because not given in the sources"]
+        lines += [f"  {key}: {one_line(reason)}" for key, reason in given.assumed.items()]
+    if given.sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in given.sources)]
     return "\n".join(lines)
 
 

@@ -171,8 +171,17 @@ def test_import_replaces_nothing_unasked_and_leaves_nothing_half(tmp_path: Path)
         refused("import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv", *words)
     assert [p.name for p in tmp_path.iterdir()] == ["avl.csv"]
     assert (tmp_path / "avl.csv").read_bytes() == before
+    for name in ("p.xlsx", "p.nc", "p.MAT", "p.parquet", "p.png"):
+        told = refused("import", tmp_path / "avl.csv", "-o", tmp_path / name)
+        assert f"{name}: -o must name a text file, such as pressure.csv" in told
+    for wrong in ("97", "-1", "970", "0"):
+        told = refused("import", tmp_path / "avl.csv", "-o", tmp_path / "p.csv",
+                       "--pegging", "inlet", "--inlet-pressure", wrong)  # fmt: skip
+        assert f"--inlet-pressure = {wrong}: must be a number above 0 and up to 20, in bar" in told
     words = ["import", tmp_path / "avl.csv", "-o", tmp_path / "new" / "p.csv"]
     ok(*words)
+    # The file that exists is said before anything is read.
+    (tmp_path / "avl.csv").write_text("no numbers")
     assert "--overwrite" in refused(*words)
 
 
