@@ -28,10 +28,10 @@ from engine_dyn.geometry.arrangement import (
 )
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.firing_sequence import (
-    MOST_CYCLES,
     SEALED,
     PressureFactor,
     checked_pattern,
+    cycles_of_pattern,
     shortest,
 )
 from engine_dyn.geometry.layouts import in_line
@@ -260,7 +260,7 @@ class Cylinders:
         ------
         ValueError
             One line, where the pattern is empty, has other numbers, or repeats after more than
-            `MOST_CYCLES` cycles.
+            `firing_sequence.MOST_CYCLES` cycles.
 
         Examples
         --------
@@ -273,12 +273,7 @@ class Cylinders:
         (3, 4, (1.0, 1.0, 0.0))
         """
         wanted, count = shortest(checked_pattern(pattern)), len(self.members)
-        cycles = len(wanted) // math.gcd(len(wanted), count)
-        if cycles > MOST_CYCLES:
-            raise ValueError(
-                f"firing_pattern: {len(wanted)} firings of {count} cylinders repeat after {cycles} "
-                f"cycles; must be at most {MOST_CYCLES}"
-            )
+        cycles = cycles_of_pattern(len(wanted), count)
         fires = sorted(range(count), key=lambda i: (-self.members[i].phase % self.period, i))
         members = list(self.members)
         for place, i in enumerate(fires):

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -32,6 +33,17 @@ def checked_pattern(pattern: Sequence[float]) -> tuple[float, ...]:
                 f"combustion) to {LARGEST_FIRING:g}"
             )
     return tuple(map(float, pattern))
+
+
+def cycles_of_pattern(firings: int, cylinders: int) -> int:
+    """After how many cycles a pattern of so many firings repeats; ValueError for too many."""
+    cycles = firings // math.gcd(firings, cylinders)
+    if cycles > MOST_CYCLES:
+        raise ValueError(
+            f"firing_pattern: {firings} firings of {cylinders} cylinders repeat after {cycles} "
+            f"cycles; must be at most {MOST_CYCLES}"
+        )
+    return cycles
 
 
 def shortest(pattern: Firings) -> Firings:
