@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import sweeps
@@ -102,6 +103,18 @@ def test_libraries_of_arrays_come_when_they_are_asked_for(name: str) -> None:
         check=True,
     )
     assert told.stdout.split("\n")[:2] == ["not there", "True"]
+
+
+def test_commands_find_the_library_of_units(tmp_path: Path) -> None:
+    """As a program, where it is kept out at first: `import` needs it for units of pressure."""
+    angle = np.arange(-360.0, 360.0)
+    pressure = 100.0 + 4900.0 / (1.0 + (angle / 20.0) ** 2)
+    rows = "".join(f"{a:g},{p:.3f}\n" for a, p in zip(angle, pressure, strict=True))
+    (tmp_path / "raw.csv").write_text("angle [deg],p_cyl [kPa]\n" + rows)
+    words = ["import", str(tmp_path / "raw.csv"), "-o", str(tmp_path / "pressure.csv")]
+    code = f"import sys; sys.argv[1:] = {words!r}; from sweeps.cli.main import main; main()"
+    told = python(code)
+    assert told.returncode == 0 and "pressure in kPa" in told.stdout, told.stderr
 
 
 def test_a_run_of_two_designs_loads_what_it_uses() -> None:

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from sweeps.base import array_libraries
 from sweeps.base.errors import SceneError, one_line
 
 
@@ -21,6 +22,7 @@ def library(module: str, package: str, label: str, extra: str = "lab") -> Any:
 
     Where it is not installed, the message begins with `label`: the file, or what else needs it.
     """
+    array_libraries.let_in(module.partition(".")[0])
     try:
         return importlib.import_module(module)
     except ImportError:

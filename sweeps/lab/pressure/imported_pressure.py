@@ -221,7 +221,7 @@ def _worth_of_shift(
     shift = f"{options.shift - level.shift / DEGREE:.1f}"
     how = ""
     if abs(level.shift) > 0.05 * DEGREE:
-        how = f"; --shift {shift} (shift = {shift}) moves it to the likeliest dead centre"
+        how = f"; --shift {shift} (shift = {shift}) would move it so far"
     worth = f"one degree earlier is worth {degree / BAR:+.3g} bar{share} of imep"
     return f"'{one_line(name, 60)}': {worth}{how}"
 
