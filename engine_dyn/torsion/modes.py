@@ -31,7 +31,7 @@ import numpy as np
 from engine_dyn.given_numbers import given_array
 from engine_dyn.torsion.graded import critical_squares, graded_modes, modes_below
 from engine_dyn.torsion.system import ShaftSystem, matrices
-from engine_dyn.types import Complexes, Floats, Integers
+from engine_dyn.types import Booleans, Complexes, Floats, Integers
 
 
 class Modes(NamedTuple):
@@ -377,9 +377,11 @@ def damped_critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
 
 
 class _State(NamedTuple):
-    """State matrix, twists of its coordinates, lowest undamped frequency, modes above 0."""
+    """State matrix of (omega q, q'), coordinates q, lowest undamped frequency, modes above 0."""
 
     matrix: Complexes
+    omega: Floats
+    angle: Floats
     twist: Floats
     lowest: Floats
     above: int
@@ -416,7 +418,7 @@ def coordinates(system: ShaftSystem, speed: Any) -> Coordinates:
 
 
 def _state(system: ShaftSystem, speed: Any) -> _State:
-    omega, _, twist, viscous, lost, free = coordinates(system, speed)
+    omega, angle, twist, viscous, lost, free = coordinates(system, speed)
     elastic = omega[..., free:]
     lowest = elastic[..., :1] if elastic.shape[-1] else np.zeros((*omega.shape[:-1], 1))
     over = np.divide(1.0, omega, out=np.zeros(omega.shape), where=omega > 0.0)[..., None, :]
@@ -426,7 +428,7 @@ def _state(system: ShaftSystem, speed: Any) -> _State:
     matrix[..., :size, size:] = diagonal
     matrix[..., size:, :size] = -(diagonal + 1j * lost * over)
     matrix[..., size:, size:] = -viscous
-    return _State(matrix, twist, lowest, elastic.shape[-1])
+    return _State(matrix, omega, angle, twist, lowest, elastic.shape[-1])
 
 
 def _form(vectors: Floats, weight: Floats) -> Floats:
@@ -437,10 +439,65 @@ def _form(vectors: Floats, weight: Floats) -> Floats:
 def _swinging(matrix: Complexes, lowest: Floats, count: int) -> Complexes:
     """Oscillating eigenvalues, by their size; NaN past the last one."""
     roots = np.linalg.eigvals(matrix)
-    length = np.abs(roots)
-    # A mode with a damping ratio above 0.995 decays before it swings; the root of a freely turning
-    # part is rounding.
-    swings = (roots.imag > 0.1 * length) & (length > 1e-6 * lowest)
-    roots = np.where(swings, roots, np.nan)
+    roots = np.where(_swings(roots, lowest), roots, np.nan)
     order = np.argsort(np.abs(roots), axis=-1)[..., :count]
     return np.asarray(np.take_along_axis(roots, order, axis=-1))
+
+
+def _swings(roots: Any, lowest: Floats) -> Booleans:
+    """Whether an eigenvalue is that of a mode that swings, and the one of its pair that counts.
+
+    A mode with a damping ratio above 0.995 decays before it swings; the root of a freely turning
+    part is rounding.
+    """
+    length = np.abs(roots)
+    return np.asarray((roots.imag > 0.1 * length) & (length > 1e-6 * lowest))
+
+
+def modal_roots(
+    system: ShaftSystem, discs: Sequence[int], *, all_roots: bool = False
+) -> tuple[Complexes, Complexes, Complexes]:
+    """Eigenvalues s, how torques on discs excite their modes, and what these twist the shafts by.
+
+    With q' = s q + left U the torques in the shafts are the sum of right q over all eigenvalues,
+    whatever the torques U are over time.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        Without pendulums.
+    discs : sequence of int
+        Discs on which torques act.
+    all_roots : bool
+        Also modes that do not swing; else, and of conjugates always, only those with Im s > 0.
+
+    Returns
+    -------
+    tuple of ndarray
+        s (..., m) by its size, left (..., m, discs) and right (..., m, S); past the last one NaN,
+        and 0 with `all_roots`, and 0.
+    """
+    state = _state(system, 0.0)
+    size = state.omega.shape[-1]
+    matrix = state.matrix if state.matrix.imag.any() else state.matrix.real
+    roots, vectors = np.linalg.eig(matrix)
+    rows = np.linalg.inv(vectors)[..., size:]
+    known, count = _swings(roots, state.lowest), state.above
+    if all_roots:
+        known, count = known | (np.abs(roots.imag) <= 0.1 * np.abs(roots)), 2 * size
+    order = np.argsort(np.where(known, np.abs(roots), np.inf), axis=-1)[..., :count]
+    known = np.take_along_axis(known, order, axis=-1)
+    roots = np.take_along_axis(roots, order, axis=-1)
+    acting = state.angle[..., system.node_of_disc[discs]] * system.ratio[..., None, discs]
+    left = np.matmul(np.take_along_axis(rows, order[..., None], axis=-2), acting)
+    twist = state.twist[..., system.node_of_shaft]
+    over = np.divide(1.0, state.omega, out=np.zeros(state.omega.shape), where=state.omega > 0.0)
+    elastic = system.stiffness * (1.0 + 1j * system.loss_factor)
+    held, slowed = (
+        (values[..., system.node_of_shaft] * system.shaft_factor)[..., None, :]
+        for values in (elastic, system.damping)
+    )
+    torque = np.concatenate([held * twist * over[..., None], slowed * twist], axis=-2)
+    shape = np.take_along_axis(vectors, order[..., None, :], axis=-1).swapaxes(-1, -2)
+    left, right = (np.where(known[..., None], v, 0.0) for v in (left, np.matmul(shape, torque)))
+    return np.where(known, roots, 0.0 if all_roots else np.nan), left, right

@@ -379,3 +379,22 @@ def propulsion_shaft_limits(
     continuous = base * np.where((ratio > 0.0) & (ratio < 1.05), bracket, np.nan)
     passing = np.where(ratio <= 0.8, 1.7 * continuous / np.sqrt(shape_factor), np.nan)
     return continuous, passing
+
+
+def barred_range(critical_speed: Any, rated_speed: Any) -> tuple[Any, Any]:
+    """Lower and upper edge of the range of speeds that IACS UR M68 bars around a critical speed.
+
+    16 n_c/(18 - lambda) <= n <= (18 - lambda) n_c/16, lambda = n_c/n_rated, in the unit of the
+    speeds. It holds where the continuous limit of `propulsion_shaft_limits` is exceeded there, up
+    to lambda = 0.8; NaN above. General knowledge of the rule, not compared with its text: read
+    that before you rely on it.
+
+    Examples
+    --------
+    >>> low, high = barred_range(50.0, 100.0)
+    >>> print(round(low, 2), round(high, 2))
+    45.71 54.69
+    """
+    ratio = np.asarray(critical_speed) / rated_speed
+    width = np.where(ratio <= 0.8, (18.0 - ratio) / 16.0, np.nan)
+    return critical_speed / width, critical_speed * width
