@@ -136,7 +136,7 @@ def new(file: Path | None, of_engine: bool, engine: str | None) -> None:
 
 def _starting_scene(engine: str | None, file: Path | None) -> str:
     """Text of a scene about an engine, with the path as a scene in `file` writes it."""
-    from sweeps.scene.starting import starting_scene
+    from sweeps.scene.starting import balance_scene, starting_scene
 
     if engine is None:
         return starting_scene()
@@ -144,15 +144,18 @@ def _starting_scene(engine: str | None, file: Path | None) -> str:
     from sweeps.scene.engine.engine_tables import DIAGRAMS
 
     read = load_engine(engine, None, "--for")
-    if not read.family.diagrams and read.torque is None:
-        raise SceneError(
-            f"--for {engine}: diagram: missing; must be {DIAGRAMS} (`engine-dyn calibrate` makes "
-            "them from [data_sheet])"
-        )
     named = engine
     if engine not in catalogue() and file is not None:
         # A relative path names an engine file below the scene's folder, an absolute one any other.
         path, folder = Path(engine).resolve(), file.parent.resolve()
         inside = path.is_relative_to(folder)
         named = path.relative_to(folder).as_posix() if inside else str(path)
+    if not read.family.diagrams and read.torque is None:
+        try:
+            return balance_scene(read, engine, named)
+        except SceneError:
+            raise SceneError(
+                f"--for {engine}: diagram: missing; must be {DIAGRAMS} (`engine-dyn calibrate` "
+                "makes them from [data_sheet])"
+            ) from None
     return starting_scene(read, named)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -123,8 +124,6 @@ def barred(archive: Path, slices: tuple[str, ...], threads: int | None, quiet: b
     edges of each range are known. Each case (all cylinders fire, each misfire, each load and
     design) is by itself, with the order and the mode that it comes from.
     """
-    import sys
-
     from sweeps.base.netcdf.netcdf_files import check_file
 
     select = axis_slices(slices)
@@ -135,9 +134,20 @@ def barred(archive: Path, slices: tuple[str, ...], threads: int | None, quiet: b
     with opened(archive) as dataset:
         from sweeps.decide.explore.barred import barred_ranges
         from sweeps.decide.explore.opening import nearest
+        from sweeps.decide.explore.shaft_extremes import NEEDED, OVER_LIMITS
         from sweeps.view.texts.barred import barred_text
 
         check_slices(dataset, select)
+        limits = [name for name in OVER_LIMITS if name in dataset]
+        if not limits:
+            raise SceneError(f"{archive}: has none of {', '.join(OVER_LIMITS)}; {NEEDED}")
+        used = {d for name in limits for d in dataset[name].dims}
+        for key in [key for key in select if key in dataset.sizes and key not in used]:
+            others = ", ".join(sorted(map(str, used - {"speed"}))) or "left out"
+            raise SceneError(
+                f"--select {key}: the limits do not depend on {key}, and all of it acts; must be "
+                f"{others}"
+            )
         part = nearest(dataset, **select)
         found = barred_ranges(part, threads=threads, progress=not quiet and sys.stderr.isatty())
         text = barred_text(part, found)
@@ -220,7 +230,6 @@ def optimise(
     Example, the lightest flywheel for delta = 1/200: `engine-dyn optimise my.toml --least inertia
     --within "delta <= 1/200" --over "inertia = 0.2 to 5"`.
     """
-    import sys
     import warnings
 
     if output is not None:
@@ -282,8 +291,6 @@ def sensitivities(
     scene's [sample] has method = "saltelli", first-order indices for other samples, and both for
     grids. `plot` draws the file written with -o.
     """
-    import sys
-
     from sweeps.base.netcdf.netcdf_files import check_file
 
     level = number_of(confidence, "--confidence")
@@ -374,7 +381,7 @@ def firing_orders(
     with _warnings_told_later():
         archive = ranked(
             what, arrangement=arrangement, settings=given, crank=crank, by=by, sample=sample,
-            seed=seed, threads=threads, progress=not quiet,
+            seed=seed, threads=threads, progress=not quiet and sys.stderr.isatty(),
         )  # fmt: skip
     write_archive(archive, output, overwrite)
     if not quiet:
@@ -459,7 +466,8 @@ def firing_patterns(
     with _warnings_told_later():
         archive = ranked(
             what, density, longest=longest, by=by, order=order, valves_shut=valves_shut,
-            keep_torque=not any_torque, settings=given, threads=threads, progress=not quiet,
+            keep_torque=not any_torque, settings=given, threads=threads,
+            progress=not quiet and sys.stderr.isatty(),
         )  # fmt: skip
     write_archive(archive, output, overwrite)
     if not quiet:

@@ -420,7 +420,8 @@ def read_reduce(table: ReduceTable | None, scene: Scene, name: str) -> Reduce | 
     for number, best in enumerate(table.best):
         here = f"{where} best {number + 1}"
         if (best.least is None) == (best.most is None):
-            raise SceneError(f"{here}: needs either least or most")
+            both = "least and most are both given; must be one of them ([[reduce.front]] has more)"
+            raise SceneError(f"{here}: {both if best.least else 'needs least or most'}")
         one = best.least if best.most is None else best.most
         assert one is not None
         _check_known(one, names, here)

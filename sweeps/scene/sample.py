@@ -19,7 +19,7 @@ from engine_dyn.quantities.features.hold import HELD_KEYS
 from engine_dyn.types import Floats
 from sweeps.base.checks import known_key, plain
 from sweeps.base.dimensions import LABELS
-from sweeps.base.errors import SceneError, counted, shown, shown_for_whole
+from sweeps.base.errors import SceneError, counted, not_known, shown, shown_for_whole
 from sweeps.base.files.libraries import library
 from sweeps.scene.crossings import exclusive_pair, refused
 from sweeps.scene.distributions import Distribution, read_distribution
@@ -164,7 +164,7 @@ def read_sample(
         raise SceneError(f"{where} = {shown(raw)}: must be a table")
     method = raw.get("method", "sobol")
     if not isinstance(method, str) or method not in (*METHODS, *([SEARCH] if known else ())):
-        raise SceneError(f"{where} method = {shown(method)}: must be one of {', '.join(METHODS)}")
+        raise SceneError(f"{where} method = {shown(method)}: unknown{not_known(method, METHODS)}")
     parameters = {}
     for key in parameters_of(raw):
         if key not in words:
@@ -193,9 +193,13 @@ def read_sample(
     sample = Sample(method, 0, seed, parameters)
     if method == SEARCH:
         return Sample(method, int(raw["number"]), seed, parameters)
-    largest = LARGEST_REDUCED if reduced and method != "latin_hypercube" else LARGEST
-    most = largest // sample.group
-    number = _number(raw["number"], sample, most, f"{where} number")
+    portions = method != "latin_hypercube"
+    most = (LARGEST_REDUCED if reduced and portions else LARGEST) // sample.group
+    hint = "" if reduced or not portions or not where.endswith("[sample]") else (
+        f"; with [reduce], which keeps what is asked and not every design, up to "
+        f"{LARGEST_REDUCED // sample.group}"
+    )  # fmt: skip
+    number = _number(raw["number"], sample, (most, hint), f"{where} number")
     made = Sample(method, number, seed, parameters)
     if reduced and not made.portion:
         near = next(
@@ -209,12 +213,16 @@ def read_sample(
     return made
 
 
-def _number(raw: Any, sample: Sample, most: int, where: str) -> int:
-    """Check the number of points."""
+def _number(raw: Any, sample: Sample, limit: tuple[int, str], where: str) -> int:
+    """Check the number of points; `limit` is the largest, and what allows more."""
+    most, hint = limit
+    if isinstance(raw, float) and raw.is_integer():
+        raw = int(raw)
     if isinstance(raw, bool) or not isinstance(raw, int) or not 2 <= raw <= most:
         each = f", of {sample.group} designs each" if sample.group > 1 else ""
         raise SceneError(
             f"{where} = {shown_for_whole(raw)}: must be a whole number from 2 to {most}{each}"
+            + hint * (isinstance(raw, int) and raw > most)
         )
     # Confidence intervals of Sobol' indices take the sequence as balanced.
     if sample.method == "saltelli" and raw & (raw - 1):

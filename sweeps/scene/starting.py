@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from engine_dyn.engine import Engine
 from engine_dyn.loads.driven_machine import TorqueOverSpeed
@@ -13,7 +13,8 @@ from engine_dyn.parameters import PARAMETERS
 from engine_dyn.plausibility.usual_ranges import CHECKS
 from engine_dyn.quantities.features import torque_tables
 from engine_dyn.quantities.friction import FRICTION_LAWS
-from sweeps.scene.reading import built_in_scenes
+from sweeps.scene.engine_choices import those_possible
+from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.values import BY_COMPONENT
 
 
@@ -86,6 +87,40 @@ def starting_scene(engine: Engine | None = None, path: str = "") -> str:
     text = re.sub(r"(?m)^(\w+) = .*$", lambda match: lines.get(match[1], match[0]), text)
     counts = f"{len(loads)} x {number} designs"
     return text.replace("3 x 25 designs", counts)
+
+
+BALANCE = (
+    "shaking_force_max", "shaking_force_rms", "shaking_moment_max", "shaking_moment_rms",
+)  # fmt: skip
+"""Quantities of a scene about an engine without a diagram; moments need the cylinder spacing."""
+
+
+def balance_scene(engine: Engine, given: str, path: str) -> str:
+    """Write a scene about the balance of an engine without a diagram, which has no torque.
+
+    `given` is the engine as the reader gives it, `path` as the scene names it. SceneError refuses
+    one of which not even shaking forces are known.
+    """
+
+    def known(quantities: Sequence[str]) -> list[str]:
+        read_scene({"engine": given, "output": {"quantities": list(quantities)}})
+        return list(quantities)
+
+    quantities, _ = those_possible(BALANCE, known)
+    speed = engine.values["speed"]
+    speeds = ", ".join(f"{share * speed:g}" for share in (0.5, 1.0, 1.5))
+    return f"""\
+# Shaking forces and moments. A flywheel, delta and all else about the torque need [[diagram]] in
+# the engine file, which `engine-dyn calibrate` makes from [data_sheet].
+title = {_quoted(f"Shaking forces and moments over the speed: {engine.title}"[:200])}
+engine = {_quoted(path)}
+
+[axes]
+speed = [{speeds}]    # rpm; the engine's own is {speed:g}
+
+[output]
+quantities = [{", ".join(map(_quoted, quantities))}]
+"""
 
 
 _MARGIN = 0.9

@@ -154,8 +154,17 @@ def test_the_command_says_ranges_cases_and_causes(diesel: xr.Dataset, tmp_path: 
     assert "2 barred ranges in 2 of 2 cases" in said
     assert "2110.5 to 2217.5" in said and "misfire 4" in said
     assert "order 6, mode 1 (critical at 2165.8 rpm)" in said
+    write(diesel.drop_vars(STRESS), tmp_path / "none.nc")
+    lacking = refused("barred", tmp_path / "none.nc")
+    assert "none.nc: has none of shaft_stress_over_limit" in lacking and "stress_limit" in lacking
     assert "2 barred ranges" not in ok("barred", path, "--select", "misfire=4")
-    for options in (["--select", "speed=2000"], ["--select", "misfire=9"], ["--threads", "0"]):
+    for options in (
+        ["--select", "speed=2000"],
+        ["--select", "mode=2"],
+        ["--select", "order=2"],
+        ["--select", "misfire=9"],
+        ["--threads", "0"],
+    ):
         assert options[1].partition("=")[0] in refused("barred", path, *options)
 
 

@@ -100,13 +100,23 @@ def results() -> xr.Dataset:
         (lambda: results().dyn.table(select=3), "select = 3: must be values of axes"),
         (lambda: results().dyn.plot.numbers(select=3), "select 3: must be values of axes"),
         (lambda: results().dyn.plot.numbers(quantities="dleta"), "quantities 'dleta': the archive"),
-        (lambda: results().dyn.plot.numbers(target=3), "target '3': must be QUANTITY=VALUE"),
+        (lambda: results().dyn.plot.numbers(target=3), "target '3': must be QUANTITY=VALUE or"),
         (lambda: results().dyn.plot.numbers(size=3), "size 3: must be width and height"),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_named(call, said: str) -> None:
     sweeps.best  # noqa: B018  # as soon as there are datasets they have `dyn`
     assert refusal_of(call).startswith(said)
+
+
+def test_tables_have_units_and_no_kind_is_both_errors() -> None:
+    archive = results()
+    archive["delta"].attrs["units"] = "1"
+    table = archive.dyn.table(units={"delta": "percent"})
+    assert table["delta"].to_numpy() == pytest.approx([4.0, 2.0])
+    assert "unit 'kg'" in refusal_of(lambda: archive.dyn.table(units={"delta": "kg"}))
+    plot = results().dyn.plot
+    assert not hasattr(plot, "nope") and refusal_of(lambda: plot.nope()).startswith("figure 'nope'")
 
 
 UNITS = pint.UnitRegistry()

@@ -146,6 +146,9 @@ def test_a_limit_is_kept_and_what_is_left_out_is_told(limit: float) -> None:
     assert 0.8 * limit < len(page(named, limit=limit).encode()) <= limit
     with pytest.raises(SceneError, match=r"limit 1 MB: must be 1\.\d+ MB or more"):
         page(archive, limit=1e6)
+    assert "<h3>delta &lt;= 1/50</h3>" in page(archive, target="delta=1/50")
+    with pytest.raises(SceneError, match="must say which side is wanted"):
+        page(archive, target="omega=100")
 
 
 def test_texts_of_archives_are_texts() -> None:

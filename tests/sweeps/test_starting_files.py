@@ -26,6 +26,25 @@ from tests.support.json_schemas import fits
 SCHEMA = engine_schema()
 
 
+BOXER = """
+title = "Boxer four"
+cycle = "four-stroke"
+arrangement = "boxer 4"
+
+[values]
+bore = 0.080
+stroke = 0.070
+cylinders = 4
+rod_length = 0.130
+reciprocating_mass = 0.6
+speed = 3000
+cylinder_spacing = 0.040
+crank_mass = 0.0
+rod_mass = 0.4
+rod_centre_of_gravity = 0.035
+"""
+
+
 def in_schema(raw: Any) -> bool:
     return fits(raw, SCHEMA, SCHEMA["$defs"])
 
@@ -52,6 +71,18 @@ def test_new_engine_is_a_data_sheet(tmp_path: Path) -> None:
         read_scene({"engine": str(path), "output": {"quantities": ["delta"]}})
     assert "diagram: missing" in refused("new", "--for", path)
     assert sweeps.calibrate(path).rated.power == pytest.approx(30.0, rel=1e-5)
+
+
+def test_an_engine_without_a_diagram_gets_a_scene_of_its_balance(tmp_path: Path) -> None:
+    engine = tmp_path / "boxer.toml"
+    engine.write_text(BOXER)
+    ok("new", "--for", engine, tmp_path / "balance.toml")
+    ok("run", tmp_path / "balance.toml", "-o", tmp_path / "balance.nc")
+    with sweeps.open(tmp_path / "balance.nc") as archive:
+        assert (archive.shaking_moment_max.values > 0.0).all()
+    ranked = sweeps.firing_orders(engine)
+    assert "shaking_moment_max" in ranked and "torque_after_throw_range" not in ranked
+    assert "shaking_moment_rms" in sweeps.firing_orders(engine, by="shaking_moment_rms")
 
 
 @pytest.mark.parametrize("way", [2, 3], ids=["measured", "modelled"])

@@ -25,7 +25,7 @@ from engine_dyn.types import Floats
 from sweeps.base.checks import check_dataset, thread_count
 from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, words_of
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.shaft_extremes import OVER_LIMITS, PLACES, limited_by
+from sweeps.decide.explore.shaft_extremes import NEEDED, OVER_LIMITS, PLACES, limited_by
 from sweeps.scene.sample import parameters_of
 
 if TYPE_CHECKING:
@@ -215,7 +215,7 @@ def _asked(archive: xr.Dataset) -> tuple[list[str], Floats]:
         raise SceneError("archive: was reduced; barred speeds need one with all speeds")
     names = limited_by(archive)
     if not names:
-        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
+        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; {NEEDED}")
     for name in names:
         if SPEED not in archive[name].dims or archive.sizes[SPEED] < 2:
             raise SceneError(f"archive: {name}: has no axis of speed; give one in [axes]")

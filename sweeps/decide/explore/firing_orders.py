@@ -113,11 +113,19 @@ def firing_orders(
 
     if crank not in CRANKS:
         raise SceneError(f"crank = {shown(crank)}: must be one of {', '.join(CRANKS)}")
-    given, name = given_scene(engine, list(CRITERIA)[:1])
     if settings is not None and not isinstance(settings, Mapping):
         raise SceneError(f"settings = {shown(settings)}: must be a dict of keys of [set]")
     asked = _asked(by)
-    own, tables = _one_engine(given, name, arrangement, dict(settings or {}), crank)
+    try:
+        given, name = given_scene(engine, list(CRITERIA)[:1])
+        own, tables = _one_engine(given, name, arrangement, dict(settings or {}), crank)
+    except SceneError as error:
+        # An engine without a diagram has no torque, but shaking forces and moments
+        if "needs [[diagram]]" not in str(error):
+            raise
+        without = asked or [n for n in CRITERIA if n.startswith("shaking_moment")]
+        given, name = given_scene(engine, without)
+        own, tables = _one_engine(given, name, arrangement, dict(settings or {}), crank)
     orders, total = _orders(own, crank, sample, seed, name)
     tables["axes"] = {ARRANGEMENT: [_written(one.arrangement) for one in orders], **tables["axes"]}
     # Quantities that are computed for every firing order besides those that rank it

@@ -211,7 +211,11 @@ def search_best(
     """Find a design as `best` does, and say how it was found."""
     check_dataset(archive)
     if (least is None) == (most is None):
-        raise SceneError("best: needs either least or most")
+        raise SceneError(
+            "best: least and most are both given; must be one of them (`pareto` in Python, and "
+            "`optimise`, take several)" if least is not None
+            else "best: needs least or most, with a quantity or an axis"
+        )  # fmt: skip
     name, sign = (str(least), 1.0) if least is not None else (str(most), -1.0)
     conditions = conditions_of(within, units_of(archive))
     if not_counted and not at_every:

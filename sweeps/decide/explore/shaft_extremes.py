@@ -21,6 +21,11 @@ OVER_LIMITS = (
 )  # fmt: skip
 """Quantities that are above 1 where speeds are barred."""
 
+NEEDED = (
+    "ask for one in [output], of a [shaft] with stress_limit or torque_limit and over an axis speed"
+)
+"""What an archive without any of `OVER_LIMITS` lacks."""
+
 LEAST = ("shaft_torque_min",)  # Quantities whose lowest value is the worst
 
 
@@ -112,7 +117,7 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
     check_dataset(archive)
     names = limited_by(archive)
     if not names:
-        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; ask for one in [output]")
+        raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; {NEEDED}")
     barred = []
     for name in names:
         data = archive[name]

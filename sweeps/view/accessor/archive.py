@@ -233,6 +233,7 @@ class ArchiveAccessor:
         self, *, select: Mapping[str, float | str] | None = None,
         quantities: str | Sequence[str] | None = None, sort: str | None = None, limit: int = 20,
         relative_to: Mapping[str, float | str] | str | None = None,
+        units: str | Mapping[str, str] | None = None,
     ) -> pd.DataFrame:  # fmt: skip
         """Return designs as a DataFrame, one in each row, in the units of the archive.
 
@@ -249,11 +250,13 @@ class ArchiveAccessor:
             Most rows.
         relative_to : mapping or "nominal", optional
             A design: quantities are changes from it in percent. ``{}`` is the first one.
+        units : str or mapping, optional
+            Units of columns in place of those of the archive: ``{"brake_power": "hp"}``.
 
         Raises
         ------
         SceneError
-            For names that the archive does not have.
+            For names that the archive does not have, and units that do not fit.
 
         Examples
         --------
@@ -266,10 +269,16 @@ class ArchiveAccessor:
         import pandas as pd
 
         from sweeps.decide.explore.rows import rows
+        from sweeps.view.texts.readable_units import asked_units, factor
 
         shown = rows(self._archive, select=select, quantities=quantities, sort=sort, limit=limit,
                      relative_to=relative_to)  # fmt: skip
-        return pd.DataFrame(shown.table)
+        known = {name: unit for name, unit in shown.units.items() if name not in shown.changes}
+        with said_in_python():
+            asked = asked_units(units_text(units), known)
+        table = {n: v * factor(known[n], asked[n]) if n in asked else v
+                 for n, v in shown.table.items()}  # fmt: skip
+        return pd.DataFrame(table)
 
     def show(
         self, *, select: Mapping[str, float | str] | None = None,
@@ -424,6 +433,10 @@ SceneError
 """
 
 
+class _NoKind(SceneError, AttributeError):
+    """No such kind of figure: an error as of wrong options, which `hasattr` and `dir` know too."""
+
+
 class Plots:
     """Figures of an archive: each kind is a method, and ``archive.dyn.plot()`` draws all.
 
@@ -460,9 +473,7 @@ class Plots:
         kind_of_name = next((kind for kind in KINDS if kind.name == name), None)
         if kind_of_name is None:
             hint = did_you_mean(name, dir(self)) or "."
-            raise AttributeError(
-                f"figure '{name}': no such kind{hint} Kinds: {', '.join(dir(self))}"
-            )
+            raise _NoKind(f"figure '{name}': no such kind{hint} Kinds: {', '.join(dir(self))}")
 
         from sweeps.view.figures import figure, options_of
 

@@ -201,12 +201,13 @@ def _targets(given: str | Iterable[str] | Mapping[str, Any]) -> dict[str, tuple[
     else:
         pairs = []
         for text in _names(given):
-            name, sign, value = (part.strip() for part in text.partition("="))
-            if not (name and sign and value):
+            target = re.fullmatch(r"\s*+(\w++)\s*+(?:<=|>=|<|>|=)([^<>=]++)", text)
+            if target is None or not target[2].strip():
                 raise SceneError(
-                    f"target {shown(text)}: must be QUANTITY=VALUE, such as delta=1/200"
+                    f"target {shown(text)}: must be QUANTITY=VALUE or a condition, such as "
+                    "delta=1/200 or 'delta <= 1/200'"
                 )
-            pairs.append((name, value))
+            pairs.append((target[1], target[2].strip()))
     for name, value in pairs:
         targets[name] = (*targets.get(name, ()), (value, _ratio(name, value)))
     return targets

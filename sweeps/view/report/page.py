@@ -29,6 +29,8 @@ LIMIT = 20e6  # Largest number of bytes of a report by default
 
 SPARE = 50e3  # Bytes reserved for names and shapes of the numbers in the page
 
+LEAST_ROOM = 10e3  # Smallest number of bytes for the numbers themselves
+
 
 def report(
     archive: str | Path | xr.Dataset, path: str | Path, *, limit: float = LIMIT,
@@ -127,10 +129,11 @@ def page(
     sizes = (*parts.values(), code, _json({"made": made}))
     used = sum(len(part.encode(errors="replace")) for part in sizes)
     room = limit - used - SPARE
-    if room < SPARE:
+    if room < LEAST_ROOM:
+        least = 1.01 * (used + SPARE + LEAST_ROOM)
         raise SceneError(
-            f"limit {size_text(limit)}: must be {size_text(used + 4 * SPARE)} or more; the texts, "
-            "tables and program of this report need this much"
+            f"limit {size_text(limit)}: must be {size_text(least)} or more; the texts, tables and "
+            " program of this report need this much, with room for a few numbers"
         )
     archive = archive[of_designs(archive)]  # Of a reduced archive, the designs that it kept
     template = Template(_resource("page.html"))

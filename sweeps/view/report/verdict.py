@@ -8,6 +8,7 @@ the command that does it, and gives no verdict.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ import numpy as np
 
 from engine_dyn.types import Booleans, Floats
 from sweeps.base.dimensions import NOT_CHOSEN, REDUCTION
-from sweeps.base.errors import SceneError, counted, one_line
+from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
 from sweeps.decide.explore.search import INERTIAS, search_best
@@ -94,10 +95,25 @@ def verdict(
 # ---- targets -------------------------------------------------------------------------------------
 
 
+def _condition(target: str) -> str:
+    """A target as a condition: with the "=" of figures, delta is limited from above."""
+    equal = re.fullmatch(r"\s*+(\w++)\s*+=([^<>=]++)", target)
+    if equal is None:
+        return target
+    name, limit = equal[1], equal[2].strip()
+    if name != "delta":
+        raise SceneError(
+            f"target {shown(target)}: must say which side is wanted: '{name} <= {limit}' or "
+            f"'{name} >= {limit}'"
+        )
+    return f"{name} <= {limit}"
+
+
 def _target(
     found: Verdict, archive: xr.Dataset, target: str, not_counted: Sequence[str], say: Wording
 ) -> None:
     """Add the verdict on one condition: what `best` says of it, and the designs next to it."""
+    target = _condition(target)
     condition = constraint(target, units_of(archive))
     check_name(archive, condition.name)
     data = archive[condition.name]

@@ -369,11 +369,12 @@ def _axis_text(dataset: xr.Dataset, dimension: str, chosen: Mapping[str, str]) -
     coordinate = dataset[dimension]
     unit = str(coordinate.attrs.get("units", "1"))
     wanted = chosen.get(dimension, unit)
-    values = factor(unit, wanted) * coordinate.values
-    if len(values) <= 8:
-        listed = ", ".join(f"{value:g}" for value in values)
-    else:
-        listed = f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}"
+    whole = coordinate.dtype.kind in "iu" and unit == wanted
+    values = [
+        f"{value:d}" if whole else f"{factor(unit, wanted) * value:g}"
+        for value in coordinate.values[[0, 1, -1] if coordinate.size > 8 else slice(None)]
+    ]
+    listed = ", ".join(values) if coordinate.size <= 8 else "{}, {} ... {}".format(*values)
     return listed + unit_text(wanted) + (_load_text(dataset) if dimension == "load" else "")
 
 
