@@ -285,9 +285,9 @@ CHECKS: tuple[Check, ...] = (
         ("cylinder_spacing", "bore"), lambda spacing, bore: spacing / bore, ("cylinder_spacing",),
     ),
     Check(
-        "boxer_spacing", "distance of neighbouring throws of a boxer over the bore", "", 0.2, 3.0,
+        "boxer_spacing", "distance of neighbouring throws of a boxer over the bore", "", 0.2, 1.0,
         "judgement: the throws of a pair stand as far apart as a rod and a web are thick, 0.3 to "
-        "0.6 bores",
+        "0.6 bores; the bores of one bank, two throws apart, are more than one bore apart",
         ("cylinder_spacing", "bore"), lambda spacing, bore: spacing / bore, ("cylinder_spacing",),
     ),
     *(

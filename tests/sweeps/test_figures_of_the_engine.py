@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.view.figures.crank_train import directions, mechanism
-from sweeps.view.figures.drawing import figure
+from sweeps.view.figures.drawing import figure, figures
 from sweeps.view.figures.options import options_of
 from sweeps.view.figures.shaft_modes import (
     crossings,
@@ -398,6 +398,15 @@ def test_the_cycle_is_drawn_at_the_worst_speed_with_its_half_range() -> None:
     assert total.get_ydata() == pytest.approx(
         90.0 * np.cos(np.radians(3.0 * (angle - 180.0) + 30.0)), abs=1e-9
     )
+
+
+def test_frequencies_of_orders_are_drawn_only_where_asked_for() -> None:
+    data = engine()
+    hertz = data["speed"].variable / 60.0 * data["order"].variable
+    data["order_frequency"] = variable(("speed", "order"), hertz.values, "frequency", "Hz")
+    assert not [name for name in plates(data) if "frequency" in name]
+    asked = figures(data, options_of(quantities="order_frequency"))
+    assert [name for name in asked if "frequency" in name]
 
 
 @pytest.mark.compiled

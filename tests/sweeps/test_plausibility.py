@@ -46,6 +46,19 @@ def test_typical_mistakes_are_noticed(mistake: Mistake, tmp_path: Path) -> None:
     assert len(lines) <= 1, lines
 
 
+def test_the_pitch_of_bores_is_not_that_of_a_boxers_throws(tmp_path: Path) -> None:
+    keys = {"bore": 0.08, "stroke": 0.07, "cylinders": 4, "rod_length": 0.13, "speed": 3000,
+            "reciprocating_mass": 0.6, "rod_mass": 0.4, "rod_centre_of_gravity": 0.035,
+            "crank_mass": 0.0}  # fmt: skip
+    for spacing, warned in ((0.04, False), (0.09, True), (0.113, True)):
+        path = tmp_path / "boxer.toml"
+        lines = [f"{key} = {value}" for key, value in {**keys, "cylinder_spacing": spacing}.items()]
+        head = 'title = "Boxer"\ncycle = "four-stroke"\narrangement = "boxer 4"\n[values]\n'
+        path.write_text(head + "\n".join(lines))
+        told = told_of({"engine": str(path), "output": {"quantities": ["shaking_moment_max"]}})
+        assert any("cylinder_spacing" in line for line in told) == warned
+
+
 def test_most_mistakes_are_noticed_and_the_others_documented() -> None:
     texts = [mistake.text for mistake in MISTAKES]
     assert len(set(texts)) == len(texts) >= 34

@@ -34,12 +34,17 @@ if TYPE_CHECKING:
 
 NOTHING = 1e-9  # Fraction of the largest order of a figure below which an order is not drawn
 
+SCALES = ("order_frequency",)
+"""Proportional to the order: other names of the abscissa, which are drawn only where asked for."""
+
 FAINT = 2e-3  # Fraction of the largest order of a figure below which no bar can be seen
 
 
 def orders(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each variable over the order, along each axis that changes it."""
     for name in names:
+        if name in SCALES and name not in study.view.options.quantities:
+            continue
         for view, along in study.views_of(name):
             figure = order_figure(view, name, along)
             if figure is not None:
@@ -164,6 +169,7 @@ def waterfall_names(view: View) -> list[str]:
         for name in names
         if {"speed", "order"} <= set(view.array(name).dims)
         and "mode" not in view.array(name).dims  # Quantities of modes are in the Campbell diagram
+        and (name not in SCALES or name in view.options.quantities)
         and view.data.sizes["speed"] >= 3
         and not view.axis("speed").words
         and view.array(name).attrs.get("units") != "degree"  # Phases have no height
