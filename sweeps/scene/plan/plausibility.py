@@ -96,6 +96,8 @@ def _lines(plan: Plan) -> list[str]:
         off |= {check.name for check in CHECKS if check.name.endswith("_trunk_piston")}
     engines = plan.leaves["cylinders_by_count"].data.values()
     off |= {"cylinder_spacing" if any(map(is_boxer, engines)) else "boxer_spacing"}
+    if "bank_offset" in plan.leaves:  # The throws of a boxer are then known to be understood
+        off |= {"boxer_spacing"}
     used = {need for stage in plan.stages for need in stage.node.needs} | set(plan.outputs)
     if "family" in used:
         used.update(plan.scene.cycle_keys)
