@@ -12,8 +12,8 @@ Besides, stiffness and nominal stress of round shafts, and limits of propulsion 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,14 @@ class ShaftSystem:
     def shape(self) -> tuple[int, ...]:
         """Shape of the designs."""
         return self.inertia.shape[:-1]
+
+    def mapped(self, change: Callable[[Floats], Floats]) -> ShaftSystem:
+        """Return a system whose arrays of values are those that a function makes of them."""
+        own = (
+            "ratio", "shaft_factor", "inertia", "disc_damping", "ground_stiffness", "stiffness",
+            "loss_factor", "damping", "speed_stiffness",
+        )  # fmt: skip
+        return replace(self, **{name: change(getattr(self, name)) for name in own})
 
     def stiffness_at(self, speed: Any) -> Floats:
         """Stiffness of the shafts to the parents with the crank at a speed [rad/s]."""

@@ -1,0 +1,447 @@
+r"""Periodic twists of couplings that are not linear, by harmonic balance: the compiled part.
+
+The twist of coupling c is delta_c(tau) = Re sum_m r_cm exp(i m tau), m = 0 .. M, sampled at N = 4 M
+points of the period. The coupling's torque there exceeds that of its linear form by
+D_c = f_c(delta_c) - k_c delta_c, without the linear form's damping. With the response l of the
+linear system and the twist rho_cd of coupling c under a unit torque and its opposite at the two
+sides of d,
+
+    G_cm = r_cm - lambda l_cm - sum_d rho_cdm D_dm = 0,
+
+for m = 0 with l_c0 = T_c/k_c of the mean torque T and rho_cc0 = -1/k_c: the mean of f is T. Where
+f is linear, D = 0. The factor lambda on what excites is 1 at the end.
+
+Harmonics up to U are unknowns of Newton's method. Beyond, where |rho| times the largest change of
+slope stays below `BEYOND`, r_m = l_m + rho D_m converges by itself, and each step of Newton's
+method takes it along: no harmonic that the samples hold is left out.
+
+With two-sided harmonics s_p of the change of slope s = df/d delta - k, a change dr_n adds
+
+    dD_m = dr_n s_(m-n) + conj(dr_n) s_(m+n),    m, n >= 1,
+
+exactly for the sampled equations. Dry friction is a spring k_f in series with a slider that holds
+the torque F (Jenkins). From sample to sample the spring adds k_f times the change of the twist, cut
+at +-F; two periods make it periodic. While it sticks, dD = k_f (d delta(tau) - d delta(tau_o))
+with the sample tau_o where it last slipped: one more product of a column and a row for each time
+that it sticks.
+
+From lambda = 0 the curve of solutions is followed by its arc length (Keller), also where it turns
+back, to the first solution of lambda = 1: the motion that grows from small ones at this speed.
+A step counts if the corrections contract (Deuflhard). Sources: Krack and Gross, Harmonic Balance
+for Nonlinear Vibration Problems; Cameron and Griffin (1989), for samples in time.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from engine_dyn.compilation import inlined, kernel
+from engine_dyn.types import Complexes, Floats, Integers
+
+BEYOND = 0.1  # Largest |rho| times change of slope of harmonics that are no unknowns
+
+MOST_UNKNOWNS = 900  # Largest number of unknowns of a case
+
+STEPS = 200  # Largest number of steps along the curve of solutions
+
+# Part of the stiffness that Newton's method, not the torque, has in the clearance, where otherwise
+# no mean torque would tell the mean twist.
+SLACK = 1e-6
+
+
+class Laws(NamedTuple):
+    """Couplings; C of them, arrays of numbers have the shape (cases, C).
+
+    The torque is `scale` times the table at the twist less the clearance, and the friction. Points
+    of coupling c are those from `first[c]` to before `first[c + 1]`; the ends go on straight.
+    """
+
+    first: Integers
+    twist: Floats  # rad, ascending
+    torque: Floats  # N m, ascending
+    scale: Floats
+    stiffness: Floats  # that of the linear form [N m/rad]
+    clearance: Floats  # the whole [rad]
+    friction: Floats  # torque F of the slider [N m]
+    stick: Floats  # stiffness k_f of the spring before it [N m/rad]
+
+
+class Balance(NamedTuple):
+    """Cases; the last axis has the harmonics 0 .. M."""
+
+    linear: Complexes  # l, shape (cases, C, M + 1)
+    receptance: Complexes  # rho, shape (cases, C, C, M + 1)
+    wave: Complexes  # exp(2 pi i j/N), shape (N,)
+
+
+class Motion(NamedTuple):
+    """What is found of each case, shape (cases, C, ...)."""
+
+    twist: Complexes  # r; a start before, shape (cases, C, M + 1)
+    excess: Complexes  # D, shape (cases, C, M + 1)
+    samples: Floats  # delta and f at the samples [rad, N m], shape (cases, C, 2, N)
+    slope: Floats  # s at the samples [N m/rad], shape (cases, C, N)
+    # Sample where friction last slipped: below N in the period before, -1 never; shape (cases, C,
+    # N)
+    slipped: Integers
+    unknowns: Integers  # U, shape (cases,)
+    solved: Integers  # 1 if so; shape (cases,)
+
+
+@inlined
+def fourier(values: Complexes, wave: Complexes) -> None:
+    """Replace N values, a power of two, by sum_j values_j exp(2 pi i j m/N)."""
+    size, j = values.size, 0
+    for i in range(1, size):
+        bit = size >> 1
+        while j & bit:
+            j ^= bit
+            bit >>= 1
+        j ^= bit
+        if i < j:
+            values[i], values[j] = values[j], values[i]
+    half = 1
+    while half < size:
+        step = size // (2 * half)
+        for start in range(0, size, 2 * half):
+            for k in range(half):
+                one, other = values[start + k], values[start + k + half] * wave[k * step]
+                values[start + k], values[start + k + half] = one + other, one - other
+        half *= 2
+
+
+@inlined
+def _torques(
+    laws: Laws, case: int, c: int, delta: Floats, torque: Floats, slope: Floats, slipped: Integers
+) -> None:
+    """Fill in torque f, change of slope s and the last slip at the samples of a twist."""
+    first, last = laws.first[c], laws.first[c + 1] - 2
+    half, scale, k = 0.5 * laws.clearance[case, c], laws.scale[case, c], laws.stiffness[case, c]
+    place, size, mean = first, delta.size, 0.0
+    for i in range(size):
+        x = delta[i] - min(max(delta[i], -half), half)
+        mean += delta[i] / size
+        while place > first and x < laws.twist[place]:
+            place -= 1
+        while place < last and x >= laws.twist[place + 1]:
+            place += 1
+        rise = laws.torque[place + 1] - laws.torque[place]
+        rise *= scale / (laws.twist[place + 1] - laws.twist[place])
+        torque[i] = scale * laws.torque[place] + rise * (x - laws.twist[place])
+        slope[i] = rise - k
+        if x == 0.0 and half > 0.0:
+            torque[i], slope[i] = 0.0, SLACK * k - k
+        slipped[i] = -1
+    limit, stick = laws.friction[case, c], laws.stick[case, c]
+    if limit == 0.0:
+        return
+    held, at, before = 0.0, -1, mean
+    for i in range(2 * size):
+        j = i if i < size else i - size
+        held += stick * (delta[j] - before)
+        before = delta[j]
+        slips = abs(held) >= limit
+        if slips:
+            held, at = math.copysign(limit, held), i
+        if i >= size:
+            torque[j] += held
+            slope[j] += 0.0 if slips else stick
+            slipped[j] = at
+
+
+@inlined
+def _evaluate(
+    laws: Laws, balance: Balance, motion: Motion, case: int, force: float, change: Complexes,
+    gap: Complexes, work: Complexes,
+) -> None:  # fmt: skip
+    """Samples, D, harmonics of the change of slope, and G in `gap`, of the twist of a case."""
+    couplings, harmonics = gap.shape
+    size, wave = work.size, balance.wave
+    for c in range(couplings):
+        delta, torque = motion.samples[case, c, 0], motion.samples[case, c, 1]
+        slope, k = motion.slope[case, c], laws.stiffness[case, c]
+        work[:] = 0.0
+        work[:harmonics] = motion.twist[case, c]
+        fourier(work, wave)
+        for i in range(size):
+            delta[i] = work[i].real
+        _torques(laws, case, c, delta, torque, slope, motion.slipped[case, c])
+        # Both are real: one transform serves the two.
+        for i in range(size):
+            work[i] = complex(torque[i] - k * delta[i], -slope[i])
+        fourier(work, wave)
+        for m in range(harmonics):
+            back = np.conj(work[size - m if m else 0])
+            motion.excess[case, c, m] = np.conj(work[m] + back) / size
+        motion.excess[case, c, 0] *= 0.5
+        for p in range(change.shape[1]):
+            back = np.conj(work[size - p if p else 0])
+            change[c, p] = np.conj(0.5j * (work[p] - back)) / size
+    for c in range(couplings):
+        for m in range(harmonics):
+            value = motion.twist[case, c, m]
+            value -= balance.linear[case, c, m] * (force if m else 1.0)
+            for d in range(couplings):
+                value -= balance.receptance[case, c, d, m] * motion.excess[case, d, m]
+            gap[c, m] = value
+
+
+@inlined
+def _jacobian(
+    laws: Laws, balance: Balance, motion: Motion, case: int, change: Complexes, matrix: Floats,
+    columns: Complexes,
+) -> None:  # fmt: skip
+    """Fill in dG of the unknowns: r_0, real and imaginary part of r_1, r_2 ... of each coupling."""
+    couplings, size = change.shape[0], balance.wave.size
+    most = (columns.shape[1] - 1) // 2
+    width = 2 * most + 1
+    row, column = np.empty(width), np.empty(most + 1, dtype=np.complex128)
+    matrix[:] = 0.0
+    for d in range(couplings):
+        s = change[d]
+        for m in range(most + 1):
+            line = columns[m]
+            line[0] = 2.0 * s[m] if m else s[0]
+            for n in range(1, most + 1):
+                down = s[m - n] if m >= n else np.conj(s[n - m])
+                line[2 * n - 1] = down + s[m + n] if m else down.real
+                line[2 * n] = 1j * (down - s[m + n]) if m else -down.imag
+        stick, i = laws.stick[case, d], 0
+        while laws.friction[case, d] > 0.0 and i < size:
+            origin = motion.slipped[case, d, i]
+            if origin == size + i:
+                i += 1
+                continue
+            column[:] = 0.0
+            while i < size and motion.slipped[case, d, i] == origin:
+                for m in range(most + 1):
+                    column[m] -= np.conj(balance.wave[(i * m) % size])
+                i += 1
+            row[:] = 0.0
+            row[0] = 1.0
+            for n in range(1, most + 1 if origin >= 0 else 1):
+                row[2 * n - 1] = balance.wave[(origin * n) % size].real
+                row[2 * n] = -balance.wave[(origin * n) % size].imag
+            for m in range(most + 1):
+                scale = column[m] * stick * (2.0 if m else 1.0) / size
+                for n in range(width):
+                    columns[m, n] += scale * row[n]
+        for c in range(couplings):
+            for m in range(most + 1):
+                rho, at = balance.receptance[case, c, d, m], c * width + 2 * m
+                for n in range(width):
+                    value = rho * columns[m, n]
+                    if m:
+                        matrix[at - 1, d * width + n] = -value.real
+                        matrix[at, d * width + n] = -value.imag
+                    else:
+                        matrix[at, d * width + n] = -value.real
+    for i in range(couplings * width):
+        matrix[i, i] += 1.0
+
+
+@inlined
+def _solve(matrix: Floats, right: Floats) -> None:
+    """Replace a right side by the solution; row operations with pivots."""
+    size = right.size
+    for i in range(size):
+        pivot = i
+        for j in range(i + 1, size):
+            if abs(matrix[j, i]) > abs(matrix[pivot, i]):
+                pivot = j
+        if pivot != i:
+            for n in range(i, size):
+                matrix[i, n], matrix[pivot, n] = matrix[pivot, n], matrix[i, n]
+            right[i], right[pivot] = right[pivot], right[i]
+        over, line = 1.0 / matrix[i, i], matrix[i]
+        for j in range(i + 1, size):
+            factor = matrix[j, i] * over
+            if factor != 0.0:
+                below = matrix[j]
+                for n in range(i + 1, size):
+                    below[n] -= factor * line[n]
+                right[j] -= factor * right[i]
+    for i in range(size - 1, -1, -1):
+        value = right[i]
+        for n in range(i + 1, size):
+            value -= matrix[i, n] * right[n]
+        right[i] = value / matrix[i, i]
+
+
+@inlined
+def _correct(
+    laws: Laws, balance: Balance, motion: Motion, case: int, force: float, tangent: Floats,
+    scale: float, change: Complexes, gap: Complexes, work: Complexes, matrix: Floats,
+    columns: Complexes, right: Floats,
+) -> tuple[float, float]:  # fmt: skip
+    """One step of Newton's method; lambda after it, and the size of the step over the scale.
+
+    It stays at right angles to the tangent, whose last number belongs to lambda.
+    """
+    _evaluate(laws, balance, motion, case, force, change, gap, work)
+    couplings, harmonics = gap.shape
+    _bordered(laws, balance, motion, case, tangent, scale, change, matrix, columns)
+    most, width = (columns.shape[1] - 1) // 2, columns.shape[1]
+    for c in range(couplings):
+        for m in range(most + 1):
+            right[c * width + max(2 * m - 1, 0)] = -gap[c, m].real
+            if m:
+                right[c * width + 2 * m] = -gap[c, m].imag
+    right[-1] = 0.0
+    _solve(matrix, right)
+    size = (right[-1]) ** 2
+    for c in range(couplings):
+        for m in range(harmonics):
+            if m == 0:
+                step = complex(right[c * width], 0.0)
+            elif m <= most:
+                step = complex(right[c * width + 2 * m - 1], right[c * width + 2 * m])
+            else:
+                step = -gap[c, m]
+            motion.twist[case, c, m] += step
+            size += (step.real**2 + step.imag**2) / scale**2
+    return force + right[-1], math.sqrt(size)
+
+
+@inlined
+def _bordered(
+    laws: Laws, balance: Balance, motion: Motion, case: int, tangent: Floats, scale: float,
+    change: Complexes, matrix: Floats, columns: Complexes,
+) -> None:  # fmt: skip
+    """Jacobian with the column of lambda and the tangent as its last row."""
+    inner = matrix.shape[0] - 1
+    _jacobian(laws, balance, motion, case, change, matrix[:inner, :inner], columns)
+    width = columns.shape[1]
+    for c in range(change.shape[0]):
+        matrix[c * width, inner] = 0.0
+        for m in range(1, (width + 1) // 2):
+            matrix[c * width + 2 * m - 1, inner] = -balance.linear[case, c, m].real
+            matrix[c * width + 2 * m, inner] = -balance.linear[case, c, m].imag
+    for n in range(inner):
+        matrix[inner, n] = tangent[n] / scale**2
+    matrix[inner, inner] = tangent[inner]
+
+
+@inlined
+def _unknowns(laws: Laws, balance: Balance, case: int) -> int:
+    """Number of harmonics that are unknowns."""
+    couplings, harmonics = balance.linear.shape[1:]
+    most = 1
+    for d in range(couplings):
+        steepest = 0.0
+        for place in range(laws.first[d], laws.first[d + 1] - 1):
+            rise = laws.torque[place + 1] - laws.torque[place]
+            rise *= laws.scale[case, d] / (laws.twist[place + 1] - laws.twist[place])
+            steepest = max(steepest, rise)
+        if laws.friction[case, d] > 0.0:
+            steepest += laws.stick[case, d]
+        changes = max(steepest - laws.stiffness[case, d], laws.stiffness[case, d])
+        for c in range(couplings):
+            for m in range(most + 1, harmonics):
+                if abs(balance.receptance[case, c, d, m]) * changes > BEYOND:
+                    most = m
+    return min(most, (MOST_UNKNOWNS // couplings - 1) // 2)
+
+
+@kernel
+def periodic_motions(
+    cases: Integers, laws: Laws, balance: Balance, motion: Motion, known: int
+) -> None:
+    """Solve cases: with `known` from the twist given in `motion`, else along the curve."""
+    couplings, harmonics = balance.linear.shape[1:]
+    size = balance.wave.size
+    work = np.empty(size, dtype=np.complex128)
+    gap = np.empty((couplings, harmonics), dtype=np.complex128)
+    before = np.empty((couplings, harmonics), dtype=np.complex128)
+    for case in cases:
+        most = _unknowns(laws, balance, case)
+        width = 2 * most + 1
+        inner = couplings * width
+        change = np.empty((couplings, width), dtype=np.complex128)
+        columns = np.empty((most + 1, width), dtype=np.complex128)
+        matrix = np.empty((inner + 1, inner + 1))
+        right, tangent = np.empty(inner + 1), np.zeros(inner + 1)
+        twist, linear = motion.twist[case], balance.linear[case]
+        motion.unknowns[case], motion.solved[case] = most, 0
+        scale = 0.0
+        for c in range(couplings):
+            for m in range(1, harmonics):
+                scale += abs(linear[c, m]) ** 2
+        scale = math.sqrt(scale) if scale > 0.0 else 1.0
+        force, distance = (1.0, 0.0) if known else (0.0, math.nan)
+        steps = 0
+        tangent[-1] = 1.0
+        while force < 1.0 and steps < STEPS:
+            # The curve's tangent, from the previous one's side.
+            _evaluate(laws, balance, motion, case, force, change, gap, work)
+            _bordered(laws, balance, motion, case, tangent, scale, change, matrix, columns)
+            right[:] = 0.0
+            right[-1] = 1.0
+            _solve(matrix, right)
+            length = right[-1] ** 2
+            for n in range(inner):
+                length += (right[n] / scale) ** 2
+            for n in range(inner + 1):
+                tangent[n] = right[n] / math.sqrt(length)
+            if not math.isfinite(length):
+                break
+            if math.isnan(distance):
+                distance = 1.0 / tangent[-1]
+            before[:] = twist
+            start, accepted = force, False
+            while not accepted and distance > 1e-7 and steps < STEPS:
+                steps += 1
+                last = force + distance * tangent[-1] >= 1.0
+                along = (1.0 - force) / tangent[-1] if last else distance
+                force = 1.0 if last else force + along * tangent[-1]
+                for c in range(couplings):
+                    for m in range(1, harmonics):
+                        if m <= most:
+                            turned = complex(
+                                tangent[c * width + 2 * m - 1], tangent[c * width + 2 * m]
+                            )
+                        else:
+                            turned = linear[c, m] * tangent[-1]
+                        twist[c, m] += along * turned
+                    twist[c, 0] += along * tangent[c * width]
+                if last:
+                    right[:], tangent[:] = tangent, 0.0
+                    tangent[-1] = 1.0
+                went, contracts = along, True
+                for number in range(12):
+                    force, moved = _correct(
+                        laws, balance, motion, case, force, tangent, scale, change, gap, work,
+                        matrix, columns, right,
+                    )  # fmt: skip
+                    contracts = moved <= 0.5 * went or moved < 1e-6
+                    went = moved
+                    if not contracts or moved < 1e-6:
+                        break
+                accepted = contracts and went < 1e-3
+                if accepted:
+                    distance *= 2.0 if number < 4 else 1.0
+                else:
+                    distance, force = 0.4 * along, start
+                    twist[:] = before
+                    if last:
+                        break  # the tangent is made again
+            if not accepted and distance <= 1e-7:
+                break
+        if force < 1.0:
+            continue
+        tangent[:] = 0.0
+        tangent[-1] = 1.0
+        moved, least = 1.0, 1.0
+        for number in range(40):
+            force, moved = _correct(
+                laws, balance, motion, case, 1.0, tangent, scale, change, gap, work, matrix,
+                columns, right,
+            )  # fmt: skip
+            least = min(least, moved)
+            if not moved > 1e-11 or (number > 20 and moved < 1e-8):
+                break
+        _evaluate(laws, balance, motion, case, 1.0, change, gap, work)
+        motion.solved[case] = 1 if moved < 1e-8 else 0

@@ -1,0 +1,504 @@
+r"""Steady vibration of a shaft system in which some couplings are not linear.
+
+The torque of a coupling is a table over its twist (stages of arc springs, progressive rubber),
+behind a clearance (backlash), beside dry friction. The mean torque sets the mean twist: the mean of
+the torque over the cycle is that torque. The rest is linear and is condensed exactly: with the
+linear system's twist l under what excites, and rho under a torque and its opposite at the two sides
+of a coupling,
+
+    delta_h = l_h + rho_h (f(delta) - k delta)_h
+
+for each harmonic h of the cycle, with the stiffness k of the linear system in place of f. Any k
+gives the same motion; only a loss factor acts on k itself. `harmonic_balance` solves this, and
+`forced_response` derives everything else with f - k delta as torques at the two sides.
+
+Clearance and friction have corners. So each case is solved with N samples a cycle and with 2 N,
+until the two differ by less than the tolerance in torque and twist. That difference is the error
+that is stated: halving the step divides it by two at least. Then `floquet` tells whether small
+disturbances die out; if not, the motion jumps elsewhere, or repeats after several cycles only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn.given_numbers import check_above_zero, given_array
+from engine_dyn.speed.mechanisms import Progress, map_on_threads
+from engine_dyn.status import (
+    CONVERGED,
+    INVALID_INPUT,
+    NO_STEADY_STATE,
+    NOT_CONVERGED,
+    TOLERANCE_NOT_MET,
+    WITH_NUMBERS,
+)
+from engine_dyn.torsion.floquet import complex_stiffness, receptance, unstable
+from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.harmonic_balance import Balance, Laws, Motion, periodic_motions
+from engine_dyn.torsion.modes import checked_orders
+from engine_dyn.torsion.system import ShaftSystem
+from engine_dyn.types import Complexes, Floats, Integers
+
+LEAST_HARMONICS, MOST_HARMONICS = 64, 4096
+"""Harmonics with which a case begins, and with which it ends if it does not meet the tolerance."""
+
+NOTHING = 1e-12  # Harmonics of the torques below this part of the largest do not excite
+
+AT_ONCE = 16  # Number of cases that a thread takes at once
+
+CONTACTS = ("keeps_contact", "lifts_off", "rattles", "floats")
+"""What a coupling with clearance does: touch one side always or at times, both sides, or none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """A coupling whose torque is not in proportion to its twist.
+
+    Numbers broadcast with the designs.
+    """
+
+    shaft: int  # Number of its shaft, whose stiffness is that of the linear form
+    # Twist [rad] and torque [N m], ascending. Tables from 0 on are odd. Without them, the shaft's
+    # stiffness acts.
+    twist: Any = None
+    torque: Any = None
+    clearance: Any = 0.0  # Angle between the two sides' contacts, in which no torque acts [rad]
+    # Torque of dry friction, beside all of that [N m], and the stiffness with which it sticks
+    # [N m/rad].
+    friction_torque: Any = 0.0
+    friction_stiffness: Any = 0.0
+
+    def table(self) -> tuple[Floats, Floats]:
+        """Twist and torque of all points, after checks; (-1, 0, 1) without a table."""
+        if self.twist is None and self.torque is None:
+            line = np.array([-1.0, 0.0, 1.0])
+            return line, line
+        twist, torque = (
+            given_array(name, value, finite=True)
+            for name, value in (("twist", self.twist), ("torque", self.torque))
+        )
+        if twist.ndim != 1 or twist.size < 2 or twist.shape != torque.shape:
+            raise ValueError(
+                f"torque: {torque.size} values over {twist.size} of twist: must be as many, at "
+                "least 2"
+            )
+        for name, values in (("twist", twist), ("torque", torque)):
+            if not (np.diff(values) > 0.0).all():
+                place = int(np.argmin(np.diff(values) > 0.0)) + 1
+                raise ValueError(
+                    f"{name}[{place}] = {values[place]:g}: must be above the value before, "
+                    f"{values[place - 1]:g}"
+                )
+        if twist[0] == 0.0 and torque[0] == 0.0:
+            return np.concatenate([-twist[:0:-1], twist]), np.concatenate([-torque[:0:-1], torque])
+        if not twist[0] < 0.0 < twist[-1] or np.interp(0.0, twist, torque) != 0.0:
+            raise ValueError("twist: must begin with 0, at a torque of 0, or have 0 between")
+        return twist, torque
+
+
+def linearised(coupling: Coupling, mean_torque: Any) -> tuple[Floats, Floats]:
+    """Stiffness [N m/rad] at a mean torque [N m] by the coupling's table, and mean twist [rad].
+
+    Where the mean torque is 0, with clearance, the stiffness is that of contact.
+    """
+    twist, torque = coupling.table()
+    mean = given_array("mean_torque", mean_torque)
+    place = np.clip(np.searchsorted(torque, mean, side="right") - 1, 0, torque.size - 2)
+    slope = (np.diff(torque) / np.diff(twist))[place]
+    at = twist[place] + (mean - torque[place]) / slope
+    return slope, at + np.sign(mean) * 0.5 * given_array("clearance", coupling.clearance)
+
+
+class _Block(NamedTuple):
+    """Cases along one axis whose motions have the same period, a part of the cycle."""
+
+    system: ShaftSystem
+    speed: Floats
+    torque: Complexes
+    mean: Floats  # Mean torque of each coupling; shape (cases, C)
+    laws: Laws
+    start: Complexes  # Harmonics of the cycle of a neighbour's twist, or none: (cases, C, 0)
+
+    def some(self, which: Any) -> _Block:
+        """Some of the cases."""
+        laws = self.laws
+        own = Laws(laws.first, laws.twist, laws.torque, *(v[which] for v in laws[3:]))
+        return _Block(
+            self.system.mapped(lambda values: values[which]), self.speed[which],
+            self.torque[which], self.mean[which], own, self.start[which],
+        )  # fmt: skip
+
+
+class _Task(NamedTuple):
+    """What all cases have in common."""
+
+    shafts: list[int]  # Shaft of each coupling
+    bounded: list[bool]  # Whether a coupling has a table, which the motion may leave
+    throws: Sequence[int]
+    harmonic: Integers  # Harmonic of the cycle of each order
+    base: float  # Order of the first harmonic of the cycle
+    tolerance: float
+    wanted: tuple[str, ...]
+    more: dict[str, Any]  # Other arguments of `forced_response`
+    kept: Integers
+    stored: int  # Number of harmonics of "coupling_twist"
+
+
+def nonlinear_response(
+    system: ShaftSystem,
+    couplings: Sequence[Coupling],
+    orders: Any,
+    speed: Any,
+    throws: Sequence[int],
+    torque: Any,
+    mean_torque: Any,
+    *,
+    wanted: Sequence[str] = ("angle", "torque"),
+    twist: Sequence[tuple[int, int]] = (),
+    speed_of: Sequence[int] = (),
+    kept: Any = None,
+    period: float = 4.0 * math.pi,
+    tolerance: float = 1e-3,
+    start: Any = None,
+    threads: int | None = 1,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Steady torsional vibration with couplings that are not linear.
+
+    Parameters
+    ----------
+    system : ShaftSystem
+        The shafts; those of the couplings have a stiffness above 0, that of the linear form, on
+        which their loss factors act. `linearised` gives it.
+    couplings : sequence of Coupling
+        One for a shaft at most.
+    mean_torque : array_like
+        In each shaft [N m], shape (..., S), of `system.mean_torques`.
+    tolerance : float
+        Largest error of the couplings' torques and twists, over their half ranges.
+    start : array_like of complex, optional
+        "coupling_twist" of neighbours, such as of the next lower speed: their motion is followed
+        where it goes on. Otherwise the motion is that which grows from small ones.
+    orders, speed, throws, torque, wanted, twist, speed_of, kept, period, threads, progress
+        As of `forced_response`.
+
+    Returns
+    -------
+    dict
+        Results as of `forced_response`. For each coupling, with C along the last axis but as
+        noted: "coupling_extremes", least and largest torque [N m] with all parts and the mean,
+        (..., C, 2); "coupling_mean_twist" [rad]; "contact", a number of `CONTACTS`;
+        "clearance_share" and "slip_share", parts of the time without contact, and in which
+        friction slips; "coupling_twist", harmonics of the twist from 0 on [rad], (..., C, H).
+        "error", (...), of torques and twists over their half ranges. "status", (...): as of
+        `forced_response`, and `no_steady_state` where small disturbances grow, `not_converged`
+        without a solution, `tolerance_not_met`, and `invalid_input` where a twist leaves a table.
+
+    Raises
+    ------
+    ValueError
+        One line.
+    """
+    places = [coupling.shaft for coupling in couplings]
+    _check(system, places, tolerance)
+    nu, mean = checked_orders(orders), given_array("mean_torque", mean_torque)
+    given, omega = np.asarray(torque, dtype=np.complex128), given_array("speed", speed)
+    if given.shape[-2:] != (len(throws), nu.size):
+        raise ValueError(f"torque: must end with {len(throws)} throws and {nu.size} orders")
+    numbers = [_numbers(coupling) for coupling in couplings]
+    begun = None if start is None else np.asarray(start, dtype=np.complex128)
+    shape = np.broadcast_shapes(
+        system.shape, omega.shape, given.shape[:-2], mean.shape[:-1],
+        *(value.shape for line in numbers for value in line),
+    )  # fmt: skip
+    count = math.prod(shape)
+
+    def flat(values: Any, own: int = 0) -> Any:
+        ends = values.shape[values.ndim - own :]
+        return np.broadcast_to(values, (*shape, *ends)).reshape(count, *ends)
+
+    cases = system.mapped(lambda values: flat(values, 1))
+    every = _Block(
+        cases, flat(omega), flat(given, 2), flat(mean, 1)[:, places],
+        _laws(cases, couplings, [[flat(value) for value in line] for line in numbers]),
+        np.empty((count, len(places), 0)) if begun is None else flat(begun, 2),
+    )  # fmt: skip
+    whole = np.rint(nu * period / (2.0 * math.pi)).astype(np.int64)
+    task = _Task(
+        places, [coupling.twist is not None for coupling in couplings], throws, whole,
+        2.0 * math.pi / period, tolerance, tuple(wanted),
+        {"twist": twist, "speed_of": speed_of},
+        np.arange(nu.size) if kept is None else np.asarray(kept, dtype=np.int64),
+        max(LEAST_HARMONICS, int(whole.max(initial=1))) + 1,
+    )  # fmt: skip
+    size = np.abs(every.torque).max(axis=-2, initial=0.0)
+    acts = size > NOTHING * size.max(axis=-1, keepdims=True, initial=0.0)
+    parts = np.array([int(np.gcd.reduce(whole[line])) or 1 for line in acts], dtype=np.int64)
+    jobs = []
+    for part in np.unique(parts):
+        same = np.flatnonzero(parts == part)
+        jobs += [(same[i : i + AT_ONCE], int(part)) for i in range(0, same.size, AT_ONCE)]
+    results: dict[str, Any] = {}
+
+    def solve(job: tuple[Integers, int]) -> Any:
+        return _solve(every.some(job[0]), task, job[1], job[0])
+
+    for found in map_on_threads(solve, jobs, threads):
+        for which, values in found:
+            for name, value in values.items():
+                if name not in results:
+                    none = -1 if value.dtype.kind == "i" else np.nan
+                    results[name] = np.full((count, *value.shape[1:]), none, dtype=value.dtype)
+                results[name][which] = value
+            if progress:
+                progress(which.size)
+    for name, value in results.items():
+        if name not in {"status", "error"}:
+            lost = ~np.isin(results["status"], WITH_NUMBERS)
+            value[lost] = -1 if value.dtype.kind == "i" else np.nan
+    return {name: value.reshape(*shape, *value.shape[1:]) for name, value in results.items()}
+
+
+def _check(system: ShaftSystem, places: Sequence[int], tolerance: float) -> None:
+    count = system.node_of_shaft.size
+    for number, place in enumerate(places):
+        if not 0 <= place < count:
+            raise ValueError(
+                f"couplings[{number}] shaft = {place}: must be a shaft, from 0 to {count - 1}"
+            )
+        if place in places[:number]:
+            raise ValueError(f"couplings[{number}] shaft = {place}: has a coupling already")
+        node = system.node_of_shaft[place]
+        if system.speed_stiffness[..., node].any() or not (system.stiffness[..., node] > 0).all():
+            raise ValueError(
+                f"stiffness[{place}]: must be above 0, that of the coupling's linear form"
+            )
+    if not places:
+        raise ValueError("couplings: must be at least one; otherwise take forced_response")
+    check_above_zero(tolerance=tolerance)
+
+
+def _numbers(coupling: Coupling) -> list[Floats]:
+    """Clearance, and torque and stiffness of the friction, after checks."""
+    values = []
+    for name in ("clearance", "friction_torque", "friction_stiffness"):
+        value = given_array(name, getattr(coupling, name), finite=True)
+        if (value < 0.0).any():
+            raise ValueError(f"{name} = {value[value < 0.0].flat[0]:g}: must not be below 0")
+        values.append(value)
+    if np.any((values[1] > 0.0) & (values[2] == 0.0)):
+        raise ValueError("friction_stiffness = 0: must be above 0 beside a friction_torque")
+    return values
+
+
+def _laws(system: ShaftSystem, couplings: Sequence[Coupling], numbers: Any) -> Laws:
+    """Tables of all couplings one after the other, and their numbers of each case."""
+    tables = [coupling.table() for coupling in couplings]
+    first = np.cumsum([0, *(twist.size for twist, _ in tables)])
+    places = [coupling.shaft for coupling in couplings]
+    nodes = system.node_of_shaft[places]
+    stiffness = system.stiffness[:, nodes] * system.shaft_factor[:, places] ** 2
+    linear = np.array([coupling.twist is None for coupling in couplings])
+    values = (np.ascontiguousarray(np.stack(value, axis=-1)) for value in zip(*numbers, strict=True))
+    return Laws(
+        first, np.concatenate([twist for twist, _ in tables]),
+        np.concatenate([torque for _, torque in tables]), np.where(linear, stiffness, 1.0),
+        stiffness, *values,
+    )  # fmt: skip
+
+
+def _solve(
+    block: _Block, task: _Task, part: int, numbers: Integers
+) -> list[tuple[Integers, dict[str, Any]]]:
+    """Results of the cases of a block, with more and more harmonics; and the cases' numbers."""
+    harmonics = LEAST_HARMONICS
+    while harmonics * part < task.harmonic.max(initial=1):
+        harmonics *= 2
+    results = []
+    before: Motion | None = None
+    while True:
+        balance, resonant = _condensed(block, task, part, harmonics)
+        motion = _motions(block, task, part, balance, resonant, before)
+        error = np.full(numbers.size, np.inf) if before is None else _error(motion, before)
+        status = np.where(motion.solved > 0, CONVERGED, NOT_CONVERGED)
+        status = np.where(resonant, NO_STEADY_STATE, status)
+        last = 2 * harmonics > MOST_HARMONICS
+        done = (error <= task.tolerance) | (status != CONVERGED) | last
+        if done.any():
+            status = np.where((status == CONVERGED) & (error > task.tolerance), TOLERANCE_NOT_MET,
+                              status)  # fmt: skip
+            found = _results(
+                block.some(done), task, part, harmonics, _of(motion, done), status[done],
+                error[done],
+            )  # fmt: skip
+            results.append((numbers[done], found))
+        if done.all():
+            return results
+        block, numbers, before = block.some(~done), numbers[~done], _of(motion, ~done)
+        harmonics *= 2
+
+
+def _of(motion: Motion, which: Any) -> Motion:
+    return Motion(*(values[which] for values in motion))
+
+
+def _condensed(
+    block: _Block, task: _Task, part: int, harmonics: int
+) -> tuple[Balance, Any]:
+    """The linear system as the couplings see it, and the cases in which it resonates."""
+    shafts, system, speed = task.shafts, block.system, block.speed
+    orders = task.base * part * np.arange(1, harmonics + 1)
+    cases, couplings = speed.size, len(shafts)
+    excited = task.harmonic % part == 0
+    response = forced_response(
+        system, task.base * task.harmonic[excited], speed, task.throws,
+        block.torque[..., excited], wanted=("torque",),
+    )  # fmt: skip
+    stiff = complex_stiffness(system, shafts, task.base * task.harmonic[excited], speed)
+    linear = np.zeros((cases, couplings, harmonics + 1), dtype=np.complex128)
+    linear[..., task.harmonic[excited] // part] = response["torque"][..., shafts, :] / stiff
+    linear[..., 0] = block.mean / block.laws.stiffness
+    rho = np.zeros((cases, couplings, couplings, harmonics + 1), dtype=np.complex128)
+    rho[..., 1:] = receptance(system, shafts, orders, speed)
+    for c in range(couplings):
+        rho[:, c, c, 0] = -1.0 / block.laws.stiffness[:, c]
+    wave = np.exp(0.5j * np.pi * np.arange(4 * harmonics) / harmonics)
+    return Balance(linear, rho, wave), response["status"] != CONVERGED
+
+
+def _motions(
+    block: _Block, task: _Task, part: int, balance: Balance, resonant: Any, before: Motion | None
+) -> Motion:
+    """Solve a block, from the solution with fewer harmonics, a neighbour's, or the mean twists."""
+    cases, couplings, width = balance.linear.shape
+    twist, size = np.zeros(balance.linear.shape, dtype=np.complex128), balance.wave.size
+    motion = Motion(
+        twist, np.zeros_like(twist), np.zeros((cases, couplings, 2, size)),
+        np.zeros((cases, couplings, size)), np.zeros((cases, couplings, size), dtype=np.int64),
+        np.zeros(cases, dtype=np.int64), np.zeros(cases, dtype=np.int64),
+    )  # fmt: skip
+    alive = np.flatnonzero(~resonant & np.isfinite(balance.linear).all(axis=(1, 2)))
+    if before is not None:
+        twist[..., : before.twist.shape[-1]] = before.twist
+    elif block.start.shape[-1]:
+        given = block.start[..., ::part][..., :width]
+        twist[..., : given.shape[-1]] = np.nan_to_num(given)
+    if before is not None or block.start.shape[-1]:
+        periodic_motions(alive, block.laws, balance, motion, 1)
+        alive = alive[motion.solved[alive] == 0]
+    twist[alive] = 0.0
+    twist[alive, :, 0] = _rest(block)[alive]
+    periodic_motions(alive, block.laws, balance, motion, 0)
+    return motion
+
+
+def _rest(block: _Block) -> Floats:
+    """Mean twist of each coupling under the mean torque at rest, (cases, C)."""
+    laws, mean = block.laws, block.mean
+    twist = np.empty(mean.shape)
+    for c in range(mean.shape[1]):
+        table = slice(laws.first[c], laws.first[c + 1])
+        own = Coupling(0, laws.twist[table], laws.torque[table])
+        twist[:, c] = linearised(own, mean[:, c] / laws.scale[:, c])[1]
+    return np.asarray(twist + 0.5 * np.sign(mean) * laws.clearance)
+
+
+def _error(motion: Motion, before: Motion) -> Floats:
+    """Largest change of torque or twist, over half of its range, from half as many samples."""
+    change = np.abs(motion.samples[..., ::2] - before.samples).max(axis=-1)
+    values = motion.samples
+    half = 0.5 * np.ptp(values, axis=-1)
+    # What hardly vibrates counts by the largest of all values.
+    least = 1e-9 * np.abs(values).max(axis=(1, 3), keepdims=True)[..., 0]
+    return np.asarray((change / np.maximum(half, np.maximum(least, 1e-300))).max(axis=(1, 2)))
+
+
+def _results(
+    block: _Block, task: _Task, part: int, harmonics: int, motion: Motion, status: Any,
+    error: Floats,
+) -> dict[str, Any]:  # fmt: skip
+    """All results of some cases."""
+    shafts, system, speed, laws = task.shafts, block.system, block.speed, block.laws
+    orders = task.base * part * np.arange(1, harmonics + 1)
+    growing = unstable(
+        system, shafts, speed, task.base * part, motion.slope, motion.slipped,
+        np.where(laws.friction > 0.0, laws.stick, 0.0), motion.unknowns,
+    )  # fmt: skip
+    status = np.where(growing & np.isin(status, WITH_NUMBERS), NO_STEADY_STATE, status)
+    delta, torque = motion.samples[:, :, 0], motion.samples[:, :, 1]
+    half = 0.5 * laws.clearance
+    inside = (np.abs(delta) <= half[..., None]) & (half[..., None] > 0.0)
+    above, below = (delta > half[..., None]).any(-1), (delta < -half[..., None]).any(-1)
+    contact = np.where(above & below, 2, np.where(~above & ~below, 3, inside.any(-1)))
+    beyond = delta - np.clip(delta, -half[..., None], half[..., None])
+    for c, bounded in enumerate(task.bounded):
+        ends = laws.twist[laws.first[c]], laws.twist[laws.first[c + 1] - 1]
+        outside = bounded & ((beyond[:, c] < ends[0]) | (beyond[:, c] > ends[1])).any(axis=-1)
+        status = np.where(outside & np.isin(status, WITH_NUMBERS), INVALID_INPUT, status)
+    # Damping of the linear form adds to the torque.
+    stiff = complex_stiffness(system, shafts, orders, speed)
+    damped = (stiff - laws.stiffness[..., None]) * motion.twist[..., 1:]
+    size = 4 * harmonics
+    lines = np.concatenate([np.zeros_like(damped[..., :1]), damped], axis=-1)
+    whole = torque + 0.5 * size * np.fft.irfft(lines, size)
+    extremes = np.stack([-_largest(-whole), _largest(whole)], axis=-1)
+    results = {
+        "status": status.astype(np.int8), "error": error, "coupling_extremes": extremes,
+        "coupling_mean_twist": motion.twist[..., 0].real,
+        "contact": np.where(half > 0.0, contact, 0).astype(np.int64),
+        "clearance_share": inside.mean(axis=-1),
+        "slip_share": (motion.slipped == size + np.arange(size)).mean(axis=-1),
+        "coupling_twist": _harmonics_of_cycle(motion.twist, part, task.stored),
+    }  # fmt: skip
+    sides = [disc for shaft in shafts for disc in system.shafts[shaft].tolist()]
+    acting = np.zeros((speed.size, len(task.throws) + len(sides), harmonics), dtype=complex)
+    excited = task.harmonic % part == 0
+    acting[:, : len(task.throws), task.harmonic[excited] // part - 1] = block.torque[..., excited]
+    acting[:, len(task.throws) :: 2] = motion.excess[..., 1:]
+    acting[:, len(task.throws) + 1 :: 2] = -motion.excess[..., 1:]
+    response = forced_response(
+        system, orders, speed, [*task.throws, *sides], acting, wanted=task.wanted,
+        period=2.0 * np.pi / (task.base * part), **task.more,
+    )  # fmt: skip
+    for name in task.wanted:
+        value = response[name]
+        match name:
+            case "torque":
+                value[:, shafts] += motion.excess[..., 1:]
+            case "torque_extremes":
+                value[:, shafts, :2] = extremes - block.mean[..., None]
+                value[:, shafts, 2] = (error[:, None] * 0.5 * np.ptp(extremes, axis=-1))
+            case "shaft_loss":
+                work = (motion.excess * motion.twist.conj())[..., 1:].imag
+                value[:, shafts] += 0.5 * speed[:, None] * (work * orders).sum(axis=-1)
+        if name in {"angle", "torque"}:
+            value = _harmonics_of_cycle(value, part, task.harmonic.max(initial=0) + 1, 1)
+            value = value[..., task.harmonic[task.kept]]
+        results[name] = value
+    return results
+
+
+def _harmonics_of_cycle(values: Complexes, part: int, count: int, first: int = 0) -> Complexes:
+    """The first harmonics of the cycle, from 0 on, from those of a part of it, from `first` on."""
+    whole = np.zeros((*values.shape[:-1], count), dtype=np.complex128)
+    places = part * np.arange(first, first + values.shape[-1])
+    there = places < count
+    whole[..., places[there]] = values[..., there]
+    return whole
+
+
+def _largest(values: Floats) -> Floats:
+    """Largest value along the last axis, between samples of a period, by a parabola."""
+    place = values.argmax(axis=-1)[..., None]
+    size = values.shape[-1]
+    before, most, after = (
+        np.take_along_axis(values, (place + step) % size, axis=-1)[..., 0] for step in (-1, 0, 1)
+    )
+    bend = 2.0 * most - before - after
+    over = np.divide((after - before) ** 2, bend, out=np.zeros_like(bend), where=bend > 0.0)
+    return np.asarray(most + 0.125 * over)
