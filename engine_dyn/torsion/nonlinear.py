@@ -261,7 +261,7 @@ def nonlinear_response(
         if name not in {"status", "error"}:
             lost = ~np.isin(results["status"], WITH_NUMBERS)
             value[lost] = -1 if value.dtype.kind == "i" else np.nan
-    return {name: value.reshape(*shape, *value.shape[1:]) for name, value in results.items()}
+    return {name: value.reshape((*shape, *value.shape[1:])) for name, value in results.items()}
 
 
 def _check(system: ShaftSystem, places: Sequence[int], tolerance: float) -> None:
