@@ -58,7 +58,7 @@ def complex_stiffness(system: ShaftSystem, shafts: Any, orders: Floats, speed: A
 
 
 def unstable(
-    system: ShaftSystem, shafts: Any, speed: Floats, base: float, slope: Floats, slipped: Integers,
+    system: ShaftSystem, shafts: Any, speed: Floats, base: float, slope: Floats, origin: Floats,
     stick: Floats, unknowns: Integers,
 ) -> Booleans:  # fmt: skip
     """Whether small disturbances of the motions of some cases grow.
@@ -66,7 +66,7 @@ def unstable(
     Arguments as of `harmonic_balance.Motion` and `Laws`; `base` is the order of the period's first
     harmonic. NaN and systems that are linear at all times count as stable.
     """
-    open_cases = np.abs(slope).max(axis=(1, 2)) > 0.0
+    open_cases = np.abs(slope).max(axis=(1, 2, 3)) > 0.0
     turns, count = np.zeros(slope.shape[0]), COARSE
     while count <= FINE and open_cases.any():
         alpha = np.maximum(np.linspace(0.0, 0.5, count), NEAR)
@@ -78,14 +78,14 @@ def unstable(
         rho = receptance(own, shafts, np.abs(nu).ravel(), speed[which])
         rho = np.where(nu.ravel() < 0.0, rho.conj(), rho).reshape(*rho.shape[:3], *nu.shape)
         for place, case in enumerate(which):
-            largest = np.abs(slope[case]).max()
+            largest = np.abs(slope[case, :, 0]).max() + stick[case].max()
             kept = slice(most - unknowns[case], most + unknowns[case] + 1)
             of_case = rho[place][..., kept]
             if largest * np.abs(of_case).sum(axis=1).max() < 1.0:  # the gain of the loop is small
                 open_cases[case] = False
                 continue
             angle = np.angle(
-                _determinant(of_case, alpha, m[kept], slope[case], slipped[case], stick[case])
+                _determinant(of_case, alpha, m[kept], slope[case], origin[case], stick[case])
             )
             jumps = np.angle(np.exp(1j * np.diff(angle)))
             turns[case] = jumps.sum() / np.pi
@@ -95,27 +95,27 @@ def unstable(
 
 
 def _determinant(
-    rho: Complexes, alpha: Floats, m: Integers, slope: Floats, slipped: Integers, stick: Floats
+    rho: Complexes, alpha: Floats, m: Integers, slope: Floats, origin: Floats, stick: Floats
 ) -> Complexes:
     """Unit numbers with the angles of det F at each alpha; `rho` has the shape (C, C, alpha, m)."""
-    couplings, size = slope.shape
+    couplings, _, size = slope.shape
     width = m.size
     matrix = np.tile(np.eye(couplings * width, dtype=np.complex128), (alpha.size, 1, 1))
     for d in range(couplings):
-        harmonics = np.fft.fft(slope[d]) / size
-        changes = np.broadcast_to(
-            harmonics[(m[:, None] - m) % size], (alpha.size, width, width)
-        ).copy()
-        origins = slipped[d]
-        if stick[d] > 0.0 and (origins >= size).any():
-            starts = np.flatnonzero(np.diff(origins, prepend=-2))
-            for first, end in zip(starts, [*starts[1:], size], strict=True):
-                at = 2.0 * np.pi * (origins[first] - size) / size
-                first += int(origins[first] == size + first)  # it slips there, and sticks after
-                tau = 2.0 * np.pi * np.arange(first, end) / size
-                column = np.exp(-1j * m[:, None] * tau) @ np.exp(-1j * tau[:, None] * alpha)
-                column = -stick[d] / size * column.T * np.exp(1j * alpha * at)[:, None]
-                changes += column[:, :, None] * np.exp(1j * m * at)
+        grip, since = stick[d] * slope[d, 1], origin[d]
+        harmonics = np.fft.fft(slope[d, 0] + grip) / size
+        changes = np.tile(harmonics[(m[:, None] - m) % size], (alpha.size, 1, 1))
+        # A slider that moves within the period holds what it held where the twist turned last.
+        starts = np.flatnonzero(np.diff(since, prepend=np.nan))
+        moves = (since >= size - 1.0).any()
+        for first, end in zip(starts, [*starts[1:], size], strict=True):
+            if since[first] < 0.0 or not moves:
+                continue
+            at, tau = (2.0 * np.pi / size * v for v in (since[first] - size, np.arange(first, end)))
+            column = np.exp(-1j * m[:, None] * tau) @ (
+                grip[first:end, None] * np.exp(-1j * (tau[:, None] - at) * alpha)
+            )
+            changes -= column.T[:, :, None] * np.exp(1j * m * at) / size
         for c in range(couplings):
             rows, columns = (slice(i * width, (i + 1) * width) for i in (c, d))
             matrix[:, rows, columns] -= rho[c, d][:, :, None] * changes

@@ -19,11 +19,16 @@ With two-sided harmonics s_p of the change of slope s = df/d delta - k, a change
 
     dD_m = dr_n s_(m-n) + conj(dr_n) s_(m+n),    m, n >= 1,
 
-exactly for the sampled equations. Dry friction is a spring k_f in series with a slider that holds
-the torque F (Jenkins). From sample to sample the spring adds k_f times the change of the twist, cut
-at +-F; two periods make it periodic. While it sticks, dD = k_f (d delta(tau) - d delta(tau_o))
-with the sample tau_o where it last slipped: one more product of a column and a row for each time
-that it sticks.
+A table of the torque has corners, and samples see them in jumps. So where the twist runs through a
+corner between two samples a and b, at the part u of the way, both get their part of what the corner
+takes from the chord, -1/2 ds |b - a| u (1 - u), with the weights 1 - u and u: the sums over the
+samples are then smooth in r, and exact to the second power of the step.
+
+Dry friction is a spring k_f in series with a slider that holds the torque F (Jenkins). From sample
+to sample the spring adds k_f times the change of the twist, cut at +-F, with the corner treated as
+before; two periods make it periodic. It sticks again where the twist turns, at the vertex tau_o of
+the parabola through three samples: dD = k_f (d delta(tau) - d delta(tau_o)) until it slips, one
+more product of a column and a row for each time that it sticks.
 
 From lambda = 0 the curve of solutions is followed by its arc length (Keller), also where it turns
 back, to the first solution of lambda = 1: the motion that grows from small ones at this speed.
@@ -53,20 +58,19 @@ SLACK = 1e-6
 
 
 class Laws(NamedTuple):
-    """Couplings; C of them, arrays of numbers have the shape (cases, C).
+    """Couplings of all cases; C of them.
 
-    The torque is `scale` times the table at the twist less the clearance, and the friction. Points
-    of coupling c are those from `first[c]` to before `first[c + 1]`; the ends go on straight.
+    Points of coupling c are those from `first[c]` to before `first[c + 1]` of P; the ends go on
+    straight. A clearance is a piece without slope.
     """
 
     first: Integers
-    twist: Floats  # rad, ascending
-    torque: Floats  # N m, ascending
-    scale: Floats
-    stiffness: Floats  # that of the linear form [N m/rad]
-    clearance: Floats  # the whole [rad]
-    friction: Floats  # torque F of the slider [N m]
-    stick: Floats  # stiffness k_f of the spring before it [N m/rad]
+    twist: Floats  # rad, ascending; shape (cases, P)
+    torque: Floats  # N m; shape (cases, P)
+    slope: Floats  # from each point to the next [N m/rad]; shape (cases, P)
+    stiffness: Floats  # that of the linear form [N m/rad]; shape (cases, C)
+    friction: Floats  # torque F of the slider [N m]; shape (cases, C)
+    stick: Floats  # stiffness k_f of the spring before it [N m/rad]; shape (cases, C)
 
 
 class Balance(NamedTuple):
@@ -83,10 +87,11 @@ class Motion(NamedTuple):
     twist: Complexes  # r; a start before, shape (cases, C, M + 1)
     excess: Complexes  # D, shape (cases, C, M + 1)
     samples: Floats  # delta and f at the samples [rad, N m], shape (cases, C, 2, N)
-    slope: Floats  # s at the samples [N m/rad], shape (cases, C, N)
-    # Sample where friction last slipped: below N in the period before, -1 never; shape (cases, C,
-    # N)
-    slipped: Integers
+    # s at the samples, without friction's part, and that over k_f; shape (cases, C, 2, N)
+    slope: Floats
+    # Where friction has stuck since, in samples, from N on in this period; -1 from the mean twist,
+    # -2 does not stick; shape (cases, C, N)
+    origin: Floats
     unknowns: Integers  # U, shape (cases,)
     solved: Integers  # 1 if so; shape (cases,)
 
@@ -115,41 +120,80 @@ def fourier(values: Complexes, wave: Complexes) -> None:
 
 @inlined
 def _torques(
-    laws: Laws, case: int, c: int, delta: Floats, torque: Floats, slope: Floats, slipped: Integers
-) -> None:
-    """Fill in torque f, change of slope s and the last slip at the samples of a twist."""
+    laws: Laws, case: int, c: int, delta: Floats, torque: Floats, slope: Floats, grip: Floats,
+    origin: Floats,
+) -> None:  # fmt: skip
+    """Fill in torque f, change of slope s, and friction's grip and origin, of a twist."""
     first, last = laws.first[c], laws.first[c + 1] - 2
-    half, scale, k = 0.5 * laws.clearance[case, c], laws.scale[case, c], laws.stiffness[case, c]
-    place, size, mean = first, delta.size, 0.0
-    for i in range(size):
-        x = delta[i] - min(max(delta[i], -half), half)
-        mean += delta[i] / size
-        while place > first and x < laws.twist[place]:
+    points, rise = laws.twist[case], laws.slope[case]
+    k, size, place = laws.stiffness[case, c], delta.size, first
+    for i in range(size + 1):
+        x, before = delta[i if i < size else 0], place
+        while place > first and x < points[place]:
             place -= 1
-        while place < last and x >= laws.twist[place + 1]:
+        while place < last and x >= points[place + 1]:
             place += 1
-        rise = laws.torque[place + 1] - laws.torque[place]
-        rise *= scale / (laws.twist[place + 1] - laws.twist[place])
-        torque[i] = scale * laws.torque[place] + rise * (x - laws.twist[place])
-        slope[i] = rise - k
-        if x == 0.0 and half > 0.0:
-            torque[i], slope[i] = 0.0, SLACK * k - k
-        slipped[i] = -1
-    limit, stick = laws.friction[case, c], laws.stick[case, c]
-    if limit == 0.0:
-        return
-    held, at, before = 0.0, -1, mean
-    for i in range(2 * size):
-        j = i if i < size else i - size
-        held += stick * (delta[j] - before)
-        before = delta[j]
-        slips = abs(held) >= limit
-        if slips:
-            held, at = math.copysign(limit, held), i
-        if i >= size:
+        if i < size:
+            torque[i] = laws.torque[case, place] + rise[place] * (x - points[place])
+            slope[i] = (rise[place] if rise[place] > 0.0 else SLACK * k) - k
+            grip[i], origin[i] = 0.0, -2.0
+        if i == 0:
+            continue
+        j, way = i if i < size else 0, x - delta[i - 1]
+        for corner in range(min(before, place) + 1, max(before, place) + 1):
+            u = (points[corner] - delta[i - 1]) / way
+            bend = math.copysign(0.5, way) * (rise[corner] - rise[corner - 1])
+            lost = bend * way * u * (1.0 - u)
+            torque[i - 1] -= (1.0 - u) * lost
+            torque[j] -= u * lost
+            slope[i - 1] += bend * (1.0 - u) * (1.0 - 3.0 * u)
+            slope[j] += bend * u * (2.0 - 3.0 * u)
+    if laws.friction[case, c] > 0.0:
+        _friction(laws.friction[case, c], laws.stick[case, c], delta, torque, grip, origin)
+
+
+@inlined
+def _friction(
+    limit: float, stick: float, delta: Floats, torque: Floats, grip: Floats, origin: Floats
+) -> None:
+    """Add friction to the torque, and fill in its grip and origin."""
+    size, at, slips = delta.size, -1.0, False
+    held = stick * (delta[0] - delta.mean())
+    for i in range(2 * size + 1):
+        j = i % size
+        before, start = j - 1 if j else size - 1, held
+        way = delta[j] - delta[before]
+        counts = i > size
+        if i > 0 and slips and way * held < 0.0:
+            # The twist turned near the sample before.
+            earlier = delta[before - 1 if before else size - 1]
+            bend, rise = 2.0 * delta[before] - earlier - delta[j], 0.5 * (delta[j] - earlier)
+            part = min(max(rise / bend, -1.0), 1.0) if bend != 0.0 else 0.0
+            at, slips = i - 1 + part, False
+            turned = delta[before] + 0.5 * rise * part
+            if counts and part < 0.0:
+                torque[before] += stick * (delta[before] - turned)
+                grip[before], origin[before] = 1.0, at
+            held += stick * (delta[j] - turned)
+        elif i > 0:
+            held += stick * way
+        if abs(held) > limit:
+            if counts and not slips:
+                # It begins to slip at the part u of the way.
+                full = held - start
+                u = min(max((math.copysign(limit, held) - start) / full, 0.0), 1.0)
+                lost = -0.5 * full * u * (1.0 - u)
+                torque[before] -= (1.0 - u) * lost
+                torque[j] -= u * lost
+                grip[before] -= 0.5 * (1.0 - u) * (1.0 - 3.0 * u)
+                grip[j] -= 0.5 * u * (2.0 - 3.0 * u)
+                origin[j] = at
+            held, slips = math.copysign(limit, held), True
+        if size <= i < 2 * size:
             torque[j] += held
-            slope[j] += 0.0 if slips else stick
-            slipped[j] = at
+            if not slips:
+                grip[j] += 1.0
+                origin[j] = at
 
 
 @inlined
@@ -162,16 +206,17 @@ def _evaluate(
     size, wave = work.size, balance.wave
     for c in range(couplings):
         delta, torque = motion.samples[case, c, 0], motion.samples[case, c, 1]
-        slope, k = motion.slope[case, c], laws.stiffness[case, c]
+        slope, grip = motion.slope[case, c, 0], motion.slope[case, c, 1]
+        k, stick = laws.stiffness[case, c], laws.stick[case, c]
         work[:] = 0.0
         work[:harmonics] = motion.twist[case, c]
         fourier(work, wave)
         for i in range(size):
             delta[i] = work[i].real
-        _torques(laws, case, c, delta, torque, slope, motion.slipped[case, c])
+        _torques(laws, case, c, delta, torque, slope, grip, motion.origin[case, c])
         # Both are real: one transform serves the two.
         for i in range(size):
-            work[i] = complex(torque[i] - k * delta[i], -slope[i])
+            work[i] = complex(torque[i] - k * delta[i], -slope[i] - stick * grip[i])
         fourier(work, wave)
         for m in range(harmonics):
             back = np.conj(work[size - m if m else 0])
@@ -209,24 +254,22 @@ def _jacobian(
                 down = s[m - n] if m >= n else np.conj(s[n - m])
                 line[2 * n - 1] = down + s[m + n] if m else down.real
                 line[2 * n] = 1j * (down - s[m + n]) if m else -down.imag
-        stick, i = laws.stick[case, d], 0
-        while laws.friction[case, d] > 0.0 and i < size:
-            origin = motion.slipped[case, d, i]
-            if origin == size + i:
-                i += 1
-                continue
+        origin, grip = motion.origin[case, d], motion.slope[case, d, 1]
+        i = 0 if laws.friction[case, d] > 0.0 else size
+        while i < size:
+            since = origin[i]
             column[:] = 0.0
-            while i < size and motion.slipped[case, d, i] == origin:
-                for m in range(most + 1):
-                    column[m] -= np.conj(balance.wave[(i * m) % size])
+            while i < size and origin[i] == since:
+                for m in range(most + 1 if grip[i] != 0.0 else 0):
+                    column[m] -= grip[i] * np.conj(balance.wave[(i * m) % size])
                 i += 1
             row[:] = 0.0
             row[0] = 1.0
-            for n in range(1, most + 1 if origin >= 0 else 1):
-                row[2 * n - 1] = balance.wave[(origin * n) % size].real
-                row[2 * n] = -balance.wave[(origin * n) % size].imag
-            for m in range(most + 1):
-                scale = column[m] * stick * (2.0 if m else 1.0) / size
+            angle = since * 2.0 * math.pi / size
+            for n in range(1, most + 1 if since >= 0.0 else 1):
+                row[2 * n - 1], row[2 * n] = math.cos(n * angle), -math.sin(n * angle)
+            for m in range(most + 1 if since != -2.0 else 0):
+                scale = column[m] * laws.stick[case, d] * (2.0 if m else 1.0) / size
                 for n in range(width):
                     columns[m, n] += scale * row[n]
         for c in range(couplings):
@@ -333,9 +376,7 @@ def _unknowns(laws: Laws, balance: Balance, case: int) -> int:
     for d in range(couplings):
         steepest = 0.0
         for place in range(laws.first[d], laws.first[d + 1] - 1):
-            rise = laws.torque[place + 1] - laws.torque[place]
-            rise *= laws.scale[case, d] / (laws.twist[place + 1] - laws.twist[place])
-            steepest = max(steepest, rise)
+            steepest = max(steepest, laws.slope[case, place])
         if laws.friction[case, d] > 0.0:
             steepest += laws.stick[case, d]
         changes = max(steepest - laws.stiffness[case, d], laws.stiffness[case, d])
@@ -416,11 +457,11 @@ def periodic_motions(
                         laws, balance, motion, case, force, tangent, scale, change, gap, work,
                         matrix, columns, right,
                     )  # fmt: skip
-                    contracts = moved <= 0.5 * went or moved < 1e-6
+                    contracts = moved <= max(0.5 * went, 0.01 * along)
                     went = moved
-                    if not contracts or moved < 1e-6:
+                    if not contracts or moved < 1e-5:
                         break
-                accepted = contracts and went < 1e-3
+                accepted = contracts and went < 1e-3 * along
                 if accepted:
                     distance *= 2.0 if number < 4 else 1.0
                 else:

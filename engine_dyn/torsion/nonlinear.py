@@ -96,8 +96,9 @@ class Coupling:
                 )
         if twist[0] == 0.0 and torque[0] == 0.0:
             return np.concatenate([-twist[:0:-1], twist]), np.concatenate([-torque[:0:-1], torque])
-        if not twist[0] < 0.0 < twist[-1] or np.interp(0.0, twist, torque) != 0.0:
-            raise ValueError("twist: must begin with 0, at a torque of 0, or have 0 between")
+        if np.any(self.clearance):
+            if not twist[0] < 0.0 < twist[-1] or np.interp(0.0, twist, torque) != 0.0:
+                raise ValueError("torque: must be 0 at a twist of 0, which clearance is around")
         return twist, torque
 
 
@@ -122,15 +123,16 @@ class _Block(NamedTuple):
     torque: Complexes
     mean: Floats  # Mean torque of each coupling; shape (cases, C)
     laws: Laws
+    clearance: Floats  # of each coupling [rad]; shape (cases, C)
     start: Complexes  # Harmonics of the cycle of a neighbour's twist, or none: (cases, C, 0)
 
     def some(self, which: Any) -> _Block:
         """Some of the cases."""
         laws = self.laws
-        own = Laws(laws.first, laws.twist, laws.torque, *(v[which] for v in laws[3:]))
+        own = Laws(laws.first, *(values[which] for values in laws[1:]))
         return _Block(
             self.system.mapped(lambda values: values[which]), self.speed[which],
-            self.torque[which], self.mean[which], own, self.start[which],
+            self.torque[which], self.mean[which], own, self.clearance[which], self.start[which],
         )  # fmt: skip
 
 
@@ -223,9 +225,10 @@ def nonlinear_response(
         return np.broadcast_to(values, (*shape, *ends)).reshape(count, *ends)
 
     cases = system.mapped(lambda values: flat(values, 1))
+    numbers = [[flat(value) for value in line] for line in numbers]
     every = _Block(
         cases, flat(omega), flat(given, 2), flat(mean, 1)[:, places],
-        _laws(cases, couplings, [[flat(value) for value in line] for line in numbers]),
+        _laws(cases, couplings, numbers), np.stack([line[0] for line in numbers], axis=-1),
         np.empty((count, len(places), 0)) if begun is None else flat(begun, 2),
     )  # fmt: skip
     whole = np.rint(nu * period / (2.0 * math.pi)).astype(np.int64)
@@ -297,19 +300,34 @@ def _numbers(coupling: Coupling) -> list[Floats]:
 
 
 def _laws(system: ShaftSystem, couplings: Sequence[Coupling], numbers: Any) -> Laws:
-    """Tables of all couplings one after the other, and their numbers of each case."""
-    tables = [coupling.table() for coupling in couplings]
-    first = np.cumsum([0, *(twist.size for twist, _ in tables)])
+    """Tables of all couplings one after the other, with their clearance; and their numbers."""
     places = [coupling.shaft for coupling in couplings]
-    nodes = system.node_of_shaft[places]
-    stiffness = system.stiffness[:, nodes] * system.shaft_factor[:, places] ** 2
-    linear = np.array([coupling.twist is None for coupling in couplings])
-    values = (np.ascontiguousarray(np.stack(value, axis=-1)) for value in zip(*numbers, strict=True))
-    return Laws(
-        first, np.concatenate([twist for twist, _ in tables]),
-        np.concatenate([torque for _, torque in tables]), np.where(linear, stiffness, 1.0),
-        stiffness, *values,
-    )  # fmt: skip
+    stiffness = system.stiffness[:, system.node_of_shaft[places]]
+    stiffness = stiffness * system.shaft_factor[:, places] ** 2
+    clearance, friction, stick = (np.stack(value, axis=-1) for value in zip(*numbers, strict=True))
+    columns: list[tuple[Floats, Floats, Floats]] = []
+    first = [0]
+    for c, coupling in enumerate(couplings):
+        twist, torque = coupling.table()
+        gap = 0.5 * clearance[:, c, None]
+        if gap.any():
+            below, above = twist < 0.0, twist > 0.0
+            side = np.repeat([-1.0, 1.0], [below.sum() + 1, above.sum() + 1])
+            twist = np.concatenate([twist[below], [0.0, 0.0], twist[above]])
+            torque = np.concatenate([torque[below], [0.0, 0.0], torque[above]])
+        else:
+            side = np.zeros(twist.size)
+        points = twist + gap * side
+        values = torque * (stiffness[:, c, None] if coupling.twist is None else np.ones_like(gap))
+        length, slope = np.diff(points), np.zeros(points.shape)
+        np.divide(np.diff(values), length, out=slope[:, :-1], where=length > 0.0)
+        slope[:, -1] = slope[:, -2]
+        for place in np.flatnonzero((length == 0.0).any(axis=0)):  # a clearance of 0
+            slope[:, place] = np.where(length[:, place] > 0.0, slope[:, place], slope[:, place - 1])
+        columns.append((points, values, slope))
+        first.append(first[-1] + twist.size)
+    lines = (np.concatenate(column, axis=-1) for column in zip(*columns, strict=True))
+    return Laws(np.array(first), *lines, stiffness, friction, stick)
 
 
 def _solve(
@@ -379,7 +397,7 @@ def _motions(
     twist, size = np.zeros(balance.linear.shape, dtype=np.complex128), balance.wave.size
     motion = Motion(
         twist, np.zeros_like(twist), np.zeros((cases, couplings, 2, size)),
-        np.zeros((cases, couplings, size)), np.zeros((cases, couplings, size), dtype=np.int64),
+        np.zeros((cases, couplings, 2, size)), np.zeros((cases, couplings, size)),
         np.zeros(cases, dtype=np.int64), np.zeros(cases, dtype=np.int64),
     )  # fmt: skip
     alive = np.flatnonzero(~resonant & np.isfinite(balance.linear).all(axis=(1, 2)))
@@ -399,13 +417,14 @@ def _motions(
 
 def _rest(block: _Block) -> Floats:
     """Mean twist of each coupling under the mean torque at rest, (cases, C)."""
-    laws, mean = block.laws, block.mean
-    twist = np.empty(mean.shape)
-    for c in range(mean.shape[1]):
+    laws, twist = block.laws, np.zeros(block.mean.shape)
+    for case, c in np.argwhere(block.mean != 0.0):
         table = slice(laws.first[c], laws.first[c + 1])
-        own = Coupling(0, laws.twist[table], laws.torque[table])
-        twist[:, c] = linearised(own, mean[:, c] / laws.scale[:, c])[1]
-    return np.asarray(twist + 0.5 * np.sign(mean) * laws.clearance)
+        points, torque, slope = (v[case, table] for v in (laws.twist, laws.torque, laws.slope))
+        place = int(np.clip(np.searchsorted(torque, block.mean[case, c]), 1, torque.size - 1)) - 1
+        place += int(slope[place] == 0.0)
+        twist[case, c] = points[place] + (block.mean[case, c] - torque[place]) / slope[place]
+    return twist
 
 
 def _error(motion: Motion, before: Motion) -> Floats:
@@ -426,19 +445,18 @@ def _results(
     shafts, system, speed, laws = task.shafts, block.system, block.speed, block.laws
     orders = task.base * part * np.arange(1, harmonics + 1)
     growing = unstable(
-        system, shafts, speed, task.base * part, motion.slope, motion.slipped,
+        system, shafts, speed, task.base * part, motion.slope, motion.origin,
         np.where(laws.friction > 0.0, laws.stick, 0.0), motion.unknowns,
     )  # fmt: skip
     status = np.where(growing & np.isin(status, WITH_NUMBERS), NO_STEADY_STATE, status)
     delta, torque = motion.samples[:, :, 0], motion.samples[:, :, 1]
-    half = 0.5 * laws.clearance
+    half = 0.5 * block.clearance
     inside = (np.abs(delta) <= half[..., None]) & (half[..., None] > 0.0)
     above, below = (delta > half[..., None]).any(-1), (delta < -half[..., None]).any(-1)
     contact = np.where(above & below, 2, np.where(~above & ~below, 3, inside.any(-1)))
-    beyond = delta - np.clip(delta, -half[..., None], half[..., None])
-    for c, bounded in enumerate(task.bounded):
-        ends = laws.twist[laws.first[c]], laws.twist[laws.first[c + 1] - 1]
-        outside = bounded & ((beyond[:, c] < ends[0]) | (beyond[:, c] > ends[1])).any(axis=-1)
+    for c in np.flatnonzero(task.bounded):
+        ends = laws.twist[:, [laws.first[c], laws.first[c + 1] - 1], None]
+        outside = ((delta[:, c] < ends[:, 0]) | (delta[:, c] > ends[:, 1])).any(axis=-1)
         status = np.where(outside & np.isin(status, WITH_NUMBERS), INVALID_INPUT, status)
     # Damping of the linear form adds to the torque.
     stiff = complex_stiffness(system, shafts, orders, speed)
@@ -452,7 +470,7 @@ def _results(
         "coupling_mean_twist": motion.twist[..., 0].real,
         "contact": np.where(half > 0.0, contact, 0).astype(np.int64),
         "clearance_share": inside.mean(axis=-1),
-        "slip_share": (motion.slipped == size + np.arange(size)).mean(axis=-1),
+        "slip_share": ((motion.slope[:, :, 1] < 0.5) & (laws.friction > 0.0)[..., None]).mean(-1),
         "coupling_twist": _harmonics_of_cycle(motion.twist, part, task.stored),
     }  # fmt: skip
     sides = [disc for shaft in shafts for disc in system.shafts[shaft].tolist()]
