@@ -31,8 +31,9 @@ the parabola through three samples: dD = k_f (d delta(tau) - d delta(tau_o)) unt
 more product of a column and a row for each time that it sticks.
 
 From lambda = 0 the curve of solutions is followed by its arc length (Keller), also where it turns
-back, to the first solution of lambda = 1: the motion that grows from small ones at this speed.
-A step counts if the corrections contract (Deuflhard). Sources: Krack and Gross, Harmonic Balance
+back, to the first solution of lambda = 1: the motion that grows from small ones at this speed. A
+step counts if its corrections contract. Where that fails, lambda is put on D in place of l: the
+motion that comes from the linear one. Sources: Krack and Gross, Harmonic Balance
 for Nonlinear Vibration Problems; Cameron and Griffin (1989), for samples in time.
 """
 
@@ -50,7 +51,10 @@ BEYOND = 0.1  # Largest |rho| times change of slope of harmonics that are no unk
 
 MOST_UNKNOWNS = 900  # Largest number of unknowns of a case
 
-STEPS = 200  # Largest number of steps along the curve of solutions
+STEPS = 100  # Largest number of steps along a curve of solutions
+
+FROM_REST, FROM_LINEAR, KNOWN = 0, 1, 2
+"""Where a solution comes from: from no excitation, from the linear system, or what is given."""
 
 # Part of the stiffness that Newton's method, not the torque, has in the clearance, where otherwise
 # no mean torque would tell the mean twist.
@@ -94,6 +98,21 @@ class Motion(NamedTuple):
     origin: Floats
     unknowns: Integers  # U, shape (cases,)
     solved: Integers  # 1 if so; shape (cases,)
+    way: Integers  # Where the solution comes from; shape (cases,)
+
+
+class _Scratch(NamedTuple):
+    """Arrays of one case with n = C (2 U + 1) unknowns, and the way on which it is."""
+
+    gap: Complexes  # G, shape (C, M + 1)
+    drive: Complexes  # Derivative of -G by lambda, shape (C, M + 1)
+    change: Complexes  # s_p, shape (C, 2 U + 1)
+    columns: Complexes  # dD, shape (U + 1, 2 U + 1)
+    matrix: Floats  # Jacobian, with lambda and the tangent; shape (n + 1, n + 1)
+    right: Floats  # shape (n + 1,)
+    tangent: Floats  # shape (n + 1,)
+    before: Complexes  # twists before a step, shape (C, M + 1)
+    work: Complexes  # shape (N,)
 
 
 @inlined
@@ -198,10 +217,11 @@ def _friction(
 
 @inlined
 def _evaluate(
-    laws: Laws, balance: Balance, motion: Motion, case: int, force: float, change: Complexes,
-    gap: Complexes, work: Complexes,
+    laws: Laws, balance: Balance, motion: Motion, case: int, way: int, part: float,
+    scratch: _Scratch,
 ) -> None:  # fmt: skip
-    """Samples, D, harmonics of the change of slope, and G in `gap`, of the twist of a case."""
+    """Fill in samples, D, harmonics of the change of slope, G and its drive, of a twist."""
+    gap, drive, change, work = scratch.gap, scratch.drive, scratch.change, scratch.work
     couplings, harmonics = gap.shape
     size, wave = work.size, balance.wave
     for c in range(couplings):
@@ -227,19 +247,27 @@ def _evaluate(
             change[c, p] = np.conj(0.5j * (work[p] - back)) / size
     for c in range(couplings):
         for m in range(harmonics):
-            value = motion.twist[case, c, m]
-            value -= balance.linear[case, c, m] * (force if m else 1.0)
+            linear, excess = balance.linear[case, c, m], 0j
             for d in range(couplings):
-                value -= balance.receptance[case, c, d, m] * motion.excess[case, d, m]
-            gap[c, m] = value
+                excess += balance.receptance[case, c, d, m] * motion.excess[case, d, m]
+            if way == FROM_REST and m > 0:
+                drive[c, m], rest = linear, excess
+            elif way == FROM_REST:
+                drive[c, m], rest = 0j, linear + excess
+            else:
+                drive[c, m], rest = excess, linear
+            gap[c, m] = motion.twist[case, c, m] - rest - part * drive[c, m]
 
 
 @inlined
 def _jacobian(
-    laws: Laws, balance: Balance, motion: Motion, case: int, change: Complexes, matrix: Floats,
-    columns: Complexes,
-) -> None:  # fmt: skip
-    """Fill in dG of the unknowns: r_0, real and imaginary part of r_1, r_2 ... of each coupling."""
+    laws: Laws, balance: Balance, motion: Motion, case: int, share: float, scratch: _Scratch
+) -> None:
+    """Fill in dG of the unknowns: r_0, real and imaginary part of r_1, r_2 ... of each coupling.
+
+    `share` is the factor on D.
+    """
+    change, matrix, columns = scratch.change, scratch.matrix, scratch.columns
     couplings, size = change.shape[0], balance.wave.size
     most = (columns.shape[1] - 1) // 2
     width = 2 * most + 1
@@ -274,7 +302,7 @@ def _jacobian(
                     columns[m, n] += scale * row[n]
         for c in range(couplings):
             for m in range(most + 1):
-                rho, at = balance.receptance[case, c, d, m], c * width + 2 * m
+                rho, at = share * balance.receptance[case, c, d, m], c * width + 2 * m
                 for n in range(width):
                     value = rho * columns[m, n]
                     if m:
@@ -315,57 +343,123 @@ def _solve(matrix: Floats, right: Floats) -> None:
 
 
 @inlined
+def _bordered(
+    laws: Laws, balance: Balance, motion: Motion, case: int, way: int, part: float, scale: float,
+    scratch: _Scratch,
+) -> None:  # fmt: skip
+    """Jacobian with the column of lambda and the tangent as its last row."""
+    _jacobian(laws, balance, motion, case, 1.0 if way == FROM_REST else part, scratch)
+    matrix, inner = scratch.matrix, scratch.right.size - 1
+    couplings, width = scratch.change.shape
+    for c in range(couplings):
+        for n in range(width):
+            value = -scratch.drive[c, (n + 1) // 2]
+            matrix[c * width + n, inner] = value.real if n == 0 or n % 2 == 1 else value.imag
+    for n in range(inner):
+        matrix[inner, n] = scratch.tangent[n] / scale**2
+    matrix[inner, inner] = scratch.tangent[inner]
+
+
+@inlined
+def _move(twist: Complexes, step: Floats, beyond: Complexes, factor: float) -> float:
+    """Add a step of the unknowns, and `factor` times a change of the others; sum of squares."""
+    couplings, harmonics = twist.shape
+    width, size = (step.size - 1) // couplings, 0.0
+    for c in range(couplings):
+        for m in range(harmonics):
+            at = c * width + 2 * m
+            if m == 0:
+                change = complex(step[at], 0.0)
+            elif 2 * m < width:
+                change = complex(step[at - 1], step[at])
+            else:
+                change = factor * beyond[c, m]
+            twist[c, m] += change
+            size += change.real**2 + change.imag**2
+    return size
+
+
+@inlined
 def _correct(
-    laws: Laws, balance: Balance, motion: Motion, case: int, force: float, tangent: Floats,
-    scale: float, change: Complexes, gap: Complexes, work: Complexes, matrix: Floats,
-    columns: Complexes, right: Floats,
+    laws: Laws, balance: Balance, motion: Motion, case: int, way: int, part: float, scale: float,
+    scratch: _Scratch,
 ) -> tuple[float, float]:  # fmt: skip
     """One step of Newton's method; lambda after it, and the size of the step over the scale.
 
     It stays at right angles to the tangent, whose last number belongs to lambda.
     """
-    _evaluate(laws, balance, motion, case, force, change, gap, work)
-    couplings, harmonics = gap.shape
-    _bordered(laws, balance, motion, case, tangent, scale, change, matrix, columns)
-    most, width = (columns.shape[1] - 1) // 2, columns.shape[1]
+    _evaluate(laws, balance, motion, case, way, part, scratch)
+    _bordered(laws, balance, motion, case, way, part, scale, scratch)
+    right = scratch.right
+    couplings, width = scratch.change.shape
     for c in range(couplings):
-        for m in range(most + 1):
-            right[c * width + max(2 * m - 1, 0)] = -gap[c, m].real
-            if m:
-                right[c * width + 2 * m] = -gap[c, m].imag
+        for n in range(width):
+            value = -scratch.gap[c, (n + 1) // 2]
+            right[c * width + n] = value.real if n == 0 or n % 2 == 1 else value.imag
     right[-1] = 0.0
-    _solve(matrix, right)
-    size = (right[-1]) ** 2
-    for c in range(couplings):
-        for m in range(harmonics):
-            if m == 0:
-                step = complex(right[c * width], 0.0)
-            elif m <= most:
-                step = complex(right[c * width + 2 * m - 1], right[c * width + 2 * m])
-            else:
-                step = -gap[c, m]
-            motion.twist[case, c, m] += step
-            size += (step.real**2 + step.imag**2) / scale**2
-    return force + right[-1], math.sqrt(size)
+    _solve(scratch.matrix, right)
+    size = _move(motion.twist[case], right, scratch.gap, -1.0)
+    return part + right[-1], math.sqrt(size / scale**2 + right[-1] ** 2)
 
 
 @inlined
-def _bordered(
-    laws: Laws, balance: Balance, motion: Motion, case: int, tangent: Floats, scale: float,
-    change: Complexes, matrix: Floats, columns: Complexes,
-) -> None:  # fmt: skip
-    """Jacobian with the column of lambda and the tangent as its last row."""
-    inner = matrix.shape[0] - 1
-    _jacobian(laws, balance, motion, case, change, matrix[:inner, :inner], columns)
-    width = columns.shape[1]
-    for c in range(change.shape[0]):
-        matrix[c * width, inner] = 0.0
-        for m in range(1, (width + 1) // 2):
-            matrix[c * width + 2 * m - 1, inner] = -balance.linear[case, c, m].real
-            matrix[c * width + 2 * m, inner] = -balance.linear[case, c, m].imag
-    for n in range(inner):
-        matrix[inner, n] = tangent[n] / scale**2
-    matrix[inner, inner] = tangent[inner]
+def _follow(
+    laws: Laws, balance: Balance, motion: Motion, case: int, way: int, scale: float,
+    scratch: _Scratch,
+) -> bool:  # fmt: skip
+    """Follow the curve of solutions from lambda = 0 to 1; whether it gets there."""
+    twist, right, tangent = motion.twist[case], scratch.right, scratch.tangent
+    part, distance, steps = 0.0, math.nan, 0
+    tangent[:] = 0.0
+    tangent[-1] = 1.0
+    while steps < STEPS:
+        # The curve's tangent, on the side of the one before.
+        _evaluate(laws, balance, motion, case, way, part, scratch)
+        _bordered(laws, balance, motion, case, way, part, scale, scratch)
+        right[:] = 0.0
+        right[-1] = 1.0
+        _solve(scratch.matrix, right)
+        length = right[-1] ** 2
+        for n in range(right.size - 1):
+            length += (right[n] / scale) ** 2
+        for n in range(right.size):
+            tangent[n] = right[n] / math.sqrt(length)
+        if not math.isfinite(length):
+            return False
+        if math.isnan(distance):
+            distance = 1.0 / tangent[-1]
+        scratch.before[:] = twist
+        start, accepted, last = part, False, False
+        while not accepted and not last:
+            steps += 1
+            last = part + distance * tangent[-1] >= 1.0
+            along = (1.0 - part) / tangent[-1] if last else distance
+            part = 1.0 if last else part + along * tangent[-1]
+            for n in range(right.size):
+                right[n] = along * tangent[n]
+            _move(twist, right, scratch.drive, right[-1])
+            if last:
+                tangent[:] = 0.0
+                tangent[-1] = 1.0
+            went = 0.5 * along
+            for number in range(12):
+                part, moved = _correct(laws, balance, motion, case, way, part, scale, scratch)
+                accepted = moved < max(1e-6, 1e-3 * along)
+                if accepted or not moved < went:
+                    break
+                went = moved
+            if accepted and last:
+                return True
+            if accepted:
+                distance *= 2.0 if number < 4 else 1.0
+            else:
+                distance, part = 0.4 * along, start
+                twist[:] = scratch.before
+                if distance < 1e-7 or steps >= STEPS:
+                    return False
+                # The drive belongs to the point at which the step begins.
+                _evaluate(laws, balance, motion, case, way, part, scratch)
+    return False
 
 
 @inlined
@@ -389,100 +483,37 @@ def _unknowns(laws: Laws, balance: Balance, case: int) -> int:
 
 @kernel
 def periodic_motions(
-    cases: Integers, laws: Laws, balance: Balance, motion: Motion, known: int
+    cases: Integers, laws: Laws, balance: Balance, motion: Motion, way: int
 ) -> None:
-    """Solve cases: with `known` from the twist given in `motion`, else along the curve."""
+    """Solve cases from the twist given in `motion`, in one of three ways."""
     couplings, harmonics = balance.linear.shape[1:]
-    size = balance.wave.size
-    work = np.empty(size, dtype=np.complex128)
-    gap = np.empty((couplings, harmonics), dtype=np.complex128)
-    before = np.empty((couplings, harmonics), dtype=np.complex128)
     for case in cases:
         most = _unknowns(laws, balance, case)
         width = 2 * most + 1
         inner = couplings * width
-        change = np.empty((couplings, width), dtype=np.complex128)
-        columns = np.empty((most + 1, width), dtype=np.complex128)
-        matrix = np.empty((inner + 1, inner + 1))
-        right, tangent = np.empty(inner + 1), np.zeros(inner + 1)
-        twist, linear = motion.twist[case], balance.linear[case]
+        scratch = _Scratch(
+            np.empty((couplings, harmonics), dtype=np.complex128),
+            np.empty((couplings, harmonics), dtype=np.complex128),
+            np.empty((couplings, width), dtype=np.complex128),
+            np.empty((most + 1, width), dtype=np.complex128),
+            np.empty((inner + 1, inner + 1)), np.empty(inner + 1), np.empty(inner + 1),
+            np.empty((couplings, harmonics), dtype=np.complex128),
+            np.empty(balance.wave.size, dtype=np.complex128),
+        )  # fmt: skip
         motion.unknowns[case], motion.solved[case] = most, 0
         scale = 0.0
         for c in range(couplings):
             for m in range(1, harmonics):
-                scale += abs(linear[c, m]) ** 2
+                scale += abs(balance.linear[case, c, m]) ** 2
         scale = math.sqrt(scale) if scale > 0.0 else 1.0
-        force, distance = (1.0, 0.0) if known else (0.0, math.nan)
-        steps = 0
-        tangent[-1] = 1.0
-        while force < 1.0 and steps < STEPS:
-            # The curve's tangent, from the previous one's side.
-            _evaluate(laws, balance, motion, case, force, change, gap, work)
-            _bordered(laws, balance, motion, case, tangent, scale, change, matrix, columns)
-            right[:] = 0.0
-            right[-1] = 1.0
-            _solve(matrix, right)
-            length = right[-1] ** 2
-            for n in range(inner):
-                length += (right[n] / scale) ** 2
-            for n in range(inner + 1):
-                tangent[n] = right[n] / math.sqrt(length)
-            if not math.isfinite(length):
-                break
-            if math.isnan(distance):
-                distance = 1.0 / tangent[-1]
-            before[:] = twist
-            start, accepted = force, False
-            while not accepted and distance > 1e-7 and steps < STEPS:
-                steps += 1
-                last = force + distance * tangent[-1] >= 1.0
-                along = (1.0 - force) / tangent[-1] if last else distance
-                force = 1.0 if last else force + along * tangent[-1]
-                for c in range(couplings):
-                    for m in range(1, harmonics):
-                        if m <= most:
-                            turned = complex(
-                                tangent[c * width + 2 * m - 1], tangent[c * width + 2 * m]
-                            )
-                        else:
-                            turned = linear[c, m] * tangent[-1]
-                        twist[c, m] += along * turned
-                    twist[c, 0] += along * tangent[c * width]
-                if last:
-                    right[:], tangent[:] = tangent, 0.0
-                    tangent[-1] = 1.0
-                went, contracts = along, True
-                for number in range(12):
-                    force, moved = _correct(
-                        laws, balance, motion, case, force, tangent, scale, change, gap, work,
-                        matrix, columns, right,
-                    )  # fmt: skip
-                    contracts = moved <= max(0.5 * went, 0.01 * along)
-                    went = moved
-                    if not contracts or moved < 1e-5:
-                        break
-                accepted = contracts and went < 1e-3 * along
-                if accepted:
-                    distance *= 2.0 if number < 4 else 1.0
-                else:
-                    distance, force = 0.4 * along, start
-                    twist[:] = before
-                    if last:
-                        break  # the tangent is made again
-            if not accepted and distance <= 1e-7:
-                break
-        if force < 1.0:
+        if way != KNOWN and not _follow(laws, balance, motion, case, way, scale, scratch):
             continue
-        tangent[:] = 0.0
-        tangent[-1] = 1.0
-        moved, least = 1.0, 1.0
+        scratch.tangent[:] = 0.0
+        scratch.tangent[-1] = 1.0
+        moved = 1.0
         for number in range(40):
-            force, moved = _correct(
-                laws, balance, motion, case, 1.0, tangent, scale, change, gap, work, matrix,
-                columns, right,
-            )  # fmt: skip
-            least = min(least, moved)
+            _, moved = _correct(laws, balance, motion, case, FROM_REST, 1.0, scale, scratch)
             if not moved > 1e-11 or (number > 20 and moved < 1e-8):
                 break
-        _evaluate(laws, balance, motion, case, 1.0, change, gap, work)
+        _evaluate(laws, balance, motion, case, FROM_REST, 1.0, scratch)
         motion.solved[case] = 1 if moved < 1e-8 else 0

@@ -39,7 +39,15 @@ from engine_dyn.status import (
 )
 from engine_dyn.torsion.floquet import complex_stiffness, receptance, unstable
 from engine_dyn.torsion.forced import forced_response
-from engine_dyn.torsion.harmonic_balance import Balance, Laws, Motion, periodic_motions
+from engine_dyn.torsion.harmonic_balance import (
+    FROM_LINEAR,
+    FROM_REST,
+    KNOWN,
+    Balance,
+    Laws,
+    Motion,
+    periodic_motions,
+)
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Complexes, Floats, Integers
@@ -261,7 +269,7 @@ def nonlinear_response(
             if progress:
                 progress(which.size)
     for name, value in results.items():
-        if name not in {"status", "error"}:
+        if name not in {"status", "error", "way"}:
             lost = ~np.isin(results["status"], WITH_NUMBERS)
             value[lost] = -1 if value.dtype.kind == "i" else np.nan
     return {name: value.reshape((*shape, *value.shape[1:])) for name, value in results.items()}
@@ -398,20 +406,25 @@ def _motions(
     motion = Motion(
         twist, np.zeros_like(twist), np.zeros((cases, couplings, 2, size)),
         np.zeros((cases, couplings, 2, size)), np.zeros((cases, couplings, size)),
-        np.zeros(cases, dtype=np.int64), np.zeros(cases, dtype=np.int64),
+        *(np.zeros(cases, dtype=np.int64) for _ in range(3)),
     )  # fmt: skip
     alive = np.flatnonzero(~resonant & np.isfinite(balance.linear).all(axis=(1, 2)))
+    motion.way[:] = KNOWN if before is None else before.way
     if before is not None:
         twist[..., : before.twist.shape[-1]] = before.twist
     elif block.start.shape[-1]:
         given = block.start[..., ::part][..., :width]
         twist[..., : given.shape[-1]] = np.nan_to_num(given)
     if before is not None or block.start.shape[-1]:
-        periodic_motions(alive, block.laws, balance, motion, 1)
+        periodic_motions(alive, block.laws, balance, motion, KNOWN)
         alive = alive[motion.solved[alive] == 0]
-    twist[alive] = 0.0
-    twist[alive, :, 0] = _rest(block)[alive]
-    periodic_motions(alive, block.laws, balance, motion, 0)
+    for way in (FROM_REST, FROM_LINEAR):
+        twist[alive] = 0.0 if way == FROM_REST else balance.linear[alive]
+        if way == FROM_REST:
+            twist[alive, :, 0] = _rest(block)[alive]
+        motion.way[alive] = way
+        periodic_motions(alive, block.laws, balance, motion, way)
+        alive = alive[motion.solved[alive] == 0]
     return motion
 
 
@@ -466,7 +479,7 @@ def _results(
     whole = torque + 0.5 * size * np.fft.irfft(lines, size)
     extremes = np.stack([-_largest(-whole), _largest(whole)], axis=-1)
     results = {
-        "status": status.astype(np.int8), "error": error, "coupling_extremes": extremes,
+        "status": status.astype(np.int8), "way": motion.way, "error": error, "coupling_extremes": extremes,
         "coupling_mean_twist": motion.twist[..., 0].real,
         "contact": np.where(half > 0.0, contact, 0).astype(np.int64),
         "clearance_share": inside.mean(axis=-1),
