@@ -90,7 +90,8 @@ class Motion(NamedTuple):
 
     twist: Complexes  # r; a start before, shape (cases, C, M + 1)
     excess: Complexes  # D, shape (cases, C, M + 1)
-    samples: Floats  # delta and f at the samples [rad, N m], shape (cases, C, 2, N)
+    # delta and f at the samples [rad, N m], and f with what corners take; shape (cases, C, 3, N)
+    samples: Floats
     # s at the samples, without friction's part, and that over k_f; shape (cases, C, 2, N)
     slope: Floats
     # Where friction has stuck since, in samples, from N on in this period; -1 from the mean twist,
@@ -139,10 +140,10 @@ def fourier(values: Complexes, wave: Complexes) -> None:
 
 @inlined
 def _torques(
-    laws: Laws, case: int, c: int, delta: Floats, torque: Floats, slope: Floats, grip: Floats,
-    origin: Floats,
-) -> None:  # fmt: skip
+    laws: Laws, case: int, c: int, samples: Floats, slope: Floats, grip: Floats, origin: Floats
+) -> None:
     """Fill in torque f, change of slope s, and friction's grip and origin, of a twist."""
+    delta, torque, weighted = samples[0], samples[1], samples[2]
     first, last = laws.first[c], laws.first[c + 1] - 2
     points, rise = laws.twist[case], laws.slope[case]
     k, size, place = laws.stiffness[case, c], delta.size, first
@@ -154,6 +155,7 @@ def _torques(
             place += 1
         if i < size:
             torque[i] = laws.torque[case, place] + rise[place] * (x - points[place])
+            weighted[i] = 0.0
             slope[i] = (rise[place] if rise[place] > 0.0 else SLACK * k) - k
             grip[i], origin[i] = 0.0, -2.0
         if i == 0:
@@ -163,19 +165,20 @@ def _torques(
             u = (points[corner] - delta[i - 1]) / way
             bend = math.copysign(0.5, way) * (rise[corner] - rise[corner - 1])
             lost = bend * way * u * (1.0 - u)
-            torque[i - 1] -= (1.0 - u) * lost
-            torque[j] -= u * lost
+            weighted[i - 1] -= (1.0 - u) * lost
+            weighted[j] -= u * lost
             slope[i - 1] += bend * (1.0 - u) * (1.0 - 3.0 * u)
             slope[j] += bend * u * (2.0 - 3.0 * u)
     if laws.friction[case, c] > 0.0:
-        _friction(laws.friction[case, c], laws.stick[case, c], delta, torque, grip, origin)
+        _friction(laws.friction[case, c], laws.stick[case, c], samples, grip, origin)
+    for i in range(size):
+        weighted[i] += torque[i]
 
 
 @inlined
-def _friction(
-    limit: float, stick: float, delta: Floats, torque: Floats, grip: Floats, origin: Floats
-) -> None:
+def _friction(limit: float, stick: float, samples: Floats, grip: Floats, origin: Floats) -> None:
     """Add friction to the torque, and fill in its grip and origin."""
+    delta, torque, weighted = samples[0], samples[1], samples[2]
     size, at, slips = delta.size, -1.0, False
     held = stick * (delta[0] - delta.mean())
     for i in range(2 * size + 1):
@@ -202,8 +205,8 @@ def _friction(
                 full = held - start
                 u = min(max((math.copysign(limit, held) - start) / full, 0.0), 1.0)
                 lost = -0.5 * full * u * (1.0 - u)
-                torque[before] -= (1.0 - u) * lost
-                torque[j] -= u * lost
+                weighted[before] -= (1.0 - u) * lost
+                weighted[j] -= u * lost
                 grip[before] -= 0.5 * (1.0 - u) * (1.0 - 3.0 * u)
                 grip[j] -= 0.5 * u * (2.0 - 3.0 * u)
                 origin[j] = at
@@ -225,7 +228,7 @@ def _evaluate(
     couplings, harmonics = gap.shape
     size, wave = work.size, balance.wave
     for c in range(couplings):
-        delta, torque = motion.samples[case, c, 0], motion.samples[case, c, 1]
+        delta, weighted = motion.samples[case, c, 0], motion.samples[case, c, 2]
         slope, grip = motion.slope[case, c, 0], motion.slope[case, c, 1]
         k, stick = laws.stiffness[case, c], laws.stick[case, c]
         work[:] = 0.0
@@ -233,10 +236,10 @@ def _evaluate(
         fourier(work, wave)
         for i in range(size):
             delta[i] = work[i].real
-        _torques(laws, case, c, delta, torque, slope, grip, motion.origin[case, c])
+        _torques(laws, case, c, motion.samples[case, c], slope, grip, motion.origin[case, c])
         # Both are real: one transform serves the two.
         for i in range(size):
-            work[i] = complex(torque[i] - k * delta[i], -slope[i] - stick * grip[i])
+            work[i] = complex(weighted[i] - k * delta[i], -slope[i] - stick * grip[i])
         fourier(work, wave)
         for m in range(harmonics):
             back = np.conj(work[size - m if m else 0])

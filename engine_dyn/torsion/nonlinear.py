@@ -404,7 +404,7 @@ def _motions(
     cases, couplings, width = balance.linear.shape
     twist, size = np.zeros(balance.linear.shape, dtype=np.complex128), balance.wave.size
     motion = Motion(
-        twist, np.zeros_like(twist), np.zeros((cases, couplings, 2, size)),
+        twist, np.zeros_like(twist), np.zeros((cases, couplings, 3, size)),
         np.zeros((cases, couplings, 2, size)), np.zeros((cases, couplings, size)),
         *(np.zeros(cases, dtype=np.int64) for _ in range(3)),
     )  # fmt: skip
@@ -442,8 +442,8 @@ def _rest(block: _Block) -> Floats:
 
 def _error(motion: Motion, before: Motion) -> Floats:
     """Largest change of torque or twist, over half of its range, from half as many samples."""
-    change = np.abs(motion.samples[..., ::2] - before.samples).max(axis=-1)
-    values = motion.samples
+    values = motion.samples[:, :, :2]
+    change = np.abs(values[..., ::2] - before.samples[:, :, :2]).max(axis=-1)
     half = 0.5 * np.ptp(values, axis=-1)
     # What hardly vibrates counts by the largest of all values.
     least = 1e-9 * np.abs(values).max(axis=(1, 3), keepdims=True)[..., 0]
