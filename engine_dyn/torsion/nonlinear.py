@@ -48,12 +48,23 @@ from engine_dyn.torsion.harmonic_balance import (
     Motion,
     periodic_motions,
 )
+from engine_dyn.torsion.marching import (
+    MOST_STEPS,
+    REPEATS,
+    Rotor,
+    harmonics_of,
+    march,
+    steps_of_cycle,
+)
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Complexes, Floats, Integers
 
 LEAST_HARMONICS, MOST_HARMONICS = 64, 4096
 """Harmonics with which a case begins, and with which it ends if it does not meet the tolerance."""
+
+MARCHED = 3
+"""Where a solution comes from, beside `FROM_REST`, `FROM_LINEAR` and `KNOWN`: many cycles in time."""
 
 NOTHING = 1e-12  # Harmonics of the torques below this part of the largest do not excite
 
@@ -257,7 +268,7 @@ def nonlinear_response(
     results: dict[str, Any] = {}
 
     def solve(job: tuple[Integers, int]) -> Any:
-        return _solve(every.some(job[0]), task, job[1], job[0])
+        return _solved(every.some(job[0]), task, job[1], job[0])
 
     for found in map_on_threads(solve, jobs, threads):
         for which, values in found:
@@ -266,8 +277,8 @@ def nonlinear_response(
                     none = -1 if value.dtype.kind == "i" else np.nan
                     results[name] = np.full((count, *value.shape[1:]), none, dtype=value.dtype)
                 results[name][which] = value
-            if progress:
-                progress(which.size)
+        if progress:
+            progress(len(np.unique(np.concatenate([which for which, _ in found]))))
     for name, value in results.items():
         if name not in {"status", "error", "way"}:
             lost = ~np.isin(results["status"], WITH_NUMBERS)
@@ -338,10 +349,67 @@ def _laws(system: ShaftSystem, couplings: Sequence[Coupling], numbers: Any) -> L
     return Laws(np.array(first), *lines, stiffness, friction, stick)
 
 
+_Found = list[tuple[Integers, dict[str, Any]]]
+"""Numbers of cases, and their results."""
+
+
+def _solved(block: _Block, task: _Task, part: int, numbers: Integers) -> _Found:
+    """Results of the cases of a block; those without a lasting motion are marched from rest."""
+    found = _solve(block, task, part, numbers)
+    again = []
+    for which, values in found:
+        lost = ~np.isin(values["status"], (*WITH_NUMBERS, INVALID_INPUT)) & (values["way"] >= 0)
+        for number in which[lost]:
+            one = block.some(np.flatnonzero(numbers == number))
+            twist, repeats = _marched(one, task)
+            if twist is None:
+                continue
+            if not repeats:
+                values["status"][which == number] = NO_STEADY_STATE
+                continue
+            own = _solve(one._replace(start=twist), task, 1, np.array([number]), MARCHED)
+            again += [pair for pair in own if pair[1]["status"][0] in WITH_NUMBERS]
+    return found + again
+
+
+def _marched(block: _Block, task: _Task) -> tuple[Complexes | None, bool]:
+    """Twists of one case after many cycles from rest, and whether they repeat."""
+    system, shafts, speed = block.system, task.shafts, float(block.speed[0])
+    nodes = system.node_of_shaft[shafts]
+    strongest = np.abs(block.torque[0]).max(axis=0).argmax()
+    lag = system.stiffness_at(block.speed)[0] * system.loss_factor[0]
+    coupling, factor = np.full(system.parent.size, -1), np.ones(system.parent.size)
+    coupling[nodes], factor[nodes] = np.arange(len(shafts)), system.shaft_factor[0, shafts]
+    rotor = Rotor(
+        system.parent, system.inertia[0], system.disc_damping[0], system.ground_stiffness[0],
+        np.where(coupling < 0, system.stiffness_at(block.speed)[0], 0.0),
+        system.damping[0] + lag / (task.base * task.harmonic[strongest] * speed),
+        coupling, factor,
+    )  # fmt: skip
+    laws = block.laws
+    steepest = np.maximum.reduceat(laws.slope[0], laws.first[:-1])
+    steepest = steepest + np.where(laws.friction[0] > 0.0, laws.stick[0], 0.0)
+    cycle = 2.0 * math.pi / (task.base * speed)
+    steps = max(steps_of_cycle(rotor, steepest, cycle), 4 * LEAST_HARMONICS)
+    if steps > MOST_STEPS:
+        return None, False
+    lines = np.zeros((system.parent.size, steps + 1), dtype=np.complex128)
+    for throw, disc in enumerate(task.throws):
+        own = system.ratio[0, disc] * block.torque[0, throw]
+        np.add.at(lines[system.node_of_disc[disc]], task.harmonic, own)
+    force = np.ascontiguousarray(steps * np.fft.irfft(lines, 2 * steps).T)
+    twists = np.zeros((len(shafts), steps))
+    change = march(rotor, laws, 0, block.mean[0], _rest(block)[0], force, cycle, twists)
+    return harmonics_of(twists, steps // 4)[None], change < REPEATS
+
+
 def _solve(
-    block: _Block, task: _Task, part: int, numbers: Integers
-) -> list[tuple[Integers, dict[str, Any]]]:
-    """Results of the cases of a block, with more and more harmonics; and the cases' numbers."""
+    block: _Block, task: _Task, part: int, numbers: Integers, given: int = KNOWN
+) -> _Found:
+    """Results of the cases of a block, with more and more harmonics.
+
+    `given` is `MARCHED` where nothing but the start counts.
+    """
     harmonics = LEAST_HARMONICS
     while harmonics * part < task.harmonic.max(initial=1):
         harmonics *= 2
@@ -349,7 +417,7 @@ def _solve(
     before: Motion | None = None
     while True:
         balance, resonant = _condensed(block, task, part, harmonics)
-        motion = _motions(block, task, part, balance, resonant, before)
+        motion = _motions(block, part, balance, resonant, before, given)
         error = np.full(numbers.size, np.inf) if before is None else _error(motion, before)
         status = np.where(motion.solved > 0, CONVERGED, NOT_CONVERGED)
         status = np.where(resonant, NO_STEADY_STATE, status)
@@ -398,7 +466,7 @@ def _condensed(
 
 
 def _motions(
-    block: _Block, task: _Task, part: int, balance: Balance, resonant: Any, before: Motion | None
+    block: _Block, part: int, balance: Balance, resonant: Any, before: Motion | None, given: int
 ) -> Motion:
     """Solve a block, from the solution with fewer harmonics, a neighbour's, or the mean twists."""
     cases, couplings, width = balance.linear.shape
@@ -409,16 +477,17 @@ def _motions(
         *(np.zeros(cases, dtype=np.int64) for _ in range(3)),
     )  # fmt: skip
     alive = np.flatnonzero(~resonant & np.isfinite(balance.linear).all(axis=(1, 2)))
-    motion.way[:] = KNOWN if before is None else before.way
+    motion.way[:] = given if before is None else before.way
+    motion.way[resonant] = -1
     if before is not None:
         twist[..., : before.twist.shape[-1]] = before.twist
     elif block.start.shape[-1]:
-        given = block.start[..., ::part][..., :width]
-        twist[..., : given.shape[-1]] = np.nan_to_num(given)
+        start = block.start[..., ::part][..., :width]
+        twist[..., : start.shape[-1]] = np.nan_to_num(start)
     if before is not None or block.start.shape[-1]:
         periodic_motions(alive, block.laws, balance, motion, KNOWN)
         alive = alive[motion.solved[alive] == 0]
-    for way in (FROM_REST, FROM_LINEAR):
+    for way in () if given == MARCHED else (FROM_REST, FROM_LINEAR):
         twist[alive] = 0.0 if way == FROM_REST else balance.linear[alive]
         if way == FROM_REST:
             twist[alive, :, 0] = _rest(block)[alive]
