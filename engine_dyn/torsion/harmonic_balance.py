@@ -51,6 +51,8 @@ BEYOND = 0.1  # Largest |rho| times change of slope of harmonics that are no unk
 
 MOST_UNKNOWNS = 900  # Largest number of unknowns of a case
 
+LEFT = 1e-4  # Largest size of the last step of a solution, which is part of its error
+
 STEPS = 100  # Largest number of steps along a curve of solutions
 
 FROM_REST, FROM_LINEAR, KNOWN = 0, 1, 2
@@ -99,6 +101,7 @@ class Motion(NamedTuple):
     origin: Floats
     unknowns: Integers  # U, shape (cases,)
     solved: Integers  # 1 if so; shape (cases,)
+    left: Floats  # Size of the last step over that of the linear twist; shape (cases,)
     way: Integers  # Where the solution comes from; shape (cases,)
 
 
@@ -385,9 +388,9 @@ def _move(twist: Complexes, step: Floats, beyond: Complexes, factor: float) -> f
 @inlined
 def _correct(
     laws: Laws, balance: Balance, motion: Motion, case: int, way: int, part: float, scale: float,
-    scratch: _Scratch,
+    damped: float, scratch: _Scratch,
 ) -> tuple[float, float]:  # fmt: skip
-    """One step of Newton's method; lambda after it, and the size of the step over the scale.
+    """A part of one step of Newton's method; lambda after it, and the size of the whole step.
 
     It stays at right angles to the tangent, whose last number belongs to lambda.
     """
@@ -401,8 +404,10 @@ def _correct(
             right[c * width + n] = value.real if n == 0 or n % 2 == 1 else value.imag
     right[-1] = 0.0
     _solve(scratch.matrix, right)
-    size = _move(motion.twist[case], right, scratch.gap, -1.0)
-    return part + right[-1], math.sqrt(size / scale**2 + right[-1] ** 2)
+    for n in range(right.size):
+        right[n] *= damped
+    size = _move(motion.twist[case], right, scratch.gap, -damped)
+    return part + right[-1], math.sqrt(size / scale**2 + right[-1] ** 2) / damped
 
 
 @inlined
@@ -446,7 +451,7 @@ def _follow(
                 tangent[-1] = 1.0
             went = 0.5 * along
             for number in range(12):
-                part, moved = _correct(laws, balance, motion, case, way, part, scale, scratch)
+                part, moved = _correct(laws, balance, motion, case, way, part, scale, 1.0, scratch)
                 accepted = moved < max(1e-6, 1e-3 * along)
                 if accepted or not moved < went:
                     break
@@ -513,10 +518,14 @@ def periodic_motions(
             continue
         scratch.tangent[:] = 0.0
         scratch.tangent[-1] = 1.0
-        moved = 1.0
-        for number in range(40):
-            _, moved = _correct(laws, balance, motion, case, FROM_REST, 1.0, scale, scratch)
-            if not moved > 1e-11 or (number > 20 and moved < 1e-8):
+        moved, damped = 1.0, 1.0
+        for _ in range(60):
+            went = moved
+            _, moved = _correct(laws, balance, motion, case, FROM_REST, 1.0, scale, damped, scratch)
+            if not moved > 1e-11:
                 break
+            # Friction turns from sample to sample in small jumps, between which steps may swing.
+            damped = max(0.5 * damped, 0.1) if moved > 0.7 * went else min(2.0 * damped, 1.0)
         _evaluate(laws, balance, motion, case, FROM_REST, 1.0, scratch)
-        motion.solved[case] = 1 if moved < 1e-8 else 0
+        motion.left[case] = moved
+        motion.solved[case] = 1 if moved < LEFT else 0

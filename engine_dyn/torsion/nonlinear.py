@@ -66,6 +66,8 @@ LEAST_HARMONICS, MOST_HARMONICS = 64, 4096
 MARCHED = 3
 """Where a solution comes from, beside `FROM_REST`, `FROM_LINEAR` and `KNOWN`: many cycles in time."""
 
+FINER = 1024  # Harmonics up to which a motion that was found in time is looked for
+
 NOTHING = 1e-12  # Harmonics of the torques below this part of the largest do not excite
 
 AT_ONCE = 16  # Number of cases that a thread takes at once
@@ -421,6 +423,9 @@ def _solve(
         error = np.full(numbers.size, np.inf) if before is None else _error(motion, before)
         status = np.where(motion.solved > 0, CONVERGED, NOT_CONVERGED)
         status = np.where(resonant, NO_STEADY_STATE, status)
+        if given == MARCHED and before is None and not motion.solved.all() and harmonics < FINER:
+            harmonics *= 2
+            continue
         last = 2 * harmonics > MOST_HARMONICS
         done = (error <= task.tolerance) | (status != CONVERGED) | last
         if done.any():
@@ -474,7 +479,8 @@ def _motions(
     motion = Motion(
         twist, np.zeros_like(twist), np.zeros((cases, couplings, 3, size)),
         np.zeros((cases, couplings, 2, size)), np.zeros((cases, couplings, size)),
-        *(np.zeros(cases, dtype=np.int64) for _ in range(3)),
+        np.zeros(cases, dtype=np.int64), np.zeros(cases, dtype=np.int64), np.zeros(cases),
+        np.zeros(cases, dtype=np.int64),
     )  # fmt: skip
     alive = np.flatnonzero(~resonant & np.isfinite(balance.linear).all(axis=(1, 2)))
     motion.way[:] = given if before is None else before.way
@@ -516,7 +522,8 @@ def _error(motion: Motion, before: Motion) -> Floats:
     half = 0.5 * np.ptp(values, axis=-1)
     # What hardly vibrates counts by the largest of all values.
     least = 1e-9 * np.abs(values).max(axis=(1, 3), keepdims=True)[..., 0]
-    return np.asarray((change / np.maximum(half, np.maximum(least, 1e-300))).max(axis=(1, 2)))
+    error = (change / np.maximum(half, np.maximum(least, 1e-300))).max(axis=(1, 2))
+    return np.asarray(error + motion.left)
 
 
 def _results(
