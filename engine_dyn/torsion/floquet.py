@@ -48,7 +48,10 @@ def receptance(system: ShaftSystem, shafts: Any, orders: Floats, speed: Any) -> 
 
 
 def complex_stiffness(system: ShaftSystem, shafts: Any, orders: Floats, speed: Any) -> Complexes:
-    """k (1 + i eta) + i nu omega c of shafts in their own turns [N m/rad], (..., C, orders)."""
+    """Stiffness k (1 + i eta) + i nu omega c of shafts in their own turns [N m/rad].
+
+    Shape (..., C, orders).
+    """
     nodes = system.node_of_shaft[shafts]
     own = system.shaft_factor[..., shafts] ** 2
     real, viscous = (own * v[..., nodes] for v in (system.stiffness, system.damping))
@@ -74,7 +77,7 @@ def unstable(
         most = int(unknowns[which].max())
         m = np.arange(-most, most + 1)
         nu = base * (m + alpha[:, None])
-        own = system.mapped(lambda values: values[which])
+        own = system.of(which)
         rho = receptance(own, shafts, np.abs(nu).ravel(), speed[which])
         rho = np.where(nu.ravel() < 0.0, rho.conj(), rho).reshape(*rho.shape[:3], *nu.shape)
         for place, case in enumerate(which):

@@ -450,7 +450,9 @@ def _follow(
                 tangent[:] = 0.0
                 tangent[-1] = 1.0
             went = 0.5 * along
-            for number in range(12):
+            corrections = 0
+            while corrections < 12:
+                corrections += 1
                 part, moved = _correct(laws, balance, motion, case, way, part, scale, 1.0, scratch)
                 accepted = moved < max(1e-6, 1e-3 * along)
                 if accepted or not moved < went:
@@ -459,7 +461,7 @@ def _follow(
             if accepted and last:
                 return True
             if accepted:
-                distance *= 2.0 if number < 4 else 1.0
+                distance *= 2.0 if corrections <= 4 else 1.0
             else:
                 distance, part = 0.4 * along, start
                 twist[:] = scratch.before

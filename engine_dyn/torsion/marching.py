@@ -9,12 +9,14 @@ method begins, and no result.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine_dyn.compilation import inlined, kernel
+from engine_dyn.torsion.couplings import rest_twists
 from engine_dyn.torsion.harmonic_balance import Laws
+from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Complexes, Floats, Integers
 
 MOST_STEPS = 8192  # Largest number of steps of a cycle; stiffer systems are left out
@@ -119,7 +121,7 @@ def march(
     h, couplings = cycle / steps, rest.size
     state, stage, total = np.zeros(2 * nodes), np.zeros(2 * nodes), np.zeros(2 * nodes)
     rate, slider, change = np.zeros(2 * nodes), rest.copy(), math.inf
-    for number in range(CYCLES):
+    for _ in range(CYCLES):
         change = 0.0
         for step in range(steps):
             for node in range(1, nodes):
@@ -153,8 +155,50 @@ def march(
     return change
 
 
-def harmonics_of(twists: Floats, count: int) -> Complexes:
-    """Harmonics 0 .. count - 1 of twists over a cycle."""
-    whole = np.fft.rfft(twists) / twists.shape[-1]
-    whole[..., 1:] *= 2.0
-    return np.asarray(whole[..., :count])
+def marched(
+    system: ShaftSystem, shafts: Any, laws: Laws, speed: float, mean: Floats, force: Complexes,
+    base: float,
+) -> tuple[Complexes | None, bool]:  # fmt: skip
+    """Harmonics of the couplings' twists after many cycles of one case, and whether they repeat.
+
+    None where the system is too stiff.
+
+    Parameters
+    ----------
+    system, laws : ShaftSystem, Laws
+        Of one case along their axis.
+    shafts : sequence of int
+        Shaft of each coupling.
+    speed : float
+        [rad/s].
+    mean : ndarray, shape (1, C)
+        Mean torques [N m].
+    force : ndarray of complex, shape (M, H)
+        Harmonics of the cycle from 0 on of the referred torque on each node [N m].
+    base : float
+        Order of the first harmonic.
+    """
+    nodes = system.node_of_shaft[shafts]
+    strongest = int(np.abs(force).max(axis=0).argmax())
+    stiffness = system.stiffness_at(speed)[0]
+    coupling, factor = np.full(system.parent.size, -1), np.ones(system.parent.size)
+    coupling[nodes], factor[nodes] = np.arange(nodes.size), system.shaft_factor[0, shafts]
+    lag = stiffness * system.loss_factor[0] / (base * max(strongest, 1) * speed)
+    rotor = Rotor(
+        system.parent, system.inertia[0], system.disc_damping[0], system.ground_stiffness[0],
+        np.where(coupling < 0, stiffness, 0.0), system.damping[0] + lag, coupling, factor,
+    )  # fmt: skip
+    steepest = np.maximum.reduceat(laws.slope[0], laws.first[:-1])
+    steepest = steepest + np.where(laws.friction[0] > 0.0, laws.stick[0], 0.0)
+    cycle = 2.0 * math.pi / (base * speed)
+    steps = max(steps_of_cycle(rotor, steepest, cycle), 4 * force.shape[-1])
+    if steps > MOST_STEPS:
+        return None, False
+    lines = np.zeros((force.shape[0], steps + 1), dtype=np.complex128)
+    lines[:, : force.shape[-1]] = force
+    over_time = np.ascontiguousarray(steps * np.fft.irfft(lines, 2 * steps).T)
+    twists = np.zeros((nodes.size, steps))
+    change = march(rotor, laws, 0, mean[0], rest_twists(laws, mean)[0], over_time, cycle, twists)
+    whole = np.fft.rfft(twists) / steps
+    whole[:, 1:] *= 2.0
+    return whole[None, :, : steps // 4], change < REPEATS

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +36,7 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
     WITH_NUMBERS,
 )
+from engine_dyn.torsion.couplings import Coupling, laws_of, numbers_of, rest_twists
 from engine_dyn.torsion.floquet import complex_stiffness, receptance, unstable
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.harmonic_balance import (
@@ -48,14 +48,7 @@ from engine_dyn.torsion.harmonic_balance import (
     Motion,
     periodic_motions,
 )
-from engine_dyn.torsion.marching import (
-    MOST_STEPS,
-    REPEATS,
-    Rotor,
-    harmonics_of,
-    march,
-    steps_of_cycle,
-)
+from engine_dyn.torsion.marching import marched
 from engine_dyn.torsion.modes import checked_orders
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Complexes, Floats, Integers
@@ -64,76 +57,13 @@ LEAST_HARMONICS, MOST_HARMONICS = 64, 4096
 """Harmonics with which a case begins, and with which it ends if it does not meet the tolerance."""
 
 MARCHED = 3
-"""Where a solution comes from, beside `FROM_REST`, `FROM_LINEAR` and `KNOWN`: many cycles in time."""
+"""Where a solution comes from, beside those of `harmonic_balance`: from many cycles in time."""
 
 FINER = 1024  # Harmonics up to which a motion that was found in time is looked for
 
 NOTHING = 1e-12  # Harmonics of the torques below this part of the largest do not excite
 
 AT_ONCE = 16  # Number of cases that a thread takes at once
-
-CONTACTS = ("keeps_contact", "lifts_off", "rattles", "floats")
-"""What a coupling with clearance does: touch one side always or at times, both sides, or none."""
-
-
-@dataclass(frozen=True, eq=False)
-class Coupling:
-    """A coupling whose torque is not in proportion to its twist.
-
-    Numbers broadcast with the designs.
-    """
-
-    shaft: int  # Number of its shaft, whose stiffness is that of the linear form
-    # Twist [rad] and torque [N m], ascending. Tables from 0 on are odd. Without them, the shaft's
-    # stiffness acts.
-    twist: Any = None
-    torque: Any = None
-    clearance: Any = 0.0  # Angle between the two sides' contacts, in which no torque acts [rad]
-    # Torque of dry friction, beside all of that [N m], and the stiffness with which it sticks
-    # [N m/rad].
-    friction_torque: Any = 0.0
-    friction_stiffness: Any = 0.0
-
-    def table(self) -> tuple[Floats, Floats]:
-        """Twist and torque of all points, after checks; (-1, 0, 1) without a table."""
-        if self.twist is None and self.torque is None:
-            line = np.array([-1.0, 0.0, 1.0])
-            return line, line
-        twist, torque = (
-            given_array(name, value, finite=True)
-            for name, value in (("twist", self.twist), ("torque", self.torque))
-        )
-        if twist.ndim != 1 or twist.size < 2 or twist.shape != torque.shape:
-            raise ValueError(
-                f"torque: {torque.size} values over {twist.size} of twist: must be as many, at "
-                "least 2"
-            )
-        for name, values in (("twist", twist), ("torque", torque)):
-            if not (np.diff(values) > 0.0).all():
-                place = int(np.argmin(np.diff(values) > 0.0)) + 1
-                raise ValueError(
-                    f"{name}[{place}] = {values[place]:g}: must be above the value before, "
-                    f"{values[place - 1]:g}"
-                )
-        if twist[0] == 0.0 and torque[0] == 0.0:
-            return np.concatenate([-twist[:0:-1], twist]), np.concatenate([-torque[:0:-1], torque])
-        if np.any(self.clearance):
-            if not twist[0] < 0.0 < twist[-1] or np.interp(0.0, twist, torque) != 0.0:
-                raise ValueError("torque: must be 0 at a twist of 0, which clearance is around")
-        return twist, torque
-
-
-def linearised(coupling: Coupling, mean_torque: Any) -> tuple[Floats, Floats]:
-    """Stiffness [N m/rad] at a mean torque [N m] by the coupling's table, and mean twist [rad].
-
-    Where the mean torque is 0, with clearance, the stiffness is that of contact.
-    """
-    twist, torque = coupling.table()
-    mean = given_array("mean_torque", mean_torque)
-    place = np.clip(np.searchsorted(torque, mean, side="right") - 1, 0, torque.size - 2)
-    slope = (np.diff(torque) / np.diff(twist))[place]
-    at = twist[place] + (mean - torque[place]) / slope
-    return slope, at + np.sign(mean) * 0.5 * given_array("clearance", coupling.clearance)
 
 
 class _Block(NamedTuple):
@@ -152,7 +82,7 @@ class _Block(NamedTuple):
         laws = self.laws
         own = Laws(laws.first, *(values[which] for values in laws[1:]))
         return _Block(
-            self.system.mapped(lambda values: values[which]), self.speed[which],
+            self.system.of(which), self.speed[which],
             self.torque[which], self.mean[which], own, self.clearance[which], self.start[which],
         )  # fmt: skip
 
@@ -215,7 +145,7 @@ def nonlinear_response(
     dict
         Results as of `forced_response`. For each coupling, with C along the last axis but as
         noted: "coupling_extremes", least and largest torque [N m] with all parts and the mean,
-        (..., C, 2); "coupling_mean_twist" [rad]; "contact", a number of `CONTACTS`;
+        (..., C, 2); "coupling_mean_twist" [rad]; "contact", a number of `couplings.CONTACTS`;
         "clearance_share" and "slip_share", parts of the time without contact, and in which
         friction slips; "coupling_twist", harmonics of the twist from 0 on [rad], (..., C, H).
         "error", (...), of torques and twists over their half ranges. "status", (...): as of
@@ -233,7 +163,7 @@ def nonlinear_response(
     given, omega = np.asarray(torque, dtype=np.complex128), given_array("speed", speed)
     if given.shape[-2:] != (len(throws), nu.size):
         raise ValueError(f"torque: must end with {len(throws)} throws and {nu.size} orders")
-    numbers = [_numbers(coupling) for coupling in couplings]
+    numbers = [numbers_of(coupling) for coupling in couplings]
     begun = None if start is None else np.asarray(start, dtype=np.complex128)
     shape = np.broadcast_shapes(
         system.shape, omega.shape, given.shape[:-2], mean.shape[:-1],
@@ -249,8 +179,8 @@ def nonlinear_response(
     numbers = [[flat(value) for value in line] for line in numbers]
     every = _Block(
         cases, flat(omega), flat(given, 2), flat(mean, 1)[:, places],
-        _laws(cases, couplings, numbers), np.stack([line[0] for line in numbers], axis=-1),
-        np.empty((count, len(places), 0)) if begun is None else flat(begun, 2),
+        laws_of(cases, couplings, numbers), np.stack([line[0] for line in numbers], axis=-1),
+        np.empty((count, len(places), 0), dtype=complex) if begun is None else flat(begun, 2),
     )  # fmt: skip
     whole = np.rint(nu * period / (2.0 * math.pi)).astype(np.int64)
     task = _Task(
@@ -307,50 +237,6 @@ def _check(system: ShaftSystem, places: Sequence[int], tolerance: float) -> None
     check_above_zero(tolerance=tolerance)
 
 
-def _numbers(coupling: Coupling) -> list[Floats]:
-    """Clearance, and torque and stiffness of the friction, after checks."""
-    values = []
-    for name in ("clearance", "friction_torque", "friction_stiffness"):
-        value = given_array(name, getattr(coupling, name), finite=True)
-        if (value < 0.0).any():
-            raise ValueError(f"{name} = {value[value < 0.0].flat[0]:g}: must not be below 0")
-        values.append(value)
-    if np.any((values[1] > 0.0) & (values[2] == 0.0)):
-        raise ValueError("friction_stiffness = 0: must be above 0 beside a friction_torque")
-    return values
-
-
-def _laws(system: ShaftSystem, couplings: Sequence[Coupling], numbers: Any) -> Laws:
-    """Tables of all couplings one after the other, with their clearance; and their numbers."""
-    places = [coupling.shaft for coupling in couplings]
-    stiffness = system.stiffness[:, system.node_of_shaft[places]]
-    stiffness = stiffness * system.shaft_factor[:, places] ** 2
-    clearance, friction, stick = (np.stack(value, axis=-1) for value in zip(*numbers, strict=True))
-    columns: list[tuple[Floats, Floats, Floats]] = []
-    first = [0]
-    for c, coupling in enumerate(couplings):
-        twist, torque = coupling.table()
-        gap = 0.5 * clearance[:, c, None]
-        if gap.any():
-            below, above = twist < 0.0, twist > 0.0
-            side = np.repeat([-1.0, 1.0], [below.sum() + 1, above.sum() + 1])
-            twist = np.concatenate([twist[below], [0.0, 0.0], twist[above]])
-            torque = np.concatenate([torque[below], [0.0, 0.0], torque[above]])
-        else:
-            side = np.zeros(twist.size)
-        points = twist + gap * side
-        values = torque * (stiffness[:, c, None] if coupling.twist is None else np.ones_like(gap))
-        length, slope = np.diff(points), np.zeros(points.shape)
-        np.divide(np.diff(values), length, out=slope[:, :-1], where=length > 0.0)
-        slope[:, -1] = slope[:, -2]
-        for place in np.flatnonzero((length == 0.0).any(axis=0)):  # a clearance of 0
-            slope[:, place] = np.where(length[:, place] > 0.0, slope[:, place], slope[:, place - 1])
-        columns.append((points, values, slope))
-        first.append(first[-1] + twist.size)
-    lines = (np.concatenate(column, axis=-1) for column in zip(*columns, strict=True))
-    return Laws(np.array(first), *lines, stiffness, friction, stick)
-
-
 _Found = list[tuple[Integers, dict[str, Any]]]
 """Numbers of cases, and their results."""
 
@@ -376,38 +262,17 @@ def _solved(block: _Block, task: _Task, part: int, numbers: Integers) -> _Found:
 
 def _marched(block: _Block, task: _Task) -> tuple[Complexes | None, bool]:
     """Twists of one case after many cycles from rest, and whether they repeat."""
-    system, shafts, speed = block.system, task.shafts, float(block.speed[0])
-    nodes = system.node_of_shaft[shafts]
-    strongest = np.abs(block.torque[0]).max(axis=0).argmax()
-    lag = system.stiffness_at(block.speed)[0] * system.loss_factor[0]
-    coupling, factor = np.full(system.parent.size, -1), np.ones(system.parent.size)
-    coupling[nodes], factor[nodes] = np.arange(len(shafts)), system.shaft_factor[0, shafts]
-    rotor = Rotor(
-        system.parent, system.inertia[0], system.disc_damping[0], system.ground_stiffness[0],
-        np.where(coupling < 0, system.stiffness_at(block.speed)[0], 0.0),
-        system.damping[0] + lag / (task.base * task.harmonic[strongest] * speed),
-        coupling, factor,
-    )  # fmt: skip
-    laws = block.laws
-    steepest = np.maximum.reduceat(laws.slope[0], laws.first[:-1])
-    steepest = steepest + np.where(laws.friction[0] > 0.0, laws.stick[0], 0.0)
-    cycle = 2.0 * math.pi / (task.base * speed)
-    steps = max(steps_of_cycle(rotor, steepest, cycle), 4 * LEAST_HARMONICS)
-    if steps > MOST_STEPS:
-        return None, False
-    lines = np.zeros((system.parent.size, steps + 1), dtype=np.complex128)
+    system = block.system
+    force = np.zeros((system.parent.size, int(task.harmonic.max(initial=0)) + 1), dtype=complex)
     for throw, disc in enumerate(task.throws):
         own = system.ratio[0, disc] * block.torque[0, throw]
-        np.add.at(lines[system.node_of_disc[disc]], task.harmonic, own)
-    force = np.ascontiguousarray(steps * np.fft.irfft(lines, 2 * steps).T)
-    twists = np.zeros((len(shafts), steps))
-    change = march(rotor, laws, 0, block.mean[0], _rest(block)[0], force, cycle, twists)
-    return harmonics_of(twists, steps // 4)[None], change < REPEATS
+        np.add.at(force[system.node_of_disc[disc]], task.harmonic, own)
+    return marched(
+        system, task.shafts, block.laws, float(block.speed[0]), block.mean, force, task.base
+    )
 
 
-def _solve(
-    block: _Block, task: _Task, part: int, numbers: Integers, given: int = KNOWN
-) -> _Found:
+def _solve(block: _Block, task: _Task, part: int, numbers: Integers, given: int = KNOWN) -> _Found:
     """Results of the cases of a block, with more and more harmonics.
 
     `given` is `MARCHED` where nothing but the start counts.
@@ -446,12 +311,10 @@ def _of(motion: Motion, which: Any) -> Motion:
     return Motion(*(values[which] for values in motion))
 
 
-def _condensed(
-    block: _Block, task: _Task, part: int, harmonics: int
-) -> tuple[Balance, Any]:
+def _condensed(block: _Block, task: _Task, part: int, harmonics: int) -> tuple[Balance, Any]:
     """The linear system as the couplings see it, and the cases in which it resonates."""
     shafts, system, speed = task.shafts, block.system, block.speed
-    orders = task.base * part * np.arange(1, harmonics + 1)
+    orders = task.base * part * np.arange(1.0, harmonics + 1)
     cases, couplings = speed.size, len(shafts)
     excited = task.harmonic % part == 0
     response = forced_response(
@@ -496,23 +359,11 @@ def _motions(
     for way in () if given == MARCHED else (FROM_REST, FROM_LINEAR):
         twist[alive] = 0.0 if way == FROM_REST else balance.linear[alive]
         if way == FROM_REST:
-            twist[alive, :, 0] = _rest(block)[alive]
+            twist[alive, :, 0] = rest_twists(block.laws, block.mean)[alive]
         motion.way[alive] = way
         periodic_motions(alive, block.laws, balance, motion, way)
         alive = alive[motion.solved[alive] == 0]
     return motion
-
-
-def _rest(block: _Block) -> Floats:
-    """Mean twist of each coupling under the mean torque at rest, (cases, C)."""
-    laws, twist = block.laws, np.zeros(block.mean.shape)
-    for case, c in np.argwhere(block.mean != 0.0):
-        table = slice(laws.first[c], laws.first[c + 1])
-        points, torque, slope = (v[case, table] for v in (laws.twist, laws.torque, laws.slope))
-        place = int(np.clip(np.searchsorted(torque, block.mean[case, c]), 1, torque.size - 1)) - 1
-        place += int(slope[place] == 0.0)
-        twist[case, c] = points[place] + (block.mean[case, c] - torque[place]) / slope[place]
-    return twist
 
 
 def _error(motion: Motion, before: Motion) -> Floats:
@@ -532,7 +383,7 @@ def _results(
 ) -> dict[str, Any]:  # fmt: skip
     """All results of some cases."""
     shafts, system, speed, laws = task.shafts, block.system, block.speed, block.laws
-    orders = task.base * part * np.arange(1, harmonics + 1)
+    orders = task.base * part * np.arange(1.0, harmonics + 1)
     growing = unstable(
         system, shafts, speed, task.base * part, motion.slope, motion.origin,
         np.where(laws.friction > 0.0, laws.stick, 0.0), motion.unknowns,
@@ -555,7 +406,8 @@ def _results(
     whole = torque + 0.5 * size * np.fft.irfft(lines, size)
     extremes = np.stack([-_largest(-whole), _largest(whole)], axis=-1)
     results = {
-        "status": status.astype(np.int8), "way": motion.way, "error": error, "coupling_extremes": extremes,
+        "status": status.astype(np.int8), "way": motion.way, "error": error,
+        "coupling_extremes": extremes,
         "coupling_mean_twist": motion.twist[..., 0].real,
         "contact": np.where(half > 0.0, contact, 0).astype(np.int64),
         "clearance_share": inside.mean(axis=-1),
@@ -579,7 +431,7 @@ def _results(
                 value[:, shafts] += motion.excess[..., 1:]
             case "torque_extremes":
                 value[:, shafts, :2] = extremes - block.mean[..., None]
-                value[:, shafts, 2] = (error[:, None] * 0.5 * np.ptp(extremes, axis=-1))
+                value[:, shafts, 2] = error[:, None] * 0.5 * np.ptp(extremes, axis=-1)
             case "shaft_loss":
                 work = (motion.excess * motion.twist.conj())[..., 1:].imag
                 value[:, shafts] += 0.5 * speed[:, None] * (work * orders).sum(axis=-1)

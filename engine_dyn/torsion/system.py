@@ -63,11 +63,16 @@ class ShaftSystem:
 
     def mapped(self, change: Callable[[Floats], Floats]) -> ShaftSystem:
         """Return a system whose arrays of values are those that a function makes of them."""
-        own = (
+        names = (
             "ratio", "shaft_factor", "inertia", "disc_damping", "ground_stiffness", "stiffness",
             "loss_factor", "damping", "speed_stiffness",
         )  # fmt: skip
-        return replace(self, **{name: change(getattr(self, name)) for name in own})
+        own: dict[str, Any] = {name: change(getattr(self, name)) for name in names}
+        return replace(self, **own)
+
+    def of(self, which: Any) -> ShaftSystem:
+        """Return some of the designs, which lie along one axis."""
+        return self.mapped(lambda values: values[which])
 
     def stiffness_at(self, speed: Any) -> Floats:
         """Stiffness of the shafts to the parents with the crank at a speed [rad/s]."""
