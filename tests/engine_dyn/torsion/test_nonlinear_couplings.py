@@ -1,0 +1,339 @@
+"""Couplings that are not linear: limits, integration in time, closed forms and energy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
+from engine_dyn.torsion.couplings import CONTACTS, Coupling, linearised
+from engine_dyn.torsion.forced import RESULTS, forced_response
+from engine_dyn.torsion.nonlinear import nonlinear_response
+from engine_dyn.torsion.system import shaft_system
+
+ORDERS = np.array([0.5, 1.0, 2.0, 4.0])
+TORQUE = np.array([[3.0 + 1.0j, 5.0 - 2.0j, 40.0, 6.0j]])
+
+TWO: dict[str, Any] = {
+    "inertia": [0.1, 0.25], "stiffness": [2000.0], "damping": [2.0], "disc_damping": [0.0, 1.5],
+}  # fmt: skip
+
+STAGES = np.array([0.0, 0.02, 0.06, 0.3]), np.array([0.0, 20.0, 140.0, 2000.0])
+"""An arc spring: twist [rad] and torque [N m]."""
+
+GEARED: dict[str, Any] = {
+    "inertia": [0.02, 0.05, 0.05, 1.5, 0.3, 0.1, 4.0],
+    "stiffness": [9e5, 1.2e6, 8e5, 2e4, 6e5],
+    "shafts": [(1, 0), (1, 2), (2, 3), (6, 5), (4, 5)],
+    "loss_factor": [0.03, 0.03, 0.03, 0.15, 0.02],
+    "damping": [0.0, 1.0, 0.0, 0.5, 1.0],
+    "disc_damping": [0.0, 2.0, 2.0, 0.0, 0.5, 0.0, 30.0],
+    "meshes": [(3, 4)],
+    "ratios": [-2.4],
+}
+"""A crank, a gear and a rubber coupling (shaft 3) whose first disc is the farther one."""
+
+
+def solved(couplings: Any, mean: Any, speed: Any = 100.0, **more: Any) -> dict[str, Any]:
+    given = {"system": TWO, "throws": [0], "torque": TORQUE, "orders": ORDERS} | more
+    system = given.pop("system")
+    return nonlinear_response(
+        shaft_system(**system), couplings, given.pop("orders"), speed, given.pop("throws"),
+        given.pop("torque"), mean, **given,
+    )  # fmt: skip
+
+
+def odd(twist: Any, table: Any = STAGES) -> Any:
+    """Torque of an odd table, whose last piece goes on."""
+    beyond = np.maximum(np.abs(twist) - table[0][-1], 0.0)
+    slope = (table[1][-1] - table[1][-2]) / (table[0][-1] - table[0][-2])
+    return np.sign(twist) * (np.interp(np.abs(twist), *table) + slope * beyond)
+
+
+def backlash(stiffness: float, clearance: float) -> Callable[[Any], Any]:
+    half = 0.5 * clearance
+    return lambda twist: stiffness * (twist - np.clip(twist, -half, half))
+
+
+def in_time(
+    system: dict[str, Any], laws: list[Callable[[Any], Any]], mean: float, rest: list[float],
+    speed: float = 100.0, periods: int = 80,
+) -> Any:  # fmt: skip
+    """Torque and twist of each shaft of a chain over a cycle, at 4096 angles, by DOP853.
+
+    Steps are so short that a corner lies in few of them. The mean torque drives disc 1 and brakes
+    the last one.
+    """
+    inertia, damping = np.array(system["inertia"]), np.array(system["damping"])
+    against, count = np.array(system["disc_damping"]), len(system["inertia"])
+    w, cycle = ORDERS * speed, 4.0 * np.pi / speed
+
+    def torques(state: Any) -> Any:
+        twist, rate = np.diff(state[:count], axis=0), np.diff(state[count:], axis=0)
+        own = np.stack([law(one) for law, one in zip(laws, twist, strict=True)])
+        return twist, own + (damping * rate.T).T
+
+    def rates(time: float, state: Any) -> Any:
+        _, torque = torques(state)
+        acting = -against * state[count:]
+        acting[0] += mean + np.sum((TORQUE[0] * np.exp(1j * w * time)).real)
+        acting[-1] -= mean
+        acting[:-1] += torque
+        acting[1:] -= torque
+        return np.concatenate([state[count:], acting / inertia])
+
+    def run(state: Any, times: Any = None) -> Any:
+        return solve_ivp(
+            rates, (0.0, cycle), state, "DOP853", times, rtol=1e-10, atol=1e-12,
+            max_step=cycle / 300.0,
+        ).y  # fmt: skip
+
+    state = np.concatenate([[0.0], np.cumsum(rest), np.zeros(count)])
+    for _ in range(periods):
+        before, state = state, run(state)[:, -1]
+        state[:count] -= state[0]
+        if np.abs(state - before).max() < 1e-9 * np.abs(state).max():
+            break
+    else:
+        raise AssertionError("does not repeat")
+    return torques(run(state, np.arange(4096) * cycle / 4096))
+
+
+def assert_same(found: dict[str, Any], twist: Any, torque: Any, tolerance: float) -> None:
+    assert found["status"] == CONVERGED
+    assert found["error"] <= tolerance
+    half = 0.5 * np.ptp(torque, axis=1)
+    for place, extreme in enumerate((torque.min(axis=1), torque.max(axis=1))):
+        off = np.abs(found["coupling_extremes"][:, place] - extreme) / half
+        assert (off < tolerance).all()
+    off = np.abs(found["coupling_mean_twist"] - twist.mean(axis=1)) / np.ptp(twist, axis=1)
+    assert (off < tolerance).all()
+
+
+@pytest.mark.parametrize("tabled", [True, False])
+@pytest.mark.parametrize("crank", [0, 4])
+def test_a_linear_coupling_gives_the_linear_response(tabled: bool, crank: int) -> None:
+    """All results, behind a gear, in a shaft that is given from its far side."""
+    system = shaft_system(**GEARED, crank=crank)
+    orders = np.arange(0.5, 12.5, 0.5)
+    draw = np.random.default_rng(5).normal(size=(2, 3, orders.size))
+    torque = 200.0 * (draw[0] + 1j * draw[1]) / (1.0 + orders**2)
+    speed = np.array([90.0, 190.0])
+    more: Any = {"wanted": tuple(RESULTS), "twist": [(0, 3), (6, 5)], "speed_of": [3]}
+    wanted = forced_response(system, orders, speed, [0, 1, 2], torque, **more)
+    line = np.array([-1.0, 0.3, 2.0])
+    coupling = Coupling(3, line, 2e4 * line) if tabled else Coupling(3)
+    mean = [0.0, 0.0, 0.0, -350.0, 0.0]
+    found = nonlinear_response(
+        system, [coupling], orders, speed, [0, 1, 2], torque, mean, **more
+    )  # fmt: skip
+    assert (found["status"] == CONVERGED).all()
+    for name in RESULTS:
+        own, other = found[name], wanted[name]
+        if name == "torque_extremes":  # the coupling's come from samples
+            np.testing.assert_allclose(own[:, 3, :2], other[:, 3, :2], rtol=1e-3)
+            own, other = (np.delete(values, 3, axis=1) for values in (own, other))
+        bound = 1e-10 * np.abs(other).max() if name in {"angle", "torque"} else 1e-3
+        np.testing.assert_allclose(own[..., :2], other[..., :2], rtol=1e-3, atol=bound)
+    for name in ("angle", "torque", "shaft_loss", "frame_loss"):
+        assert np.abs(found[name] - wanted[name]).max() < 1e-10 * np.abs(wanted[name]).max()
+    np.testing.assert_allclose(found["coupling_mean_twist"], -350.0 / 2e4, rtol=1e-12)
+
+
+def test_clearance_that_keeps_contact_changes_the_mean_twist_alone() -> None:
+    mean = 150.0
+    wanted = forced_response(shaft_system(**TWO), ORDERS, 100.0, [0], TORQUE)
+    found = solved([Coupling(0, clearance=0.01)], [-mean])
+    for name in ("angle", "torque"):
+        assert np.abs(found[name] - wanted[name]).max() < 1e-10 * np.abs(wanted[name]).max()
+    np.testing.assert_allclose(found["coupling_mean_twist"], -mean / 2000.0 - 0.005, rtol=1e-12)
+    assert CONTACTS[found["contact"][0]] == "keeps_contact"
+    assert found["clearance_share"] == 0.0
+    sticks = solved([Coupling(0, friction_torque=1e4, friction_stiffness=500.0)], [-mean])
+    stiffer = shaft_system(**{**TWO, "stiffness": [2500.0]})
+    wanted = forced_response(stiffer, ORDERS, 100.0, [0], TORQUE)
+    assert np.abs(sticks["angle"] - wanted["angle"]).max() < 1e-9 * np.abs(wanted["angle"]).max()
+    assert sticks["slip_share"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("coupling", "law", "mean", "contact"),
+    [
+        (Coupling(0, *STAGES), odd, 60.0, "keeps_contact"),
+        (Coupling(0, clearance=0.01), backlash(2000.0, 0.01), 60.0, "lifts_off"),
+        (Coupling(0, clearance=0.01), backlash(2000.0, 0.01), 3.0, "rattles"),
+    ],
+    ids=["stages", "lifts off", "rattles"],
+)
+def test_two_discs_are_those_of_integration_in_time(
+    coupling: Coupling, law: Callable[[Any], Any], mean: float, contact: str
+) -> None:
+    _, rest = linearised(coupling, -mean) if coupling.twist is not None else (
+        0.0, -mean / 2000.0 - 0.005
+    )  # fmt: skip
+    speed = 70.0
+    twist, torque = in_time(TWO, [law], mean, [float(rest)], speed)
+    tolerance = 1e-4
+    assert_same(solved([coupling], [-mean], speed, tolerance=tolerance), twist, torque, tolerance)
+    assert CONTACTS[solved([coupling], [-mean], speed)["contact"][0]] == contact
+
+
+def test_three_discs_with_two_couplings_are_those_of_integration_in_time() -> None:
+    system = {
+        "inertia": [0.1, 0.05, 0.25], "stiffness": [2000.0, 8000.0], "damping": [2.0, 3.0],
+        "disc_damping": [0.0, 0.5, 1.5],
+    }  # fmt: skip
+    stages, mesh = Coupling(0, *STAGES), Coupling(1, clearance=0.004)
+    rest = [float(linearised(stages, -30.0)[1]), -30.0 / 8000.0 - 0.002]
+    twist, torque = in_time(system, [odd, backlash(8000.0, 0.004)], 30.0, rest)
+    tolerance = 1e-4
+    found = solved([stages, mesh], [-30.0, -30.0], system=system, tolerance=tolerance)
+    assert_same(found, twist, torque, tolerance)
+    assert CONTACTS[found["contact"][1]] != "keeps_contact"
+
+
+def test_dry_friction_loses_what_its_loop_holds() -> None:
+    """4 F (x - F/k_f) a cycle of a twist that turns twice in it, at +-x."""
+    limit, stick, speed = 8.0, 9000.0, np.linspace(40.0, 60.0, 5)
+    coupling = Coupling(0, friction_torque=limit, friction_stiffness=stick)
+    system = {**TWO, "damping": [0.0]}
+    found = solved(
+        [coupling], [-60.0], speed, system=system, orders=[2.0], torque=[[40.0]], tolerance=1e-5,
+        wanted=("angle", "shaft_loss", "frame_loss", "twist_extremes"), twist=[(0, 1)],
+    )  # fmt: skip
+    assert (found["status"] == CONVERGED).all()
+    assert (found["slip_share"] > 0.2).all()
+    x = 0.5 * (found["twist_extremes"][:, 0, 1] - found["twist_extremes"][:, 0, 0])
+    wanted = 4.0 * limit * (x - limit / stick) * 2.0 * speed / (2.0 * np.pi)
+    np.testing.assert_allclose(found["shaft_loss"][:, 0], wanted, rtol=1e-4)
+    # Without a mean of its own, friction leaves the mean twist to the spring.
+    np.testing.assert_allclose(found["coupling_mean_twist"][:, 0], -60.0 / 2000.0, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "coupling",
+    [
+        Coupling(0, *STAGES),
+        Coupling(0, clearance=0.01),
+        Coupling(0, friction_torque=20.0, friction_stiffness=8000.0),
+        Coupling(0, *STAGES, 0.01, 10.0, 8000.0),
+    ],
+    ids=["stages", "clearance", "friction", "all"],
+)
+def test_work_is_what_is_lost(coupling: Coupling) -> None:
+    speed = np.linspace(40.0, 160.0, 25)
+    found = solved([coupling], [-60.0], speed, wanted=("angle", "shaft_loss", "frame_loss"))
+    assert (found["status"] == CONVERGED).all()
+    turning = 1j * ORDERS * speed[:, None] * found["angle"][:, 0]
+    work = 0.5 * (TORQUE[0] * turning.conj()).real.sum(axis=-1)
+    lost = found["shaft_loss"].sum(axis=-1) + found["frame_loss"]
+    np.testing.assert_allclose(lost, work, rtol=1e-6)
+
+
+def test_a_cubic_spring_jumps_upwards_and_downwards() -> None:
+    """Duffing's equation: its first harmonic, within what one harmonic can tell (5 %)."""
+    inertia, k, cubic, damping, size = 0.1 * 0.25 / 0.35, 2000.0, 2e6, 0.8, 8.0
+    points = np.linspace(0.0, 0.2, 801)
+    coupling = Coupling(0, points, k * points + cubic * points**3)
+    system = {**TWO, "damping": [damping], "disc_damping": [0.0, 1e-9]}
+    speed = np.linspace(150.0, 300.0, 151)
+
+    def sizes(w: float) -> Any:
+        """Amplitudes that fulfil (k + 3 a^2 cubic/4 - w^2 J)^2 a^2 + (c w a)^2 = M^2."""
+        low, part = k - w**2 * inertia, 0.75 * cubic
+        own = size * inertia / 0.1
+        squares = np.roots([part**2, 2.0 * low * part, low**2 + (damping * w) ** 2, -(own**2)])
+        real = squares.real[np.abs(squares.imag) < 1e-9 * np.abs(squares)]
+        return np.sort(np.sqrt(real[real > 0.0]))
+
+    followed = {}
+    for name, way in (("up", speed), ("down", speed[::-1])):
+        start, amplitude = None, {}
+        for w in way:
+            found = solved(
+                [coupling], [0.0], w, system=system, orders=[1.0], torque=[[size]], start=start
+            )
+            assert found["status"] == CONVERGED
+            start = found["coupling_twist"]
+            amplitude[w] = np.abs(start[0, 2])
+        followed[name] = amplitude
+    several = [w for w in speed if sizes(w).size == 3]
+    assert len(several) > 20
+    for w in speed:
+        assert min(abs(sizes(w) / followed["up"][w] - 1.0)) < 0.05
+    apart = [w for w in several if followed["up"][w] > 2.0 * followed["down"][w]]
+    assert len(apart) > 10
+    for w in apart:
+        assert sizes(w)[0] == pytest.approx(followed["down"][w], rel=0.05)
+        assert sizes(w)[-1] == pytest.approx(followed["up"][w], rel=0.05)
+
+
+def test_what_does_not_repeat_has_an_outcome_and_no_numbers() -> None:
+    """Integration in time repeats after two cycles at 110 rad/s, which one cycle cannot hold."""
+    system = {**TWO, "damping": [0.5]}
+    found = solved([Coupling(0, *STAGES)], [0.0], 110.0, system=system)
+    assert found["status"] == NO_STEADY_STATE
+    assert np.isnan(found["torque"]).all()
+    assert found["contact"] == -1
+    with pytest.raises(AssertionError, match="does not repeat"):
+        in_time(system, [odd], 0.0, [0.0], 110.0, periods=40)
+
+
+def test_a_twist_beyond_the_table_is_invalid() -> None:
+    short = Coupling(0, [0.0, 0.02, 0.04], [0.0, 20.0, 80.0])
+    found = solved([short], [[-60.0], [-90.0]])
+    assert (found["status"] == INVALID_INPUT).all()
+    assert np.isnan(found["coupling_extremes"]).all()
+
+
+@pytest.mark.compiled
+def test_cases_agree_bit_for_bit_one_by_one_and_on_threads() -> None:
+    speed, clearance = np.linspace(60.0, 150.0, 13)[:, None], np.array([0.0, 0.004, 0.01])
+    friction = Coupling(0, *STAGES, clearance, 5.0, 6000.0)
+    many = solved([friction], [-40.0], speed, threads=3)
+    assert many["torque"].shape == (13, 3, 1, 4)
+    for i, j in ((0, 0), (6, 2), (12, 1)):
+        one = solved([Coupling(0, *STAGES, clearance[j], 5.0, 6000.0)], [-40.0], speed[i, 0])
+        for name, values in one.items():
+            np.testing.assert_array_equal(values, many[name][i, j])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"couplings": []}, "couplings: must be at least one"),
+        ({"couplings": [Coupling(1)]}, r"couplings\[0\] shaft = 1: must be a shaft, from 0 to 0"),
+        ({"couplings": [Coupling(0), Coupling(0)]}, r"couplings\[1\] shaft = 0: has a coupling"),
+        ({"couplings": [Coupling(0, clearance=-1.0)]}, "clearance = -1: must not be below 0"),
+        (
+            {"couplings": [Coupling(0, friction_torque=3.0)]},
+            "friction_stiffness = 0: must be above 0 beside a friction_torque",
+        ),
+        (
+            {"couplings": [Coupling(0, [0.0, 1.0], [0.0, 1.0, 2.0])]},
+            "torque: 3 values over 2 of twist: must be as many, at least 2",
+        ),
+        (
+            {"couplings": [Coupling(0, [0.0, 1.0, 2.0], [0.0, 2.0, 1.0])]},
+            r"torque\[2\] = 1: must be above the value before, 2",
+        ),
+        (
+            {"couplings": [Coupling(0, [1.0, 2.0], [1.0, 2.0], 0.1)]},
+            "torque: must be 0 at a twist of 0, which clearance is around",
+        ),
+        ({"tolerance": 0.0}, "tolerance = 0: must be above 0"),
+        (
+            {"system": {**TWO, "stiffness": [0.0]}},
+            r"stiffness\[0\]: must be above 0, that of the coupling's linear form",
+        ),
+        ({"torque": [[1.0]]}, "torque: must end with 1 throws and 4 orders"),
+    ],
+)
+def test_what_does_not_fit_is_refused(change: dict[str, Any], message: str) -> None:
+    given = {"couplings": [Coupling(0)], "mean": [-1.0]} | change
+    with pytest.raises(ValueError, match=f"^{message}"):
+        solved(given.pop("couplings"), given.pop("mean"), **given)
