@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.given_numbers import given_array
-from engine_dyn.torsion.harmonic_balance import Laws
+from engine_dyn.torsion.harmonic_balance import Laws, Motion
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Floats
 
@@ -131,3 +131,33 @@ def rest_twists(laws: Laws, mean: Floats) -> Floats:
         place += int(slope[place] == 0.0)
         twist[case, c] = points[place] + (mean[case, c] - torque[place]) / slope[place]
     return twist
+
+
+def torque_extremes(laws: Laws, motion: Motion) -> Floats:
+    """Least and largest torque of the couplings, (cases, C, 2): between samples, and in corners."""
+    extremes = np.empty((*motion.samples.shape[:2], 2))
+    for case, c in np.ndindex(*extremes.shape[:2]):
+        table = slice(laws.first[c], laws.first[c + 1])
+        points, values, slope = (v[case, table] for v in (laws.twist, laws.torque, laws.slope))
+        here, torque = motion.samples[case, c, :2]
+        after, grip = np.roll(here, -1), motion.slope[case, c, 1]
+        place = np.clip(np.searchsorted(points, here, side="right") - 1, 0, points.size - 2)
+        # Friction and damping run straight from sample to sample.
+        rest = torque - values[place] - slope[place] * (here - points[place])
+        most = [torque]
+        for corner in range(1, points.size - 1):
+            cells = np.flatnonzero((here - points[corner]) * (after - points[corner]) < 0.0)
+            part = (points[corner] - here[cells]) / (after[cells] - here[cells])
+            most.append(values[corner] + rest[cells] + part * (np.roll(rest, -1) - rest)[cells])
+        # Away from corners, by a parabola through three samples.
+        bent = (place != np.roll(place, -1)) | (grip != np.roll(grip, -1))
+        before, following = np.roll(torque, 1), np.roll(torque, -1)
+        bend = 2.0 * torque - before - following
+        turns = (torque - before) * (following - torque) <= 0.0
+        turns &= ~bent & ~np.roll(bent, 1) & (bend != 0.0)
+        most.append(
+            (torque + 0.125 * (following - before) ** 2 / np.where(turns, bend, 1.0))[turns]
+        )
+        every = np.concatenate(most)
+        extremes[case, c] = every.min(), every.max()
+    return extremes

@@ -36,7 +36,13 @@ from engine_dyn.status import (
     TOLERANCE_NOT_MET,
     WITH_NUMBERS,
 )
-from engine_dyn.torsion.couplings import Coupling, laws_of, numbers_of, rest_twists
+from engine_dyn.torsion.couplings import (
+    Coupling,
+    laws_of,
+    numbers_of,
+    rest_twists,
+    torque_extremes,
+)
 from engine_dyn.torsion.floquet import complex_stiffness, receptance, unstable
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.harmonic_balance import (
@@ -285,7 +291,10 @@ def _solve(block: _Block, task: _Task, part: int, numbers: Integers, given: int 
     while True:
         balance, resonant = _condensed(block, task, part, harmonics)
         motion = _motions(block, part, balance, resonant, before, given)
-        error = np.full(numbers.size, np.inf) if before is None else _error(motion, before)
+        _add_damping(block, task, part, motion)
+        error = (
+            np.full(numbers.size, np.inf) if before is None else _error(block.laws, motion, before)
+        )
         status = np.where(motion.solved > 0, CONVERGED, NOT_CONVERGED)
         status = np.where(resonant, NO_STEADY_STATE, status)
         if given == MARCHED and before is None and not motion.solved.all() and harmonics < FINER:
@@ -366,10 +375,22 @@ def _motions(
     return motion
 
 
-def _error(motion: Motion, before: Motion) -> Floats:
+def _add_damping(block: _Block, task: _Task, part: int, motion: Motion) -> None:
+    """Add to the torque at the samples what the damping of the linear form has."""
+    harmonics = motion.twist.shape[-1] - 1
+    orders = task.base * part * np.arange(1.0, harmonics + 1)
+    stiff = complex_stiffness(block.system, task.shafts, orders, block.speed)
+    lines = np.zeros_like(motion.twist)
+    lines[..., 1:] = (stiff - block.laws.stiffness[..., None]) * motion.twist[..., 1:]
+    motion.samples[:, :, 1] += 2.0 * harmonics * np.fft.irfft(lines, 4 * harmonics)
+
+
+def _error(laws: Laws, motion: Motion, before: Motion) -> Floats:
     """Largest change of torque or twist, over half of its range, from half as many samples."""
     values = motion.samples[:, :, :2]
     change = np.abs(values[..., ::2] - before.samples[:, :, :2]).max(axis=-1)
+    largest = np.abs(torque_extremes(laws, motion) - torque_extremes(laws, before)).max(axis=-1)
+    change[..., 1] = np.maximum(change[..., 1], largest)
     half = 0.5 * np.ptp(values, axis=-1)
     # What hardly vibrates counts by the largest of all values.
     least = 1e-9 * np.abs(values).max(axis=(1, 3), keepdims=True)[..., 0]
@@ -389,7 +410,7 @@ def _results(
         np.where(laws.friction > 0.0, laws.stick, 0.0), motion.unknowns,
     )  # fmt: skip
     status = np.where(growing & np.isin(status, WITH_NUMBERS), NO_STEADY_STATE, status)
-    delta, torque = motion.samples[:, :, 0], motion.samples[:, :, 1]
+    delta = motion.samples[:, :, 0]
     half = 0.5 * block.clearance
     inside = (np.abs(delta) <= half[..., None]) & (half[..., None] > 0.0)
     above, below = (delta > half[..., None]).any(-1), (delta < -half[..., None]).any(-1)
@@ -398,13 +419,7 @@ def _results(
         ends = laws.twist[:, [laws.first[c], laws.first[c + 1] - 1], None]
         outside = ((delta[:, c] < ends[:, 0]) | (delta[:, c] > ends[:, 1])).any(axis=-1)
         status = np.where(outside & np.isin(status, WITH_NUMBERS), INVALID_INPUT, status)
-    # Damping of the linear form adds to the torque.
-    stiff = complex_stiffness(system, shafts, orders, speed)
-    damped = (stiff - laws.stiffness[..., None]) * motion.twist[..., 1:]
-    size = 4 * harmonics
-    lines = np.concatenate([np.zeros_like(damped[..., :1]), damped], axis=-1)
-    whole = torque + 0.5 * size * np.fft.irfft(lines, size)
-    extremes = np.stack([-_largest(-whole), _largest(whole)], axis=-1)
+    extremes = torque_extremes(laws, motion)
     results = {
         "status": status.astype(np.int8), "way": motion.way, "error": error,
         "coupling_extremes": extremes,
@@ -449,15 +464,3 @@ def _harmonics_of_cycle(values: Complexes, part: int, count: int, first: int = 0
     there = places < count
     whole[..., places[there]] = values[..., there]
     return whole
-
-
-def _largest(values: Floats) -> Floats:
-    """Largest value along the last axis, between samples of a period, by a parabola."""
-    place = values.argmax(axis=-1)[..., None]
-    size = values.shape[-1]
-    before, most, after = (
-        np.take_along_axis(values, (place + step) % size, axis=-1)[..., 0] for step in (-1, 0, 1)
-    )
-    bend = 2.0 * most - before - after
-    over = np.divide((after - before) ** 2, bend, out=np.zeros_like(bend), where=bend > 0.0)
-    return np.asarray(most + 0.125 * over)
