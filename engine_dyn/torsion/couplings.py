@@ -77,6 +77,36 @@ def linearised(coupling: Coupling, mean_torque: Any) -> tuple[Floats, Floats]:
     return slope, at + np.sign(mean) * 0.5 * given_array("clearance", coupling.clearance)
 
 
+def departure(coupling: Coupling, mean_torque: Any, half_range: Any) -> Floats:
+    """How far a coupling's torque departs from its linear form, over the half range [1].
+
+    The largest difference over the twists that the linear form has at that half range, and what
+    friction adds to it. 0 where a linear response holds as it is.
+
+    Parameters
+    ----------
+    coupling : Coupling
+        With a table.
+    mean_torque, half_range : array_like
+        Of the linear response [N m]; they broadcast.
+    """
+    stiffness, rest = linearised(coupling, mean_torque)
+    half = given_array("half_range", half_range)
+    twist, torque = coupling.table()
+    slope = np.diff(torque) / np.diff(twist)
+    change = (half / stiffness)[..., None] * np.linspace(-1.0, 1.0, 65)
+    gap = 0.5 * given_array("clearance", coupling.clearance)[..., None]
+    x = rest[..., None] + change
+    x = x - np.clip(x, -gap, gap)
+    place = np.clip(np.searchsorted(twist, x, side="right") - 1, 0, slope.size - 1)
+    own = torque[place] + slope[place] * (x - twist[place])
+    linear = given_array("mean_torque", mean_torque)[..., None] + stiffness[..., None] * change
+    friction = given_array("friction_torque", coupling.friction_torque)
+    held = np.minimum(friction, coupling.friction_stiffness * np.abs(change[..., -1]))
+    apart = np.abs(own - linear).max(axis=-1) + held
+    return np.divide(apart, half, out=np.zeros(np.broadcast(apart, half).shape), where=half > 0.0)
+
+
 def numbers_of(coupling: Coupling) -> list[Floats]:
     """Clearance, and torque and stiffness of the friction, after checks."""
     values = []

@@ -10,8 +10,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
-from engine_dyn.torsion.couplings import CONTACTS, Coupling, linearised
+from engine_dyn.torsion.couplings import (
+    CONTACTS,
+    Coupling,
+    departure,
+    laws_of,
+    linearised,
+    numbers_of,
+)
 from engine_dyn.torsion.forced import RESULTS, forced_response
+from engine_dyn.torsion.marching import marched
 from engine_dyn.torsion.nonlinear import nonlinear_response
 from engine_dyn.torsion.system import shaft_system
 
@@ -160,6 +168,7 @@ def test_clearance_that_keeps_contact_changes_the_mean_twist_alone() -> None:
     assert sticks["slip_share"] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("coupling", "law", "mean", "contact"),
     [
@@ -183,6 +192,7 @@ def test_two_discs_are_those_of_integration_in_time(
     assert (twist.max() > 0.005) == (contact == "rattles")
 
 
+@pytest.mark.slow
 def test_three_discs_with_two_couplings_are_those_of_integration_in_time() -> None:
     system = {
         "inertia": [0.1, 0.05, 0.25], "stiffness": [2000.0, 8000.0], "damping": [2.0, 3.0],
@@ -197,6 +207,73 @@ def test_three_discs_with_two_couplings_are_those_of_integration_in_time() -> No
     assert CONTACTS[found["contact"][1]] != "keeps_contact"
 
 
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "coupling",
+    [
+        Coupling(3, [0.0, 0.02, 0.04, 0.2], [0.0, 200.0, 800.0, 1e4]),
+        Coupling(3, clearance=0.01),
+        Coupling(3, friction_torque=60.0, friction_stiffness=4e4),
+    ],
+    ids=["stages", "clearance", "friction"],
+)
+@pytest.mark.parametrize("crank", [0, 4])
+def test_behind_a_gear_it_is_the_motion_in_time(coupling: Coupling, crank: int) -> None:
+    """Runge-Kutta steps of all discs, which know nothing of receptances and harmonics."""
+    system = shaft_system(**{**GEARED, "loss_factor": 0.0}, crank=crank)
+    speed = 60.0 if crank == 0 else 60.0 * -2.4
+    torque, mean = 4.0 * np.tile(TORQUE, (3, 1)) * np.array([[1.0], [0.6], [0.8j]]), -250.0
+    speed, orders = abs(speed), ORDERS if crank == 0 else ORDERS / 2.0
+    period = 4.0 * np.pi if crank == 0 else 8.0 * np.pi
+    found = nonlinear_response(
+        system, [coupling], orders, speed, [0, 1, 2], torque, [mean] * 5, period=period
+    )
+    assert found["status"] == CONVERGED
+    one = system.mapped(lambda values: values[None])
+    laws = laws_of(one, [coupling], [[np.atleast_1d(v) for v in numbers_of(coupling)]])
+    force = np.zeros((system.parent.size, 9), dtype=complex)
+    for throw in range(3):
+        node = system.node_of_disc[throw]
+        force[node, [1, 2, 4, 8]] += system.ratio[throw] * torque[throw]
+    twist, repeats = marched(
+        one, [3], laws, speed, np.array([[mean]]), force, 2.0 * np.pi / period
+    )  # fmt: skip
+    assert repeats
+    assert twist is not None
+    own = found["coupling_twist"][0]
+    other = twist[0, 0, : own.size]
+    assert np.abs(own - other)[1:].sum() < 2e-3 * np.abs(other[1:]).sum()
+    assert abs(own[0] - other[0]) < 1e-3 * np.abs(other[1:]).sum()
+
+
+@pytest.mark.compiled
+def test_equal_parts_of_a_cycle_are_solved_as_one() -> None:
+    """Orders 2 and 4 repeat four times a cycle; order 1/2, however small, once."""
+    coupling = Coupling(0, *STAGES, 0.005, 5.0, 6000.0)
+    equal = TORQUE * np.array([0.0, 0.0, 1.0, 1.0])
+    more: Any = {"tolerance": 1e-5, "wanted": ("angle", "torque", "torque_extremes", "shaft_loss")}
+    part = solved([coupling], [-40.0], torque=equal, **more)
+    whole = solved([coupling], [-40.0], torque=equal + np.array([[1e-8, 0.0, 0.0, 0.0]]), **more)
+    assert part["status"] == whole["status"] == CONVERGED
+    for name in more["wanted"]:
+        most = np.abs(whole[name]).max()
+        np.testing.assert_allclose(part[name], whole[name], rtol=1e-4, atol=1e-4 * most)
+
+
+def test_departure_from_the_linear_form() -> None:
+    """Within a piece nothing; beyond, by the other slope; friction by what it holds."""
+    stages = Coupling(0, *STAGES)
+    assert departure(stages, [10.0, -80.0], [5.0, 55.0]) == pytest.approx([0.0, 0.0], abs=1e-12)
+    # From 10 N m by 20 N m: the last 10 N m at 3000 in place of 1000 N m/rad.
+    assert departure(stages, 10.0, 20.0) == pytest.approx(20.0 / 20.0)
+    gap = Coupling(0, [0.0, 1.0], [0.0, 2000.0], clearance=0.01)
+    assert departure(gap, 60.0, 50.0) == pytest.approx(0.0, abs=1e-12)
+    assert departure(gap, 60.0, 70.0) == pytest.approx(10.0 / 70.0)
+    rubbing = Coupling(0, [0.0, 1.0], [0.0, 2000.0], 0.0, 20.0, 1e5)
+    assert departure(rubbing, 60.0, [0.1, 50.0]) == pytest.approx([50.0, 0.4])
+
+
+@pytest.mark.compiled
 def test_dry_friction_loses_what_its_loop_holds() -> None:
     """4 F (x - F/k_f) a cycle of a twist that turns twice in it, at +-x."""
     limit, stick, speed = 8.0, 9000.0, np.linspace(40.0, 60.0, 5)
@@ -215,6 +292,7 @@ def test_dry_friction_loses_what_its_loop_holds() -> None:
     np.testing.assert_allclose(found["coupling_mean_twist"][:, 0], -60.0 / 2000.0, rtol=1e-4)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     "coupling",
     [
@@ -235,6 +313,8 @@ def test_work_is_what_is_lost(coupling: Coupling) -> None:
     np.testing.assert_allclose(lost, work, rtol=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 def test_a_cubic_spring_jumps_upwards_and_downwards() -> None:
     """Duffing's equation: its first harmonic, within what one harmonic can tell (5 %)."""
     inertia, k, cubic, damping, size = 0.1 * 0.25 / 0.35, 2000.0, 2e6, 0.8, 8.0
@@ -273,6 +353,8 @@ def test_a_cubic_spring_jumps_upwards_and_downwards() -> None:
         assert sizes(w)[-1] == pytest.approx(followed["up"][w], rel=0.05)
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 def test_what_does_not_repeat_has_an_outcome_and_no_numbers() -> None:
     """Integration in time repeats after two cycles at 110 rad/s, which one cycle cannot hold."""
     system = {**TWO, "damping": [0.5]}
