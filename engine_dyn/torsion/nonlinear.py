@@ -63,7 +63,9 @@ LEAST_HARMONICS, MOST_HARMONICS = 64, 4096
 """Harmonics with which a case begins, and with which it ends if it does not meet the tolerance."""
 
 MARCHED = 3
-"""Where a solution comes from, beside those of `harmonic_balance`: from many cycles in time."""
+WAYS = ("from_rest", "from_linear", "from_start", "from_time")
+"""Where a motion comes from: it grows from small ones with what excites, or from the linear one
+with what is not linear; it goes on from a start that is given; it is left after many cycles."""
 
 FINER = 1024  # Harmonics up to which a motion that was found in time is looked for
 
@@ -154,7 +156,8 @@ def nonlinear_response(
         (..., C, 2); "coupling_mean_twist" [rad]; "contact", a number of `couplings.CONTACTS`;
         "clearance_share" and "slip_share", parts of the time without contact, and in which
         friction slips; "coupling_twist", harmonics of the twist from 0 on [rad], (..., C, H).
-        "error", (...), of torques and twists over their half ranges. "status", (...): as of
+        "error", (...), of torques and twists over their half ranges; "way", (...), a number of
+        `WAYS`, or -1 where the linear system has no steady state. "status", (...): as of
         `forced_response`, and `no_steady_state` where small disturbances grow, `not_converged`
         without a solution, `tolerance_not_met`, and `invalid_input` where a twist leaves a table.
 
