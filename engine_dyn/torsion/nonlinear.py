@@ -171,7 +171,17 @@ def nonlinear_response(
     nu, mean = checked_orders(orders), given_array("mean_torque", mean_torque)
     given, omega = np.asarray(torque, dtype=np.complex128), given_array("speed", speed)
     if given.shape[-2:] != (len(throws), nu.size):
-        raise ValueError(f"torque: must end with {len(throws)} throws and {nu.size} orders")
+        raise ValueError(
+            f"torque: shape {given.shape}: must end with {len(throws)} throws and {nu.size} orders"
+        )
+    if mean.shape[-1:] != system.node_of_shaft.shape:
+        raise ValueError(
+            f"mean_torque: shape {mean.shape}: must end with {system.node_of_shaft.size} shafts"
+        )
+    whole = np.rint(nu * period / (2.0 * math.pi)).astype(np.int64)
+    broken = np.abs(nu * period / (2.0 * math.pi) - whole) > 1e-9 * whole
+    if broken.any():
+        raise ValueError(f"orders: {nu[broken][0]:g}: must have whole periods in the cycle")
     numbers = [numbers_of(coupling) for coupling in couplings]
     begun = None if start is None else np.asarray(start, dtype=np.complex128)
     shape = np.broadcast_shapes(
@@ -191,7 +201,6 @@ def nonlinear_response(
         laws_of(cases, couplings, numbers), np.stack([line[0] for line in numbers], axis=-1),
         np.empty((count, len(places), 0), dtype=complex) if begun is None else flat(begun, 2),
     )  # fmt: skip
-    whole = np.rint(nu * period / (2.0 * math.pi)).astype(np.int64)
     task = _Task(
         places, [coupling.twist is not None for coupling in couplings], throws, whole,
         2.0 * math.pi / period, tolerance, tuple(wanted),
@@ -300,6 +309,8 @@ def _solve(block: _Block, task: _Task, part: int, numbers: Integers, given: int 
         )
         status = np.where(motion.solved > 0, CONVERGED, NOT_CONVERGED)
         status = np.where(resonant, NO_STEADY_STATE, status)
+        unknown = ~resonant & ~np.isfinite(balance.linear).all(axis=(1, 2))
+        status = np.where(unknown, INVALID_INPUT, status)
         if given == MARCHED and before is None and not motion.solved.all() and harmonics < FINER:
             harmonics *= 2
             continue

@@ -371,6 +371,9 @@ def test_a_twist_beyond_the_table_is_invalid() -> None:
     found = solved([short], [[-60.0], [-90.0]])
     assert (found["status"] == INVALID_INPUT).all()
     assert np.isnan(found["coupling_extremes"]).all()
+    unknown = solved([Coupling(0, *STAGES)], [np.nan])
+    assert unknown["status"] == INVALID_INPUT
+    assert np.isnan(unknown["torque"]).all()
 
 
 @pytest.mark.compiled
@@ -413,7 +416,11 @@ def test_cases_agree_bit_for_bit_one_by_one_and_on_threads() -> None:
             {"system": {**TWO, "stiffness": [0.0]}},
             r"stiffness\[0\]: must be above 0, that of the coupling's linear form",
         ),
-        ({"torque": [[1.0]]}, "torque: must end with 1 throws and 4 orders"),
+        ({"torque": [[1.0]]}, r"torque: shape \(1, 1\): must end with 1 throws and 4 orders"),
+        ({"mean": [1.0, 2.0]}, r"mean_torque: shape \(2,\): must end with 1 shafts"),
+        ({"mean": 1.0}, r"mean_torque: shape \(\): must end with 1 shafts"),
+        ({"orders": [0.5, 1.0, 1.7, 2.0]}, "orders: 1.7: must have whole periods in the cycle"),
+        ({"throws": [2]}, "throws: 2: must be a disc, from 0 to 1"),
     ],
 )
 def test_what_does_not_fit_is_refused(change: dict[str, Any], message: str) -> None:
