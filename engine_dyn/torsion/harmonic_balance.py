@@ -53,10 +53,11 @@ MOST_UNKNOWNS = 900  # Largest number of unknowns of a case
 
 LEFT = 1e-4  # Largest size of the last step of a solution, which is part of its error
 
-STEPS = 100  # Largest number of steps along a curve of solutions
-
 FROM_REST, FROM_LINEAR, KNOWN = 0, 1, 2
 """Where a solution comes from: from no excitation, from the linear system, or what is given."""
+
+STEPS = 30, 100
+"""Largest numbers of steps along the first two curves of solutions."""
 
 # Part of the stiffness that Newton's method, not the torque, has in the clearance, where otherwise
 # no mean torque would tell the mean twist.
@@ -420,7 +421,8 @@ def _follow(
     part, distance, steps = 0.0, math.nan, 0
     tangent[:] = 0.0
     tangent[-1] = 1.0
-    while steps < STEPS:
+    most = STEPS[0] if way == FROM_REST else STEPS[1]
+    while steps < most:
         # The curve's tangent, on the side of the one before.
         _evaluate(laws, balance, motion, case, way, part, scratch)
         _bordered(laws, balance, motion, case, way, part, scale, scratch)
@@ -465,7 +467,7 @@ def _follow(
             else:
                 distance, part = 0.4 * along, start
                 twist[:] = scratch.before
-                if distance < 1e-7 or steps >= STEPS:
+                if distance < 1e-7 or steps >= most:
                     return False
                 # The drive belongs to the point at which the step begins.
                 _evaluate(laws, balance, motion, case, way, part, scratch)

@@ -46,6 +46,7 @@ from engine_dyn.torsion.couplings import (
 from engine_dyn.torsion.floquet import complex_stiffness, receptance, unstable
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.harmonic_balance import (
+    BEYOND,
     FROM_LINEAR,
     FROM_REST,
     KNOWN,
@@ -67,7 +68,7 @@ WAYS = ("from_rest", "from_linear", "from_start", "from_time")
 """Where a motion comes from: it grows from small ones with what excites, or from the linear one
 with what is not linear; it goes on from a start that is given; it is left after many cycles."""
 
-FINER = 1024  # Harmonics up to which a motion that was found in time is looked for
+FINER = 1024  # Largest number of harmonics with which a case begins
 
 NOTHING = 1e-12  # Harmonics of the torques below this part of the largest do not excite
 
@@ -261,8 +262,10 @@ _Found = list[tuple[Integers, dict[str, Any]]]
 
 def _solved(block: _Block, task: _Task, part: int, numbers: Integers) -> _Found:
     """Results of the cases of a block; those without a lasting motion are marched from rest."""
-    found = _solve(block, task, part, numbers)
-    again = []
+    first, found, again = _first_harmonics(block, task, part), [], []
+    for harmonics in np.unique(first):
+        same = np.flatnonzero(first == harmonics)
+        found += _solve(block.some(same), task, part, numbers[same], int(harmonics))
     for which, values in found:
         lost = ~np.isin(values["status"], (*WITH_NUMBERS, INVALID_INPUT)) & (values["way"] >= 0)
         for number in which[lost]:
@@ -273,7 +276,8 @@ def _solved(block: _Block, task: _Task, part: int, numbers: Integers) -> _Found:
             if not repeats:
                 values["status"][which == number] = NO_STEADY_STATE
                 continue
-            own = _solve(one._replace(start=twist), task, 1, np.array([number]), MARCHED)
+            one, harmonics = one._replace(start=twist), int(_first_harmonics(one, task, 1)[0])
+            own = _solve(one, task, 1, np.array([number]), harmonics, MARCHED)
             again += [pair for pair in own if pair[1]["status"][0] in WITH_NUMBERS]
     return found + again
 
@@ -290,14 +294,28 @@ def _marched(block: _Block, task: _Task) -> tuple[Complexes | None, bool]:
     )
 
 
-def _solve(block: _Block, task: _Task, part: int, numbers: Integers, given: int = KNOWN) -> _Found:
+def _first_harmonics(block: _Block, task: _Task, part: int) -> Integers:
+    """Number of harmonics with which each case begins: those that excite and those that answer."""
+    orders = task.base * part * np.arange(1.0, FINER + 1)
+    rho = np.abs(receptance(block.system, task.shafts, orders, block.speed)).max(axis=1)
+    laws = block.laws
+    steepest = np.maximum.reduceat(laws.slope, laws.first[:-1], axis=1)
+    steepest = steepest + np.where(laws.friction > 0.0, laws.stick, 0.0)
+    answers = (rho * np.maximum(steepest, laws.stiffness)[..., None] > BEYOND).any(axis=1)
+    last = FINER - answers[:, ::-1].argmax(axis=1)
+    last = np.where(answers.any(axis=1), last, 0)
+    excited = max(int(task.harmonic.max(initial=1)) / part, LEAST_HARMONICS)
+    most = np.maximum(np.minimum(1.25 * last, FINER), excited)
+    return np.asarray(2 ** np.ceil(np.log2(most)), dtype=np.int64)
+
+
+def _solve(
+    block: _Block, task: _Task, part: int, numbers: Integers, harmonics: int, given: int = KNOWN
+) -> _Found:
     """Results of the cases of a block, with more and more harmonics.
 
     `given` is `MARCHED` where nothing but the start counts.
     """
-    harmonics = LEAST_HARMONICS
-    while harmonics * part < task.harmonic.max(initial=1):
-        harmonics *= 2
     results = []
     before: Motion | None = None
     while True:
