@@ -1,4 +1,4 @@
-"""Write docs/torsional_vibration.md: the measured diesel's shaft, and published shafts.
+"""Write docs/torsional_response.md: the measured diesel's shaft, and published shafts.
 
 Run it from the project's root: `python tools/torsional_vibration.py`; `--no-figures` leaves the
 figure alone.
@@ -12,14 +12,23 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from pages import DOCS, csv_text, figures_wanted, filled, markdown, sheet, write
+from pages import (
+    DOCS,
+    csv_text,
+    figures_wanted,
+    filled,
+    keep_figure,
+    markdown,
+    sheet,
+    write,
+)
 from published_shafts import SYSTEMS, comparisons, exceptions, sources, table
 
 import sweeps
 from sweeps.view.figures.marks import DASHES, shade
 
-TEMPLATE = Path(__file__).with_suffix(".md.in")
-DOCUMENT = DOCS / "torsional_vibration.md"
+TEMPLATE = Path(__file__).with_name("torsional_response.md.in")
+DOCUMENT = DOCS / "torsional_response.md"
 ENGINE = "diesel_105x137"
 CAR_SPEEDS = [800, 1200, 1600, 2000, 3000]
 SPEEDS = np.arange(1000.0, 2501.0, 5.0)  # speeds in rpm
@@ -166,7 +175,7 @@ def documents(found: xr.Dataset) -> dict[Path, str]:
     }
     tables = {"shafts": of_shafts, "published": table(every), "sources": sources(every)}
     return {DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), values)} | {
-        DOCUMENT.with_name(f"{DOCUMENT.stem}_{name}.csv"): csv_text(table)
+        DOCUMENT.with_name(f"torsional_vibration_{name}.csv"): csv_text(table)
         for name, table in tables.items()
     }
 
@@ -197,8 +206,10 @@ def draw(found: xr.Dataset) -> None:
 
 
 if __name__ == "__main__":
-    wanted = figures_wanted("Write docs/torsional_vibration.md.")
+    wanted = figures_wanted("Write docs/torsional_response.md.")
     over_speed = diesel()
     write(documents(over_speed))
     if wanted:
         draw(over_speed)
+        handed_in = ["system_inertia", "system_stiffness", "system_speed_ratio"]
+        keep_figure(sweeps.run("torsion_hand_in")[handed_in], "mass_elastic")

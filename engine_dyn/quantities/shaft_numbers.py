@@ -172,13 +172,33 @@ NAN_WITHOUT = frozenset({
 """Kinds of numbers of a shaft without any of which quantities of limits are NaN."""
 
 
-def _stress(*, shaft_system: Shaft, shaft_torque_half_range: Any, **values: Any) -> Any:
-    """Nominal stress of each shaft; NaN for shafts without diameter."""
-    diameter, bore = (
-        _of_shafts(shaft_system, what, values, default)
-        for what, default in (("shaft_diameter", np.nan), ("shaft_bore", 0.0))
-    )
-    return shear_stress(shaft_torque_half_range, diameter, bore)
+def _stress(torque: str, after: int = 0) -> Any:
+    """Nominal stress of each shaft by a torque with `after` axes after that of the shafts.
+
+    NaN for shafts without diameter.
+    """
+
+    def make(*, shaft_system: Shaft, **values: Any) -> Any:
+        # Without the axes after that of the shafts, which only the torque has
+        own = {
+            name: value[(..., *(0,) * after)] if np.ndim(value) else value
+            for name, value in values.items() if name != torque
+        }  # fmt: skip
+        diameter, bore = (
+            _of_shafts(shaft_system, what, own, default)[(..., *(None,) * after)]
+            for what, default in (("shaft_diameter", np.nan), ("shaft_bore", 0.0))
+        )
+        return shear_stress(values[torque], diameter, bore)
+
+    return make
+
+
+def _stress_node(name: str, symbol: str, unit: str, long_name: str, torque: str,
+                 after: int = 0, si: float = MPA) -> Node:  # fmt: skip
+    return Node(
+        name, symbol, unit, long_name, WILSON, si=si, needs=("shaft_system", torque),
+        make=_stress(torque, after), of_shaft=("shaft_diameter", "shaft_bore"),
+    )  # fmt: skip
 
 
 def _swing(*, shaft_system: Shaft, shaft_twist_half_range: Any, **values: Any) -> Any:
@@ -241,11 +261,20 @@ def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: floa
 
 
 LIMIT_NODES: tuple[Node, ...] = (
-    Node(
+    _stress_node(
         "shaft_stress_half_range", r"\hat\tau", "MPa",
-        "nominal vibratory shear stress in each shaft, half of its range over the cycle", WILSON,
-        si=MPA, needs=("shaft_system", "shaft_torque_half_range"), make=_stress,
-        of_shaft=("shaft_diameter", "shaft_bore"),
+        "nominal vibratory shear stress in each shaft, half of its range over the cycle",
+        "shaft_torque_half_range",
+    ),
+    _stress_node(
+        "shaft_stress_order", r"\tau_\nu", "MPa",
+        "amplitude of the orders of the nominal vibratory shear stress in each shaft",
+        "shaft_torque_order", after=1,
+    ),
+    _stress_node(
+        "mode_stress", r"\tau_m", "MPa degree-1",
+        "nominal shear stress in each shaft in a mode, per degree of amplitude of the free end of "
+        "the crankshaft", "mode_torque", si=MPA / DEGREE,
     ),
     Node(
         "shaft_stress_limit", r"\tau_{lim}", "MPa",

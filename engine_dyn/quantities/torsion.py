@@ -14,9 +14,9 @@ import numpy as np
 from engine_dyn.loads.laws import LAWS
 from engine_dyn.quantities.node import Node, hidden, quotient, variants
 from engine_dyn.quantities.shaft_numbers import PENDULUMS, WILSON, joined
-from engine_dyn.torsion.shaft import Shaft, reciprocating_inertia_of_throws
+from engine_dyn.torsion.shaft import Shaft, reciprocating_inertia_of_throws, stacked
 from engine_dyn.torsion.system import ShaftSystem
-from engine_dyn.units import RPM
+from engine_dyn.units import DEGREE, RPM
 
 COMPLEX = 16  # Bytes of one harmonic, a complex number
 
@@ -72,17 +72,40 @@ def _modes(
     *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
     progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
-    from engine_dyn.torsion.modes import natural_modes, zero_crossings
+    from engine_dyn.torsion.modes import mode_torques, natural_modes, zero_crossings
 
     del threads, progress
     system, bad = system_of(values)
     modes, count, results = natural_modes(system, speed_of_modes), np.size(mode), {}
     if "mode_node" in wanted:
         results["mode_node"] = _first_modes(zero_crossings(system, modes), count, bad, 1)
+    if "mode_torque" in wanted:
+        free_end = values["shaft_system"].free_end
+        over = np.where(modes.shape[..., free_end] == 0.0, np.nan, modes.shape[..., free_end])
+        torques = mode_torques(system, modes, speed_of_modes) / over[..., None]
+        results["mode_torque"] = _first_modes(torques, count, bad, 1)
+    for name, numbers in _numbers(system, values).items() if {*_NUMBERS} & {*wanted} else ():
+        results[name] = np.where(bad[..., None], np.nan, numbers)
     return results | {
         "natural_frequency": _first_modes(modes.frequency, count, bad),
         "mode_shape": _first_modes(modes.shape, count, bad, 1),
         "modal_inertia": _first_modes(modes.modal_inertia, count, bad),
+    }
+
+
+_NUMBERS = ("system_inertia", "system_stiffness", "system_speed_ratio")
+
+
+def _numbers(system: ShaftSystem, values: dict[str, Any]) -> dict[str, Any]:
+    """Inertia, stiffness and speed ratio of discs and shafts, each at its own speed."""
+    shaft, reciprocating, excess, of_tables = (values[name] for name in OF_SYSTEM)
+    inertia = shaft.inertias(values, reciprocating)
+    ratio = shaft.speed_ratios(values)[shaft.flywheel]
+    inertia[shaft.flywheel] = inertia[shaft.flywheel] + np.asarray(excess) / ratio**2
+    listed = (inertia, shaft.stiffnesses(values, of_tables), shaft.speed_ratios(values))
+    return {
+        name: np.broadcast_to(stacked(one), (*system.shape, len(one)))
+        for name, one in zip(_NUMBERS, listed, strict=True)
     }
 
 
@@ -253,7 +276,8 @@ NODES: tuple[Node, ...] = (
     Node(
         "torsional_modes", "", "", "natural frequencies and mode shapes of the shaft",
         kind="stage", public=False, needs=(*OF_SYSTEM, "speed_of_modes", "mode"),
-        gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia"), make=_modes,
+        gives=("natural_frequency", "mode_shape", "mode_node", "modal_inertia", "mode_torque",
+               *_NUMBERS), make=_modes,
         width=OF_MODES, source=WILSON, of_shaft=_ELASTIC,
     ),
     _of_modes("natural_frequency", "f_m", "Hz", "natural frequencies of the undamped shaft", ()),
@@ -265,6 +289,20 @@ NODES: tuple[Node, ...] = (
               "first disc", ("shaft",)),
     _of_modes("modal_inertia", "J_m", "kg m2",
               "modal inertia, referred to the disc that moves most", ()),
+    _of_modes("mode_torque", "T_m", "N m degree-1",
+              "torque in each shaft in a mode, per degree of amplitude of the free end of the "
+              "crankshaft (Holzer table)", ("shaft",), si=1.0 / DEGREE),
+    *(
+        Node(name, symbol, unit, long_name, WILSON, needs=("torsional_modes",), adds=(place,))
+        for name, symbol, unit, long_name, place in (
+            ("system_inertia", "J", "kg m2",
+             "moment of inertia of each disc, with all that is added to it, at its own speed",
+             "disc"),
+            ("system_stiffness", "k", "N m rad-1", "stiffness of each shaft, at its own speed",
+             "shaft"),
+            ("system_speed_ratio", "i", "1", "speed of each disc over that of the crank", "disc"),
+        )
+    ),
     Node(
         "torsional_damping", "", "", "damping of the modes of the shaft", kind="stage",
         public=False,

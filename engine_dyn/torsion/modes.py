@@ -176,6 +176,15 @@ def zero_crossings(system: ShaftSystem, modes: Modes) -> Floats:
     return np.where((first > 0.0) != (second > 0.0), place, np.nan)
 
 
+def mode_torques(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:
+    """Torque in each shaft per radian of unit amplitude [N m/rad]; shape (..., m, S).
+
+    These are the torques of a Holzer table, with the sign of the twist of the shaft's two discs.
+    """
+    referred = system.stiffness_at(speed)[..., None, :] * modes.twist
+    return np.asarray(system.shaft_factor[..., None, :] * referred[..., system.node_of_shaft])
+
+
 def critical_speeds(
     system: ShaftSystem, orders: Any, lowest: float = 0.0, highest: float = np.inf
 ) -> Floats:

@@ -29,6 +29,7 @@ class _Paths(MetaPathFinder):
             "sweeps.accessor": "sweeps.view.accessor",
             "sweeps.exploring": "sweeps.decide.explore",
             "sweeps.figures": "sweeps.view.figures",
+            "sweeps.measuring": "sweeps.lab.speed",
             "sweeps.reading": "sweeps.scene.engine",
             "sweeps.reading.laboratory": "sweeps.lab.pressure",
         }

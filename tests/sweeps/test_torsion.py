@@ -115,7 +115,8 @@ def test_the_documents_code_runs(capsys: pytest.CaptureFixture[str]) -> None:
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(block, {})
     assert "[" in capsys.readouterr().out
-    (scene,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    system = example.DOCUMENT.with_name("torsional_vibration.md").read_text(encoding="utf-8")
+    scene, *_ = re.findall(r"```toml\n(.*?)```", system, re.DOTALL)
     made = sweeps.run(tomllib.loads(scene))
     assert (made["torsion_status"] == 0).all()
     assert made["natural_frequency"].dims == ("shaft_stiffness_2", "mode")

@@ -169,7 +169,8 @@ def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
 def _quantities_of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     # Variables over discs or shafts none of whose values is the worst
     not_worst = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
-                 "mode_node", "propulsion_stress_limit", "propulsion_stress_limit_passing",
+                 "mode_node", "mode_torque", "mode_stress", "system_inertia", "system_stiffness",
+                 "system_speed_ratio", "propulsion_stress_limit", "propulsion_stress_limit_passing",
                  "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip
     return {
         str(name): data for name, data in archive.data_vars.items()

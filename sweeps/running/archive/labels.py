@@ -25,6 +25,7 @@ from engine_dyn.quantities.each_cylinder import OF_CYLINDER, with_values
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
+from engine_dyn.units import RPM
 from sweeps.base.dimensions import (
     ARRANGEMENT,
     DESIGN,
@@ -47,6 +48,8 @@ from sweeps.scene.plan.variations import KIND, KINDS
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from engine_dyn.torsion.excitation import Excitation
 
 
 @dataclass(frozen=True, eq=False)
@@ -470,14 +473,31 @@ def _arrangements(scene: Scene) -> str:
 
 
 def _shaft(scene: Scene) -> str:
-    """JSON of the discs joined by shafts and gears, and of the throws' discs, counted from 1."""
-    # The text is empty without a shaft.
+    """JSON of the discs joined by shafts and gears, and of those with a role, counted from 1."""
+    # The text is empty without a shaft. Rings of dampers and then pendulums are the last discs.
     shaft = scene.engine.shaft
     if shaft is None:
         return ""
     pairs = {"shafts": shaft.shafts, "gears": shaft.gears}
     joined = {key: [[a + 1, b + 1] for a, b in numbers] for key, numbers in pairs.items()}
-    return json.dumps({**joined, "throws": [disc + 1 for disc in shaft.throws]})
+    roles = {"flywheel": shaft.flywheel, "load": shaft.load, "free_end": shaft.free_end}
+    return json.dumps({
+        **joined, "throws": [disc + 1 for disc in shaft.throws],
+        **{role: disc + 1 for role, disc in roles.items()},
+        "dampers": shaft.dampers, "pendulums": shaft.pendulums,
+        "excitations": [_excitation(one) for one in shaft.excitations],
+    })  # fmt: skip
+
+
+def _excitation(one: Excitation) -> dict[str, Any]:
+    """Name, disc and orders of an excitation at its reference speed, or the table's lowest one."""
+    size = np.abs(one.own_harmonics(one.within))
+    counting = np.sort(np.argsort(-size)[:12])
+    return {
+        "name": one.name, "disc": one.disc + 1, "power": one.power, "speed": one.within / RPM,
+        "table": one.speeds.size > 0, "mean": float(one.mean(one.within)),
+        "orders": one.orders[counting].tolist(), "amplitudes": size[counting].tolist(),
+    }  # fmt: skip
 
 
 @lru_cache(maxsize=64)

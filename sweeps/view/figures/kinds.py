@@ -70,6 +70,7 @@ from sweeps.view.figures import (
     recorded_cycles,
     shaft_modes,
     shaft_response,
+    shaft_system,
     turning_moment,
 )
 from sweeps.view.figures.sheet import NamedFigures
@@ -199,6 +200,12 @@ KINDS = (
          "friction of rings, skirts, bearings, valve train and auxiliaries, stacked",
          "three components of the friction, such as fmep_rings", parameter_bars.friction_names,
          parameter_bars.friction_components),
+    Kind("mass_elastic", "discs and shafts of the shaft, drawn to scale",
+         "system_inertia, system_stiffness and system_speed_ratio", shaft_system.system_names,
+         shaft_system.mass_elastic),
+    Kind("phase_vectors", "firing diagram: phase vectors of the strongest orders in their modes",
+         "mode_shape and mode_vector_sum of two cylinders or more",
+         shaft_system.phase_vector_names, shaft_system.phase_vectors, shared=True),
     Kind("mode_shapes", "mode shapes of the shaft, with nodes", "mode_shape",
          shaft_modes.mode_shape_names, shaft_modes.mode_shapes),
     Kind("campbell", "natural frequencies and orders over the speed, with their crossings",

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PARTS = {"shaft_torque": SHAFT, "disc_angle": DISC}
+PARTS = {"shaft_torque": SHAFT, "shaft_stress": SHAFT, "disc_angle": DISC}
 """Quantities that have orders, and the dimension of the parts that they belong to."""
 
 BORNE = (
@@ -95,8 +95,9 @@ def over_speed(view: View, name: str) -> bool:
 
 def limits_of(view: View, name: str) -> list[str]:
     """Variables of the limits of what a part bears."""
-    start = f"{name.removesuffix(HALF_RANGE)}_limit"
-    return [str(other) for other in view.data.data_vars if str(other).startswith(start)]
+    what = name.removesuffix(HALF_RANGE)
+    starts = (f"{what}_limit", f"{what.replace('shaft', 'propulsion')}_limit")
+    return [str(other) for other in view.data.data_vars if str(other).startswith(starts)]
 
 
 def shaft_load_names(view: View) -> list[str]:

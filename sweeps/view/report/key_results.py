@@ -17,7 +17,6 @@ from sweeps.decide.explore.rows import Rows, rows
 from sweeps.decide.explore.shaft_extremes import OVER_LIMITS
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.report.html import FIRST_ROWS, details, listed, paragraph, table, text, value_text
-from sweeps.view.report.shaft_results import shaft_results
 from sweeps.view.texts.archives import recorded_cycle_lines
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.reductions import counts_within, searches, statistics_table
@@ -60,7 +59,8 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     told = recorded_cycle_lines(archive, choices)
     if told:
         parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]
-    parts.append(shaft_results(archive))
+    if not parts and "shaft_name" in archive.coords:
+        return ""  # The section on torsional vibration has the results
     return "".join(parts) or paragraph("No quantity has one number per design.")
 
 

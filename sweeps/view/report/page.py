@@ -114,12 +114,16 @@ def page(
     choices = choices_of(archive, units)
     outcomes = names_given(not_counted, "not_counted")
     judged = verdict(archive, names_given(target, "target"), outcomes, units)
+    made_sections = {
+        place: [(key, title, html) for key, title, make in content
+                if (html := make(archive, choices))]
+        for place, content in SECTIONS.items()
+    }  # fmt: skip
     parts = {
         place: "".join(
-            f'<section id="{key}"><h2>{title}</h2>{make(archive, choices)}</section>'
-            for key, title, make in content
+            f'<section id="{key}"><h2>{title}</h2>{html}</section>' for key, title, html in content
         )
-        for place, content in SECTIONS.items()
+        for place, content in made_sections.items()
     }
     if judged.html:
         parts["before"] = _VERDICT.substitute(html=judged.html) + parts["before"]
@@ -141,12 +145,16 @@ def page(
     while True:
         content = embedded(archive, choices, room)
         figures, explored = key_figures(content), views(content)
+        if any(key == "torsion" for key, *_ in made_sections["before"]):
+            # What belongs to parts and modes of a shaft is drawn in its section.
+            figures = [one for one in figures if not _of_shaft(archive, one["quantities"])]
         data = {**content.json(), "made": made, "figures": figures, "views": explored,
                 "start": starting_places(content), **charts(figures, explored)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
             before=parts["before"], after=parts["after"], left=_left(content),
-            figures="" if figures or made else nothing, contents=_contents(bool(judged.html)),
+            figures="" if figures or made else nothing,
+            contents=_contents(bool(judged.html), made_sections),
         )  # fmt: skip
         over = len(written.encode(errors="replace")) - limit
         if over <= 0 or room < 1.0:
@@ -154,13 +162,18 @@ def page(
         room *= 0.97 * room / (room + over)  # Names of designs may take more room than `SPARE`
 
 
+def _of_shaft(archive: xr.Dataset, names: Sequence[str]) -> bool:
+    dims = {str(d) for name in names if name in archive for d in archive[name].dims}
+    return bool(dims & {"disc", "shaft", "mode", "throw"})
+
+
 _VERDICT = Template('<section id="verdict"><h2>Verdict</h2>$html</section>')
 
 
-def _contents(judged: bool) -> str:
+def _contents(judged: bool, made: Mapping[str, Sequence[tuple[str, str, str]]]) -> str:
     entries = [
-        *([("verdict", "Verdict", None)] if judged else []), *SECTIONS["before"],
-        ("pictures", "Figures", None), ("explore", "Explorer", None), *SECTIONS["after"],
+        *([("verdict", "Verdict", "")] if judged else []), *made["before"],
+        ("pictures", "Figures", ""), ("explore", "Explorer", ""), *made["after"],
     ]  # fmt: skip
     return "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in entries)
 

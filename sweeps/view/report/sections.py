@@ -35,6 +35,7 @@ from sweeps.view.report.html import (
 )
 from sweeps.view.report.key_results import Choices, results
 from sweeps.view.report.model_limits import model_limits
+from sweeps.view.report.shaft_calculation import calculation
 from sweeps.view.texts.archives import PASSES, outcome_counts
 from sweeps.view.texts.key_texts import with_word
 from sweeps.view.texts.readable_units import converted
@@ -389,7 +390,7 @@ def provenance(archive: xr.Dataset, choices: Choices) -> str:
     told_elsewhere = {
         "title", "warnings", "engine_assumed", "parameters", "scene", "identity", "input_files",
         "references", "engine", "engine_title", "indicator_diagrams", "arrangement", "shaft",
-        "solver", REDUCTION,
+        "solver", "engine_values", REDUCTION,
     }  # fmt: skip
     body = [(key, value) for key, value in archive.attrs.items() if key not in told_elsewhere]
     parts = [table(("", ""), body[:MOST_LINES])]
@@ -423,7 +424,11 @@ def cited(archive: xr.Dataset, choices: Choices) -> str:
 
 
 SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]] = {
-    "before": (("computed", "What was computed", computed), ("results", "Key results", results)),
+    "before": (
+        ("computed", "What was computed", computed),
+        ("results", "Key results", results),
+        ("torsion", "Torsional vibration", calculation),
+    ),
     "after": (
         ("outcomes", "Outcomes, and where designs failed", outcomes),
         ("warnings", "Warnings", warned),
@@ -433,4 +438,5 @@ SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]]
         ("cite", "How to cite", cited),
     ),
 }
-"""Sections before and after the figures: identifiers in the page, titles and makers."""
+"""Sections before and after the figures: identifiers in the page, titles and makers, which return
+nothing where there is nothing to say."""

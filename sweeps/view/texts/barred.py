@@ -6,8 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from engine_dyn.torsion.system import barred_range
 from sweeps.base.errors import counted, one_line
 from sweeps.base.numbers import number_text
+from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.barred import Barred, BarredRange
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.tables import aligned
@@ -62,6 +64,21 @@ def range_cells(archive: xr.Dataset, one: BarredRange) -> list[str]:
     ]  # fmt: skip
 
 
+def customary_range(archive: xr.Dataset, one: BarredRange) -> tuple[float, float] | None:
+    """Barred range of IACS UR M68 about a critical speed of a propulsion shaft [rpm].
+
+    None for other limits, without a rated speed, without a critical speed, and from 0.8 of the
+    rated speed on.
+    """
+    rated = members_of(archive, "parameters").get("rated_speed")
+    if not isinstance(rated, int | float) or not one.quantity.startswith("propulsion"):
+        return None
+    if rated <= 0.0:
+        return None
+    low, high = barred_range(one.critical_speed, rated)
+    return (float(low), float(high)) if math.isfinite(low) else None
+
+
 HEADS = ("case", "barred, rpm", "on", "limit of", "largest over limit", "at rpm", "cause")
 
 
@@ -74,6 +91,16 @@ def notes(archive: xr.Dataset, found: Barred) -> list[str]:
         if case not in barred and worst[1]
     ]  # fmt: skip
     said = []
+    for one in found.ranges:
+        customary = customary_range(archive, one)
+        if customary is not None:
+            low_end, high_end = customary
+            said.append(
+                f"{range_text(one)} rpm of {one_line(one.place, 60)} "
+                f"({case_text(archive, one.case)}): IACS UR M68 bars {low_end:.1f} to "
+                f"{high_end:.1f} rpm about {one.critical_speed:.5g} rpm, 16 n/(18 - lambda) to "
+                "(18 - lambda) n/16; all that is above the limit must be within"
+            )
     if free:
         case, (value, place, speed) = max(free, key=lambda item: item[1][0])
         names = _some([case_text(archive, one) for one, _ in free])
