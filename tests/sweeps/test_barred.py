@@ -187,6 +187,7 @@ def test_a_report_solves_between_speeds_or_gives_no_verdict(
     assert told.index('id="verdict"') < told.index('id="computed"')
     target = page(diesel, target="shaft_stress_over_limit <= 1")
     assert "said of the archive's own speeds alone" in html.unescape(target)
+    assert "The limits of the shaft below are solved between them" in target
     assert "Campbell diagram: critical speeds" in told and "No speed is barred" not in told
     monkeypatch.setattr(verdicts, "MOST_SOLVED", 10)
     told = page(diesel)
@@ -361,3 +362,61 @@ def test_a_report_tells_which_designs_meet_a_target() -> None:
     assert 'id="verdict"' not in page(archive)
     with pytest.raises(SceneError, match="not_counted is only used with target"):
         page(archive, not_counted="stalled")
+
+
+TARGET = "delta <= 1/50"
+
+
+def _sample(**reduce: Any) -> xr.Dataset:
+    return sweeps.run(
+        engine="ntua", sample={"number": 300, "inertia": {"low": 1.0, "high": 12.0},
+                               "rod_length": {"low": 0.3, "high": 0.4}},
+        output={"quantities": ["delta", "omega_max"]}, **({"reduce": reduce} if reduce else {}),
+    )  # fmt: skip
+
+
+def test_a_report_names_the_lightest_designs_of_a_list() -> None:
+    pytest.importorskip("bokeh")
+    archive = _sample()
+    best = sweeps.best(archive, least="inertia", within=TARGET)
+    found = verdicts.verdict(archive, [TARGET], [], None)
+    said = html.unescape(found.html)
+    number = int((archive.delta <= 1 / 50).sum())
+    assert f"least inertia = {float(best.inertia):#.4g} kg m²" in said
+    assert f"{number} of 300 designs fulfil delta <= 1/50" in said
+    assert f"rod_length = {1e3 * float(best.rod_length):#.4g} mm" in said
+    assert "those with the least inertia that hold" in said and "does not hold" not in said
+    assert "<th>at</th>" not in found.html  # No column without a text
+    (drawn,) = found.figures
+    assert drawn.title == "delta over inertia, with its limit"
+    meets, fails = (one.data_source.data["y"] for one in drawn.figure.renderers[1::2])
+    assert (len(meets), len(fails)) == (number, 300 - number)
+    assert meets.max() <= 1 / 50 < fails.min()
+
+
+def test_a_report_judges_several_targets_together() -> None:
+    pytest.importorskip("bokeh")
+    archive, other = _sample(), "omega_max <= 1206.9 rpm"
+    both = (archive.delta <= 1 / 50) & (archive.omega_max <= 1206.9 * np.pi / 30.0)
+    assert 0 < int(both.sum()) < int((archive.delta <= 1 / 50).sum())
+    said = html.unescape(verdicts.verdict(archive, [TARGET, other], [], None).html)
+    assert "All 2 targets" in said and f"{int(both.sum())} of 300 designs fulfil" in said
+    light = float(archive.inertia.where(both).min())
+    assert f"least inertia = {light:#.4g} kg m²" in said.partition("<h3>delta")[0]
+
+
+def test_a_report_judges_the_designs_that_a_reduced_archive_kept() -> None:
+    pytest.importorskip("bokeh")
+    every = _sample()
+    reduced = _sample(within=[TARGET], best=[{"least": "delta", "number": 40}],
+                      front=[{"of": ["inertia", "delta"]}])  # fmt: skip
+    said = html.unescape(verdicts.verdict(reduced, [TARGET], [], None).html)
+    kept = reduced.sizes["design"]
+    assert f"judged here are the {kept} designs that its searches kept, of 300" in said
+    assert f"Of all 300, {int((every.delta <= 1 / 50).sum())} meet delta <= 1/50" in said
+    # A front of inertia and delta has the lightest design of all that meets a limit of delta.
+    best = sweeps.best(every, least="inertia", within=TARGET)
+    assert f"least inertia = {float(best.inertia):#.4g} kg m²" in said
+    assert "delta over inertia, with its limit" in page(reduced, target=TARGET)
+    with pytest.raises(SceneError, match="kept no designs"):
+        page(_sample(within=[TARGET]), target=TARGET)

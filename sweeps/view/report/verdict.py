@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine_dyn.status import MEANINGS
 from engine_dyn.types import Booleans, Floats
-from sweeps.base.dimensions import NOT_CHOSEN, REDUCTION
+from sweeps.base.dimensions import DESIGN, NOT_CHOSEN, REDUCTION
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.naming import meaning_of
+from sweeps.decide.explore.attributes import count_of_designs, of_designs
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
 from sweeps.decide.explore.search import INERTIAS, search_best
 from sweeps.decide.explore.shaft_extremes import (
@@ -30,12 +32,13 @@ from sweeps.decide.explore.shaft_extremes import (
     worst_of_shaft,
 )
 from sweeps.running.reduce.every_point import EveryPoint
-from sweeps.scene.conditions import PARTS, check_name, constraint, units_of
+from sweeps.scene.conditions import PARTS, Constraint, check_name, conditions_of, units_of
 from sweeps.view.report.charts import Drawn
 from sweeps.view.report.html import listed, paragraph, table, text
 from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_figure, target_figure
 from sweeps.view.texts.barred import HEADS, case_text, notes, range_cells
 from sweeps.view.texts.optimised import decision_lines
+from sweeps.view.texts.reductions import counts_within
 from sweeps.view.texts.wording import Wording
 
 if TYPE_CHECKING:
@@ -65,18 +68,14 @@ def verdict(
     """Judge the limits of an archive.
 
     `targets` are conditions such as "delta <= 1/250", judged as by `best`, which takes the outcomes
-    `not_counted`; `units` are those of numbers. SceneError refuses names that the archive does not
-    have, and a reduced archive.
+    `not_counted`; `units` are those of numbers. Of a reduced archive the designs that it kept are
+    judged. SceneError refuses names that the archive does not have.
     """
     found, say = Verdict(), Wording(archive, units)
     if not_counted and not targets:
         raise SceneError("report: not_counted is only used with target")
-    if targets and REDUCTION in archive.attrs:
-        raise SceneError(
-            "target: the archive was reduced and holds no designs; give `within` in [reduce]"
-        )
-    for target in targets:
-        _target(found, archive, target, not_counted, say)
+    if targets:
+        _targets(found, archive, targets, not_counted, say)
     if REDUCTION not in archive.attrs:
         for name in (n for n in REQUIRED if n in archive and archive[n].size <= MOST_VALUES):
             found.html += _required(archive, name, say)
@@ -109,39 +108,100 @@ def _condition(target: str) -> str:
     return f"{name} <= {limit}"
 
 
-def _target(
-    found: Verdict, archive: xr.Dataset, target: str, not_counted: Sequence[str], say: Wording
-) -> None:
-    """Add the verdict on one condition: what `best` says of it, and the designs next to it."""
-    target = _condition(target)
-    condition = constraint(target, units_of(archive))
-    check_name(archive, condition.name)
-    data = archive[condition.name]
-    if data.size > MOST_VALUES:
+def _targets(
+    found: Verdict, archive: xr.Dataset, targets: Sequence[str], not_counted: Sequence[str],
+    say: Wording,
+) -> None:  # fmt: skip
+    """Add the verdict on all targets together, and on each by itself."""
+    targets = [_condition(target) for target in targets]
+    conditions = conditions_of(targets, units_of(archive))
+    if REDUCTION in archive.attrs:
+        archive, told = _kept(archive, conditions)
+        found.html += paragraph(told)
+        say = Wording(archive, say.units)
+    for condition in conditions:
+        check_name(archive, condition.name)
+        size = archive[condition.name].size
+        if size > MOST_VALUES:
+            raise SceneError(
+                f"target: {condition.name} has {size:,} values, at most {MOST_VALUES:,} are "
+                "judged in a report; engine-dyn best reads more"
+            )
+    if conditions[1:]:
+        points = _points(archive, conditions)
+        search = _search(archive, conditions, points, not_counted)
+        for _ in search.judged():
+            pass  # Designs are counted while they are read
+        lines = _lines(archive, search, targets, say)
+        found.html += f"<h3>All {len(conditions)} targets</h3>"
+        found.html += paragraph(lines[0], "verdict") + listed(lines[1:])
+    for target, condition in zip(targets, conditions, strict=True):
+        _target(found, archive, target, condition, not_counted, say)
+
+
+def _kept(archive: xr.Dataset, conditions: Sequence[Constraint]) -> tuple[xr.Dataset, str]:
+    """The designs that a reduced archive kept, and what is known of the others."""
+    every, kept = count_of_designs(archive), archive[of_designs(archive)]
+    if not kept.data_vars or not kept.sizes.get(DESIGN, 0):
         raise SceneError(
-            f"target: {condition.name} has {data.size:,} values, at most {MOST_VALUES:,} are "
-            "judged in a report; engine-dyn best reads more"
+            "target: the archive was reduced and kept no designs; a report judges those that "
+            "[[reduce.best]] or [[reduce.front]] keep"
         )
+    kept.attrs = {key: value for key, value in kept.attrs.items() if key != REDUCTION}
+    known = dict(counts_within(archive))
+    counts = [
+        f" Of all {every:,}, {known[str(one)]:,} meet {one}."
+        for one in conditions if str(one) in known
+    ]  # fmt: skip
+    number = counted(kept.sizes[DESIGN], "design")
+    return kept, (
+        f"The archive was reduced: judged here {'is' if number.startswith('1 ') else 'are'} the "
+        f"{number} that its searches kept, of {every:,}.{''.join(counts)}"
+    )
+
+
+def _search(
+    archive: xr.Dataset, conditions: Sequence[Constraint], points: Sequence[str],
+    not_counted: Sequence[str],
+) -> EveryPoint:  # fmt: skip
+    """All designs, judged at all their points; the worst value is that of the first condition."""
+    wanted = [(conditions[0].name, 1.0 if conditions[0].above else -1.0)]
+    outcomes = not_counted if points else ()
+    return EveryPoint(archive, wanted, conditions, points, outcomes, choosing=False)
+
+
+def _target(
+    found: Verdict, archive: xr.Dataset, target: str, condition: Constraint,
+    not_counted: Sequence[str], say: Wording,
+) -> None:  # fmt: skip
+    """Add the verdict on one condition: what `best` says of it, and the designs next to it."""
     sign = 1.0 if condition.above else -1.0
-    points = _points(data)
-    asked = {"at_every": points, "not_counted": not_counted if points else ()}
-    search = EveryPoint(archive, [(condition.name, sign)], [condition], **asked, choosing=False)
+    search = _search(archive, [condition], _points(archive, [condition]), not_counted)
     size = tuple(search.sizes[d] for d in search.own)
     left, holds, lacking = np.empty(size), np.empty(size, bool), np.empty(size, int)
     for place, designs in search.judged():
         left[place] = sign * condition.limit - designs.worst[0]
         holds[place], lacking[place] = designs.fulfilling, designs.lacking
-    lines = _lines(archive, target, search, asked, say)
+    lines = _lines(archive, search, [target], say)
     found.html += f"<h3>{text(say.condition(condition))}</h3>"
     found.html += paragraph(lines[0], "verdict") + (listed(lines[1:]) if lines[1:] else "")
     if _may_resonate(archive, condition.name):
+        limited = condition.name in limited_by(archive)
         found.html += paragraph(
             "This is said of the archive's own speeds alone: a resonance may lie between two of "
-            "them. Where the shaft has a stress_limit or torque_limit, engine-dyn barred looks "
-            "there.", "verdict",
+            "them. " + ("The limits of the shaft below are solved between them, so that a value "
+            "there may be larger." if limited else "Where the shaft has a stress_limit or "
+            "torque_limit, engine-dyn barred looks there."), "verdict",
         )  # fmt: skip
     rows = []
+    inertia = _inertia(archive, search.own)
+    which = "those next to the limit"
     shown = _shown(holds.ravel(), left.ravel())
+    if search.own == [DESIGN] and inertia and left.size > MOST_DESIGNS and holds.any():
+        # In a list, those next to the limit differ in nothing that decides.
+        lightest = np.argsort(archive[inertia].values, kind="stable")
+        shown = lightest[holds[lightest]][:MOST_DESIGNS].tolist()
+        which = f"those with the least {inertia} that hold"
     for i in shown:
         at = np.unravel_index(i, size) if size else ()
         one = archive.isel(dict(zip(search.own, map(int, at), strict=True)))
@@ -154,41 +214,53 @@ def _target(
             verdict += f", first at {say.place(one, first)}" if first else ""
         known = np.isfinite(value)
         rows.append([
-            say.fixed(archive, one), say.value(condition, value) if known else "",
-            worst.removeprefix(" at "), say.margin(condition, value) if known else "", verdict,
+            say.fixed(archive, one), verdict, say.value(condition, value) if known else "",
+            say.margin(condition, value) if known else "", worst.removeprefix(" at "),
         ])  # fmt: skip
-    found.html += table(("design", "worst", "at", "", ""), rows, (1,))
+    heads = ("design", "verdict", "worst", "margin", "at")
+    used = [i for i in range(len(heads)) if any(row[i] for row in rows)]
+    found.html += table(
+        [heads[i] for i in used], [[row[i] for i in used] for row in rows],
+        [used.index(i) for i in (2,) if i in used],
+    )  # fmt: skip
     if len(shown) < left.size:
-        found.html += paragraph(
-            f"{len(shown)} of {counted(left.size, 'design')}, those next to the limit.", "note"
-        )
+        found.html += paragraph(f"{len(shown)} of {counted(left.size, 'design')}, {which}.", "note")
     found.figures += target_figure(archive, condition, say.choices)
 
 
-def _points(data: xr.DataArray) -> list[str]:
+def _points(archive: xr.Dataset, conditions: Sequence[Constraint]) -> list[str]:
     """Axes that are not chosen with a design: speeds and other points of work, misfires."""
-    return [str(d) for d in data.dims if d in NOT_CHOSEN]
+    dims = dict.fromkeys(str(d) for one in conditions for d in archive[one.name].dims)
+    return [d for d in dims if d in NOT_CHOSEN]
+
+
+def _inertia(archive: xr.Dataset, own: Sequence[str]) -> str:
+    """The axis or column of the inertia of designs, if any."""
+    found = (n for n in INERTIAS if n in archive.coords and archive[n].ndim)
+    return next((n for n in found if {*archive[n].dims} <= {*own}), "")
 
 
 def _lines(
-    archive: xr.Dataset, target: str, search: EveryPoint, asked: Mapping[str, Any], say: Wording
+    archive: xr.Dataset, search: EveryPoint, targets: Sequence[str], say: Wording
 ) -> list[str]:
     """What decides, in the words of `best`: the design of least inertia, or with the best value."""
     if not search.fulfilling:
         return [search.nothing()]
-    (condition,) = search.conditions
+    conditions = search.conditions
     if search.designs == 1:
         one = archive.isel(dict.fromkeys(search.own, 0))
-        return ["It holds.", *say.conditions(one, [condition], search.asked)[1:], *search.missing()]
-    inertia = next(
-        (n for n in INERTIAS if n in archive.coords and archive[n].ndim
-         and {*archive[n].dims} <= {*search.own}), None,
-    )  # fmt: skip
-    wanted = {"least" if inertia or condition.above else "most": inertia or condition.name}
-    if search.cases:
+        held = "It holds." if len(conditions) == 1 else "All hold."
+        return [held, *say.conditions(one, conditions, search.asked)[1:], *search.missing()]
+    inertia = _inertia(archive, search.own)
+    if search.cases or not (inertia or len(conditions) == 1):
         return [search.text()]
+    above = conditions[0].above
+    wanted = {"least" if inertia or above else "most": inertia or conditions[0].name}
+    not_counted = [MEANINGS[code] for code in search.codes]
     try:
-        found = search_best(archive, **wanted, within=target, **asked)
+        found = search_best(
+            archive, **wanted, within=targets, at_every=search.asked, not_counted=not_counted
+        )  # fmt: skip
     except SceneError:  # Each design has a speed of its own, so that none is chosen
         return [search.text()]
     return decision_lines(archive, found, say)
@@ -227,7 +299,7 @@ def _shown(holds: Booleans, left: Floats) -> list[int]:
 def _required(archive: xr.Dataset, name: str, say: Wording) -> str:
     """The largest inertia that any case needs, for each wanted delta and design."""
     data = archive[name]
-    points = [d for d in _points(data) if d != "wanted_delta"]
+    points = [str(d) for d in data.dims if d in NOT_CHOSEN and d != "wanted_delta"]
     own = [str(d) for d in data.dims if d not in points]
     rows = []
     number = math.prod(data.sizes[d] for d in own)

@@ -75,7 +75,7 @@ def target_figure(
         and archive[d].dtype.kind in "fiu" and archive.sizes[d] > 1
     ]  # fmt: skip
     if not numbers:
-        return []
+        return _list_figure(archive, condition, choices) if DESIGN in data.dims else []
     inertias = [d for d in numbers if "inertia" in d]
     designs = [d for d in numbers if d not in NOT_CHOSEN]
     across = (inertias or designs or (["speed"] if "speed" in numbers else numbers))[0]
@@ -129,6 +129,64 @@ def target_figure(
     )  # fmt: skip
     of = f"The worst over {', '.join(map(str, left))}." if left else ""
     note = f"{of} {'A line for each value of ' + apart + '.' if apart else ''}".strip()
+    return [charts.Drawn(f"{condition.name} over {across}, with its limit", note, made)]
+
+
+MOST_POINTS = 4000  # Largest number of designs of a list that are drawn
+
+MEETING = ("meets it", "does not")
+
+
+def _list_figure(
+    archive: xr.Dataset, condition: Constraint, choices: Mapping[str, str]
+) -> list[charts.Drawn]:
+    """A quantity with its limit over a column of a list of designs; none without such a column.
+
+    The column is the inertia, or the first one of numbers that tells designs apart.
+    """
+    data = archive[condition.name]
+    columns = [
+        str(n) for n, c in archive.coords.items()
+        if c.dims == (DESIGN,) and n not in (DESIGN, *NOT_CHOSEN) and c.dtype.kind in "fiu"
+    ]  # fmt: skip
+    across = next((n for n in columns if "inertia" in n), columns[0] if columns else "")
+    if not across:
+        return []
+    number = data.sizes[DESIGN]
+    every = -(-number // MOST_POINTS)
+    part = data.isel({DESIGN: slice(None, None, every)})
+    left = [d for d in part.dims if d != DESIGN]
+    worst = (part.max(left) if condition.above else part.min(left)).values.astype(float)
+    x_factor, x_unit = converted(str(archive[across].attrs.get("units", "1")), choices.get(across))
+    factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(condition.name))
+    x = archive[across].values[::every].astype(float) * x_factor
+    some = (np.abs(x) < LARGEST_DRAWN) & (np.abs(worst * factor) < LARGEST_DRAWN)
+    if not some.any() or np.ptp(x[some]) == 0.0:
+        return []
+    heads = (_head(across, x_unit), _head(condition.name, unit))
+    made = charts.lines(2, x_axis_label=heads[0], y_axis_label=heads[1])
+    bokeh, items, marks = charts.models(), [], made.renderers[1::2]
+    for name, mark, line, holds in zip(
+        MEETING, marks, made.renderers[::2], (True, False), strict=True
+    ):
+        kept = some & (condition.holds(worst) == holds)
+        points = {"x": x[kept].astype(np.float32), "y": (worst * factor)[kept].astype(np.float32)}
+        mark.data_source.data, mark.name, mark.glyph.size = points, name, 4
+        line.visible = False
+        items.append(bokeh.LegendItem(label={"value": name}, renderers=[mark]))
+    made.select_one({"name": "legend"}).items = items
+    made.select_one({"name": "hover"}).update(
+        visible=True, renderers=marks,
+        tooltips=[("", "$name"), (heads[0], "@x{0.[000]}"), (heads[1], "@y{0.[00000]}")],
+    )  # fmt: skip
+    limit = float(np.clip(condition.limit * factor, -LARGEST_DRAWN, LARGEST_DRAWN))
+    _limit(made, limit, f"limit {condition.written or ratio_text(condition.limit)}")
+    seen = [*(worst * factor)[some], limit]
+    pad = 0.05 * (max(seen) - min(seen)) or abs(limit) or 1.0
+    made.y_range.update(start=min(seen) - pad, end=max(seen) + pad)
+    of = f", the worst over {', '.join(map(str, left))}" if left else ""
+    note = f"A point for each design{of}"
+    note += f"; 1 of {every} of {number:,} designs is drawn." if every > 1 else "."
     return [charts.Drawn(f"{condition.name} over {across}, with its limit", note, made)]
 
 
