@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import tomllib
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
+from engine_dyn.status import MEANINGS
 from sweeps import SceneError
-from sweeps.decide.explore.barred import Barred, barred_ranges
+from sweeps.decide.explore.barred import Barred, _outcomes, barred_ranges
 from sweeps.running.archive.netcdf import write
 from sweeps.view.report import verdict as verdicts
 from sweeps.view.report.page import page
@@ -103,6 +105,45 @@ def test_the_coupling_of_a_generator_set_is_barred_by_a_misfire_alone() -> None:
     said = barred_text(archive, found)
     assert "(1000) to 11" in said and "the range may go on" in said
     assert "no speed is barred between 1000 and 2200 rpm (all cylinders fire)" in said
+
+
+def test_every_peak_of_a_range_has_its_cause_and_all_cases_their_union() -> None:
+    """Peaks of orders 1 and 0.5 that one range joins, as the limit is low."""
+    limit, shaft = {"shaft_torque_limit_9": 250.0}, "diesel_105x137_generator_set"
+    archive = archive_of(shaft, TORQUE, limit, [1000.0, 1500.0, 2200.0], misfire=[0, 1])
+    found = barred_ranges(archive)
+    (joined,) = (one for one in found.ranges if one.peaks[1:])
+    assert {(one.order, one.mode) for one in joined.peaks} == {(1.0, 1), (0.5, 1)}
+    place, case = list(archive["shaft_name"].values).index(joined.place), [0, 1]
+    dense = archive_of(shaft, TORQUE, limit, [peak.at for peak in joined.peaks], misfire=case)
+    values = dense[TORQUE].sel(misfire=1).isel(shaft=place).values
+    assert_allclose(values, [peak.largest for peak in joined.peaks], rtol=1e-9)
+    assert joined.largest == joined.peaks[0].largest > joined.peaks[1].largest
+    said = barred_text(archive, found)
+    for peak in joined.peaks:
+        assert f"order {peak.order:g}, mode 1 (critical at {peak.critical_speed:.5g} rpm)" in said
+    assert "of the archive's own 3 speeds 1000, 1500, 2200 rpm are in a barred range" in said
+
+
+def test_ranges_of_all_cases_are_joined(diesel: xr.Dataset, solved: Barred) -> None:
+    low, high = min(one.low for one in solved.ranges), max(one.high for one in solved.ranges)
+    said = barred_text(diesel, solved)
+    assert f"barred in any case, on any shaft: {low:.1f} to {high:.1f} rpm" in said
+    assert "of the archive's own 4 speeds none is in a barred range" in said
+
+
+def test_a_case_without_a_result_is_not_counted_as_good(diesel: xr.Dataset, solved: Barred) -> None:
+    reached = np.where(diesel.misfire.values == 4, MEANINGS.index("torque_not_reached"), 0)
+    lost = diesel.assign(status=("misfire", reached))
+    why = [_outcomes(lost, {"misfire": place}) for place in range(2)]
+    assert why == ["", "torque_not_reached"]
+    found = replace(
+        solved, ranges=solved.ranges[:1], worst=(solved.worst[0], (-np.inf, "", np.nan)),
+        without=(0, solved.solved.size), outcomes=tuple(why),
+    )  # fmt: skip
+    said = barred_text(diesel, found)
+    assert "1 barred range in 1 of 1 case with a result" in said
+    assert "misfire 4: no result at any speed (torque_not_reached)" in said
 
 
 def test_a_peak_narrower_than_the_steps_is_found() -> None:

@@ -21,9 +21,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Floats
 from sweeps.base.checks import check_dataset, thread_count
-from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, words_of
+from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, STATUS, TORSION_STATUS, words_of
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.shaft_extremes import NEEDED, OVER_LIMITS, PLACES, limited_by
 from sweeps.scene.sample import parameters_of
@@ -45,6 +46,36 @@ NEAR = 0.15
 """How far outside a range a critical speed may lie that explains it, relative to the speed."""
 
 
+DIP = 0.05
+"""How far the value falls between two peaks of a range, as a share of the smaller one."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A peak of a quantity over its limit within a barred range.
+
+    Attributes
+    ----------
+    largest : float
+        Ratio of value to limit at its top.
+    at : float
+        Speed of its top [rpm].
+    order : float
+        Order of the largest torque there.
+    mode : int
+        The mode whose critical speed of this order lies near; 0 where there is none: the vibration
+        is forced, without a resonance.
+    critical_speed : float
+        That speed [rpm]; NaN where there is none.
+    """
+
+    largest: float
+    at: float
+    order: float = math.nan
+    mode: int = 0
+    critical_speed: float = math.nan
+
+
 @dataclass(frozen=True)
 class BarredRange:
     """A range of speed in which a quantity is above its limit on one shaft, in one case.
@@ -62,17 +93,9 @@ class BarredRange:
     low_between, high_between : tuple of float
         From where to where each edge is sure to lie [rpm]: between two speeds that were computed,
         or infinite where the archive's speeds end above the limit.
-    largest : float
-        Largest ratio of value to limit within the range.
-    at : float
-        Speed of the largest ratio [rpm].
-    order : float
-        Order of the largest torque there.
-    mode : int
-        The mode whose critical speed of this order lies near; 0 where there is none: the vibration
-        is forced, without a resonance.
-    critical_speed : float
-        That speed [rpm]; NaN where there is none.
+    peaks : tuple of Peak
+        The peaks of the value within the range, the largest first: several where ranges of
+        different orders or modes touch.
     """
 
     quantity: str
@@ -82,11 +105,32 @@ class BarredRange:
     high: float
     low_between: tuple[float, float]
     high_between: tuple[float, float]
-    largest: float
-    at: float
-    order: float = math.nan
-    mode: int = 0
-    critical_speed: float = math.nan
+    peaks: tuple[Peak, ...]
+
+    @property
+    def largest(self) -> float:
+        """Largest ratio of value to limit within the range."""
+        return self.peaks[0].largest
+
+    @property
+    def at(self) -> float:
+        """Speed of the largest ratio [rpm]."""
+        return self.peaks[0].at
+
+    @property
+    def order(self) -> float:
+        """Order of the largest torque there."""
+        return self.peaks[0].order
+
+    @property
+    def mode(self) -> int:
+        """The mode whose critical speed of this order lies near; 0 where there is none."""
+        return self.peaks[0].mode
+
+    @property
+    def critical_speed(self) -> float:
+        """That speed [rpm]; NaN where there is none."""
+        return self.peaks[0].critical_speed
 
 
 @dataclass(frozen=True)
@@ -109,6 +153,8 @@ class Barred:
         Largest value of each case over all shafts and quantities with its shaft and speed.
     without : tuple of int
         Number of speeds without a result of each case.
+    outcomes : tuple of str
+        Outcomes of these speeds, of each case.
     solved, ratio : ndarray
         All speeds that were solved [rpm], and the largest ratio of each case over shafts and
         quantities, shape (speed, case).
@@ -124,6 +170,7 @@ class Barred:
     ranges: tuple[BarredRange, ...]
     worst: tuple[tuple[float, str, float], ...]
     without: tuple[int, ...]
+    outcomes: tuple[str, ...]
     solved: Floats = field(repr=False)
     ratio: Floats = field(repr=False)
     modes: xr.Dataset = field(repr=False)
@@ -204,7 +251,7 @@ def barred_ranges(
         more = scene.solved(np.setdiff1d(finer, grid), names)
         ratio = xr.concat([ratio, more], SPEED, data_vars="minimal").sortby(SPEED)
     first_case = {d: 0 for d in modes.dims if d not in ("mode", "order", SHAFT, SPEED)}
-    found = _judged(ratio, names, speeds, modes.isel(first_case))
+    found = _judged(ratio, names, speeds, modes.isel(first_case), archive)
     return replace(found, ranges=tuple(_explained(found.ranges, scene)))
 
 
@@ -271,7 +318,9 @@ def _finer(speed: Floats, ratios: list[Floats]) -> Floats:
     return np.ravel(speed[at, None] + parts * (speed[at + 1] - speed[at])[:, None])
 
 
-def _judged(ratio: xr.Dataset, names: list[str], speeds: Floats, modes: xr.Dataset) -> Barred:
+def _judged(
+    ratio: xr.Dataset, names: list[str], speeds: Floats, modes: xr.Dataset, archive: xr.Dataset
+) -> Barred:
     """Ranges of each case and shaft, without their orders and modes."""
     speed = ratio[SPEED].values.astype(float)
     dims = list(dict.fromkeys(
@@ -282,7 +331,7 @@ def _judged(ratio: xr.Dataset, names: list[str], speeds: Floats, modes: xr.Datas
     cases = [_case(ratio, dict(zip(dims, place, strict=True))) for place in places]
     shafts = [str(name) for name in ratio["shaft_name"].values]
     ranges: list[BarredRange] = []
-    worst, without, largest, step = [], [], [], 0.0
+    worst, without, outcomes, largest, step = [], [], [], [], 0.0
     for place, case in zip(places, cases, strict=True):
         here = dict(zip(dims, place, strict=True))
         most, lacking = (-math.inf, "", math.nan), np.zeros(speed.size, bool)
@@ -305,10 +354,11 @@ def _judged(ratio: xr.Dataset, names: list[str], speeds: Floats, modes: xr.Datas
                     step = max(step, *(float(gap) for gap in gaps.ravel() if np.isfinite(gap)), 0.0)
         worst.append(most)
         without.append(int(lacking.sum()))
+        outcomes.append(_outcomes(archive, here) if lacking.any() else "")
         largest.append(curve)
     return Barred(
         tuple(names), (float(speeds[0]), float(speeds[-1])), step, tuple(cases), tuple(ranges),
-        tuple(worst), tuple(without), speed, np.transpose(largest), modes,
+        tuple(worst), tuple(without), tuple(outcomes), speed, np.transpose(largest), modes,
     )  # fmt: skip
 
 
@@ -331,15 +381,43 @@ def _case(archive: xr.Dataset, place: Mapping[str, int]) -> dict[str, Any]:
 
 
 def _ranges(speed: Floats, values: Floats) -> Iterator[tuple[Any, ...]]:
-    """Edges of ranges above 1, between which speeds they lie, the largest value and its speed."""
+    """Edges of ranges above 1, between which speeds they lie, and the peaks of each."""
     over = np.nan_to_num(values, nan=0.0) > 1.0
     change = np.diff(np.concatenate([[False], over, [False]]).astype(int))
     starts, ends = (np.flatnonzero(change == side) for side in (1, -1))
     for first, end in zip(starts.tolist(), ends.tolist(), strict=True):
         low, low_between = _edge(speed, values, first - 1, first)
         high, high_between = _edge(speed, values, end, end - 1)
-        top = first + int(np.argmax(values[first:end]))
-        yield low, high, low_between, high_between, float(values[top]), float(speed[top])
+        yield low, high, low_between, high_between, _peaks(speed[first:end], values[first:end])
+
+
+def _peaks(speed: Floats, values: Floats) -> tuple[Peak, ...]:
+    """Peaks of a range, the largest first; between two of them the value falls by `DIP`."""
+    ends = np.concatenate([[-math.inf], values, [-math.inf]])
+    kept: list[int] = []
+    for top in np.flatnonzero((values >= ends[:-2]) & (values > ends[2:])).tolist():
+        while kept:
+            last = kept[-1]
+            smaller = min(values[last], values[top])
+            if values[last:top].min() <= (1.0 - DIP) * smaller or values[last] >= values[top]:
+                break
+            kept.pop()  # A shoulder of the peak that follows
+        if not kept or values[kept[-1] : top].min() <= (1.0 - DIP) * values[top]:
+            kept.append(top)
+    kept.sort(key=lambda place: -values[place])
+    return tuple(Peak(float(values[place]), float(speed[place])) for place in kept)
+
+
+def _outcomes(archive: xr.Dataset, here: Mapping[str, int]) -> str:
+    """Outcomes without numbers that the archive's own speeds have in a case, as words."""
+    words: list[str] = []
+    for name in (STATUS, TORSION_STATUS):
+        if name not in archive or words:  # The shaft fails wherever the speed does
+            continue
+        codes = np.unique(archive[name].isel(here, missing_dims="ignore").values)
+        known = [int(code) for code in codes if code in range(len(MEANINGS))]
+        words = [MEANINGS[code] for code in known if code not in WITH_NUMBERS]
+    return ", ".join(words)
 
 
 def _edge(
@@ -355,34 +433,37 @@ def _edge(
 
 
 def _explained(ranges: tuple[BarredRange, ...], scene: _Scene) -> Iterator[BarredRange]:
-    """Ranges with the order and mode of their largest value."""
+    """Ranges with the order and mode of each of their peaks."""
     if not ranges:
         return
-    peaks = np.unique([one.at for one in ranges])
     names = ["shaft_torque_largest_order", "natural_frequency"]
-    found = scene.solved(peaks, names)
+    found = scene.solved(np.unique([peak.at for one in ranges for peak in one.peaks]), names)
+    shafts = [str(name) for name in found["shaft_name"].values]
     cases: dict[str, dict[str, xr.DataArray]] = {}
     for one in ranges:
         key = json.dumps({**one.case}, default=str)
         if key not in cases:
             cases[key] = {name: _at(found, name, one.case) for name in names}
-        here = {
-            name: data.sel({SPEED: one.at}) if SPEED in data.dims else data
-            for name, data in cases[key].items()
-        }
-        shaft = [str(name) for name in found["shaft_name"].values].index(one.place)
-        order = float(here[names[0]].isel({SHAFT: shaft}))
-        critical = 60.0 * here[names[1]].values / order
-        if not np.isfinite(critical).any():
-            yield replace(one, order=order)
-            continue
-        mode = int(np.nanargmin(np.abs(critical - one.at)))
-        speed = float(critical[mode])
-        near = (1.0 - NEAR) * one.low <= speed <= (1.0 + NEAR) * one.high
-        number = int(found["mode"].values[mode])
-        yield replace(one, order=order, mode=number, critical_speed=speed) if near else replace(
-            one, order=order
-        )  # fmt: skip
+        order, natural = (cases[key][name] for name in names)
+        order = order.isel({SHAFT: shafts.index(one.place)})
+        yield replace(one, peaks=tuple(
+            _cause(one, peak, *(data.sel({SPEED: peak.at}) if SPEED in data.dims else data
+                                for data in (order, natural)))
+            for peak in one.peaks
+        ))  # fmt: skip
+
+
+def _cause(one: BarredRange, peak: Peak, order: xr.DataArray, natural: xr.DataArray) -> Peak:
+    """A peak of a range with its order, and the mode that is near."""
+    peak = replace(peak, order=float(order))
+    critical = 60.0 * natural.values / peak.order
+    if not np.isfinite(critical).any():
+        return peak
+    mode = int(np.nanargmin(np.abs(critical - peak.at)))
+    speed = float(critical[mode])
+    if not (1.0 - NEAR) * one.low <= speed <= (1.0 + NEAR) * one.high:
+        return peak
+    return replace(peak, mode=int(natural["mode"].values[mode]), critical_speed=speed)
 
 
 def _at(archive: xr.Dataset, name: str, case: Mapping[str, Any]) -> xr.DataArray:

@@ -36,7 +36,7 @@ from sweeps.scene.conditions import PARTS, Constraint, check_name, conditions_of
 from sweeps.view.report.charts import Drawn
 from sweeps.view.report.html import listed, paragraph, table, text
 from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_figure, target_figure
-from sweeps.view.texts.barred import HEADS, case_text, notes, range_cells
+from sweeps.view.texts.barred import HEADS, case_text, cases_text, notes, range_rows
 from sweeps.view.texts.optimised import decision_lines
 from sweeps.view.texts.reductions import counts_within
 from sweeps.view.texts.wording import Wording
@@ -354,17 +354,18 @@ def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:
     low, high = solved.speeds
     if solved.ranges:
         worst = max(solved.ranges, key=lambda one: one.largest)
-        cases = [dict(case) for case in {str(one.case): one.case for one in solved.ranges}.values()]
         case = f", {case_text(archive, worst.case)}" if solved.cases[1:] else ""
         yield paragraph(
-            f"Above the limit in {len(cases)} of {counted(len(solved.cases), 'case')}: up to "
+            f"Above the limit in {cases_text(solved)}: up to "
             f"{worst.largest:.3g} times, {worst.place}{case}, at {worst.at:.5g} rpm.",
             "verdict",
         )
-        rows = [range_cells(archive, one) for one in solved.ranges]
+        rows = [row for one in solved.ranges for row in range_rows(archive, one)]
         yield table(HEADS, rows, (1, 4, 5))
     elif any(worst[1] for worst in solved.worst):
-        yield paragraph(f"Within the limit from {low:g} to {high:g} rpm.", "verdict")
+        lacking = sum(1 for worst in solved.worst if not worst[1])
+        some = f", but for {counted(lacking, 'case')} without a result" if lacking else ""
+        yield paragraph(f"Within the limit from {low:g} to {high:g} rpm{some}.", "verdict")
     yield listed([
         *notes(archive, solved),
         f"solved at {counted(solved.solved.size, 'speed')} between those of the archive",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from engine_dyn.torsion.system import barred_range
 from sweeps.base.errors import counted, one_line
 from sweeps.base.numbers import number_text
 from sweeps.decide.explore.attributes import members_of
-from sweeps.decide.explore.barred import Barred, BarredRange
+from sweeps.decide.explore.barred import Barred, BarredRange, Peak
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.tables import aligned
 
@@ -48,20 +49,68 @@ def range_text(one: BarredRange) -> str:
     return f"{low} to {high}"
 
 
-def cause_text(one: BarredRange) -> str:
-    """Order and mode of the largest value of a range."""
+def cause_text(one: Peak) -> str:
+    """Order and mode of a peak."""
     order = f"order {one.order:g}"
     if not one.mode:
         return f"{order}, no critical speed near"
     return f"{order}, mode {one.mode} (critical at {one.critical_speed:.5g} rpm)"
 
 
-def range_cells(archive: xr.Dataset, one: BarredRange) -> list[str]:
-    """Cells of a table: case, range, shaft, limit, largest, where, cause."""
-    return [
+def range_rows(archive: xr.Dataset, one: BarredRange) -> list[list[str]]:
+    """Rows of a table, one for each peak: case, range, shaft, limit, largest, where, cause.
+
+    What all peaks share stands in the first row alone.
+    """
+    shared = [
         case_text(archive, one.case), range_text(one), one_line(one.place, 60),
-        limit_text(one.quantity), f"{one.largest:.3g}", f"{one.at:.5g}", cause_text(one),
+        limit_text(one.quantity),
     ]  # fmt: skip
+    return [
+        [*(shared if not number else [""] * len(shared)),
+         f"{peak.largest:.3g}", f"{peak.at:.5g}", cause_text(peak)]
+        for number, peak in enumerate(one.peaks)
+    ]  # fmt: skip
+
+
+def cases_text(found: Barred) -> str:
+    """How many of the cases that have a result have barred ranges."""
+    number = len({str(one.case) for one in found.ranges})
+    known = sum(1 for worst in found.worst if worst[1])
+    of = " with a result" if known < len(found.cases) else ""
+    return f"{number} of {counted(known, 'case')}{of}"
+
+
+def _together(found: Barred) -> list[BarredRange]:
+    """Ranges of speed that are barred in any case, on any shaft."""
+    joined: list[BarredRange] = []
+    for one in sorted(found.ranges, key=lambda one: one.low):
+        if not joined or one.low > joined[-1].high:
+            joined.append(one)
+            continue
+        last = joined[-1]
+        low = min(last.low_between, one.low_between)  # An open end is infinite
+        if (one.high, one.high_between) > (last.high, last.high_between):
+            joined[-1] = replace(last, high=one.high, high_between=one.high_between)
+        joined[-1] = replace(joined[-1], low_between=low)
+    return joined
+
+
+def _of_all_cases(archive: xr.Dataset, found: Barred) -> list[str]:
+    """Sentences on the speeds that are barred in any case, and on those of the archive."""
+    joined = _together(found)
+    if not joined:
+        return []
+    said = []
+    if len(joined) < len(found.ranges):
+        ranges = ", ".join(range_text(one) for one in joined)
+        said = [f"barred in any case, on any shaft: {ranges} rpm"]
+    inside = [
+        f"{speed:g}" for speed in archive["speed"].values.tolist()
+        if any(one.low <= speed <= one.high for one in joined)
+    ]  # fmt: skip
+    own = f"{_some(inside, 12, ', ')} rpm {'are' if inside[1:] else 'is'}" if inside else "none is"
+    return [*said, f"of the archive's own {archive.sizes['speed']} speeds {own} in a barred range"]
 
 
 def customary_range(archive: xr.Dataset, one: BarredRange) -> tuple[float, float] | None:
@@ -121,20 +170,29 @@ def notes(archive: xr.Dataset, found: Barred) -> list[str]:
         said.append(
             "in parentheses: the archive has no results beyond this speed, and the range may go on"
         )
-    for case, number in zip(found.cases, found.without, strict=True):
-        if number:
+    said += _of_all_cases(archive, found)
+    for case, worst, number, why in zip(
+        found.cases, found.worst, found.without, found.outcomes, strict=True
+    ):
+        told = f" ({why})" if why else ""
+        if not worst[1]:
+            said.append(
+                f"{case_text(archive, case)}: no result at any speed{told}, so that nothing is "
+                "known of it"
+            )
+        elif number:
             said.append(
                 f"{case_text(archive, case)}: {number} of {counted(found.solved.size, 'speed')} "
-                "without a result, about which nothing is said"
+                f"without a result{told}, about which nothing is said"
             )
     if MISFIRE not in archive.coords:
         said.append("misfires are not in the archive: misfire = [0, 1, ...] in [axes] tries them")
     return said
 
 
-def _some(names: Sequence[str], most: int = 8) -> str:
+def _some(names: Sequence[str], most: int = 8, comma: str = "; ") -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
-    return "; ".join(names[:most]) + more
+    return comma.join(names[:most]) + more
 
 
 def barred_text(archive: xr.Dataset, found: Barred) -> str:
@@ -144,9 +202,8 @@ def barred_text(archive: xr.Dataset, found: Barred) -> str:
     if found.ranges:
         lines = [counted(len(found.ranges), "barred range")]
         if found.cases[1:]:
-            number = len({str(one.case) for one in found.ranges})
-            lines[0] += f" in {number} of {counted(len(found.cases), 'case')}"
-        rows = [range_cells(archive, one) for one in found.ranges]
+            lines[0] += f" in {cases_text(found)}"
+        rows = [row for one in found.ranges for row in range_rows(archive, one)]
         kept = [
             i for i, head in enumerate(HEADS)
             if not (head == "case" and not found.cases[1:])
