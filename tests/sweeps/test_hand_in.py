@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn.recordings.torsiogram import torsiogram
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.barred import BarredRange
+from sweeps.decide.explore.barred import BarredRange, Peak
 from sweeps.lab.speed.torsiogram import compared_torsiogram
 from sweeps.view.figures.drawing import Options, figures
 from sweeps.view.figures.shaft_system import placed
@@ -185,8 +185,8 @@ def test_unequal_cylinders_spread_the_stress() -> None:
 def test_the_customary_width_of_a_barred_range() -> None:
     # A two-stroke plant with its critical speed of order 5: worked by hand
     one = BarredRange(
-        "propulsion_stress_over_limit", "shaft", {}, 62.0, 70.0, (61.9, 62.0), (70.0, 70.1), 1.2,
-        66.0, 5.0, 1, 66.016,
+        "propulsion_stress_over_limit", "shaft", {}, 62.0, 70.0, (61.9, 62.0), (70.0, 70.1),
+        (Peak(1.2, 66.0, 5.0, 1, 66.016),),
     )  # fmt: skip
     archive = xr.Dataset(attrs={"parameters": json.dumps({"rated_speed": 99.0})})
     assert customary_range(archive, one) == pytest.approx((60.94, 71.52), abs=0.005)

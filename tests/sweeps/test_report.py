@@ -15,6 +15,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import sweeps
 from sweeps.base.errors import SceneError
 from sweeps.base.numbers import number_text
+from sweeps.view.report.model_limits import features_of, model_limits
 from sweeps.view.report.page import page
 from tests.support.commands import ok, refused
 from tests.support.reports import SCENE, hostile, large
@@ -178,3 +179,49 @@ def test_the_command_writes_a_report(archive: xr.Dataset, tmp_path: Path) -> Non
     assert "cannot be used for a quantity" in refused("report", path, "-o", output, "--overwrite",
                                      "--units", "delta=kW")  # fmt: skip
     assert sweeps.report(path, tmp_path / "again.html") == tmp_path / "again.html"
+
+
+@pytest.mark.parametrize(
+    ("engine", "scene", "told", "not_told"),
+    [
+        ("b112", {}, "rigid crankshaft", "articulated|radial engine|misfiring|1980s|two-stroke"),
+        ("b112", {"axes": {"misfire": [0, 1]}}, "misfiring cylinder", "articulated"),
+        (
+            "diesel_105x137",
+            {
+                "shaft": "diesel_105x137",
+                "axes": {"speed": [1000, 2000]},
+                "output": {"quantities": ["shaft_torque_half_range"]},
+            },
+            "secondary resonance",
+            "stiffness depends on the torque|Rods on one pin|articulated",
+        ),
+        (
+            "ntua",
+            {"set": {"cylinders": 5, "arrangement": "radial 5"}},
+            "articulated_rods give those",
+            "misfiring",
+        ),
+    ],
+)
+def test_limits_are_those_that_apply(
+    engine: str, scene: dict[str, Any], told: str, not_told: str
+) -> None:
+    output = {"output": {"quantities": ["delta"]}} | scene
+    limits = section(page(sweeps.run(engine=engine, **output)), "limits")
+    assert told in limits
+    assert not re.search(not_told, limits)
+
+
+def test_limits_of_articulated_rods_and_of_couplings_over_torque(archive: xr.Dataset) -> None:
+    rods = {"throws": [0.0] * 3, "positions": [0.0] * 3, "banks": [0.0, 120.0, 240.0]}
+    assert features_of(archive, [rods]) >= {"radial", "shared_pins"}
+    master = features_of(archive, [{**rods, "articulated_rods": []}])
+    assert "articulated_rods" in master and "radial" not in master
+    told = " ".join(model_limits(["torque", "shaft_torque_half_range"], master))
+    assert "flange of the master rod" in told and "act on the crank pin itself" not in told
+    coupling = '{"shafts": [{"stiffness_over_torque": {}}]}'
+    features = features_of(archive.assign_attrs(scene=coupling), [])
+    assert "stiffness of the mean torque" in " ".join(
+        model_limits(["shaft_torque_half_range"], features)
+    )

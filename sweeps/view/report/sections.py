@@ -34,7 +34,7 @@ from sweeps.view.report.html import (
     value_text,
 )
 from sweeps.view.report.key_results import Choices, results
-from sweeps.view.report.model_limits import model_limits
+from sweeps.view.report.model_limits import features_of, model_limits
 from sweeps.view.report.shaft_calculation import calculation
 from sweeps.view.texts.archives import PASSES, outcome_counts
 from sweeps.view.texts.key_texts import with_word
@@ -371,11 +371,9 @@ def _about(key: str) -> tuple[str, str]:
 
 def limited(archive: xr.Dataset, choices: Choices) -> str:
     """Limits of the model that apply to what was computed."""
-    methods = members_of(archive, "solver").get("method")
     limits = model_limits(
         members_of(archive, REDUCTION).get("quantities", [str(n) for n in archive.data_vars]),
-        two_stroke=any(a.get("period") == 360.0 for a in _arrangements(archive)),
-        methods=map(str, methods) if isinstance(methods, list) else (),
+        features_of(archive, _arrangements(archive)),
     )
     return (
         listed(limits) if limits else paragraph("No model limits are known for these quantities.")
