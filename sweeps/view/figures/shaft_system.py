@@ -11,7 +11,6 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.base.errors import one_line
-from sweeps.base.numbers import number_text
 from sweeps.view.figures.arrangement import (
     arrangements_of,
     blank,
@@ -271,10 +270,9 @@ def phase_vectors(study: Study, names: Sequence[str]) -> NamedFigures:
         met = ""
         if view.has(CRITICAL):
             critical = float(view.array(CRITICAL).transpose(MODE, ORDER).values[mode, order])
-            met = f", {number_text(round(critical))} rpm"
-        number = number_text(view.numbers(MODE)[mode])
-        said = f"order {number_text(nu)}, mode {number}{met}"
-        panel.set_title(f"{said}\nvector sum {number_text(float(sums[mode, order]), 3)}")
+            met = f", {critical:.0f} rpm"
+        said = f"order {nu:g}, mode {view.numbers(MODE)[mode]:g}{met}"
+        panel.set_title(f"{said}\nvector sum {sums[mode, order]:.3g}")
     notes = [
         *view.notes(names), *firing_notes(one), "arrows: phase vectors of the cylinders, as long "
         "as their throw moves in the mode, clockwise; red: their sum over the number of cylinders",

@@ -13,7 +13,6 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import DESIGN, REDUCTION
 from sweeps.base.errors import one_line
-from sweeps.base.numbers import number_text
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.shaft_extremes import Worst, worst_of_shaft
 from sweeps.view.figures.drawing import drawing, kinds_of
@@ -413,7 +412,7 @@ def _over_speed(archive: xr.Dataset) -> Parts:
     step = -(-speeds.size // MOST_SPEEDS)
     shown = sorted({*range(0, speeds.size, step), *rank}, key=lambda i: speeds[i])
     rows = [
-        [number_text(speeds[i]),
+        [f"{speeds[i]:g}",
          *(" / ".join(_number(one[i], 3) for one in of_cases) for of_cases in cells)]
         for i in shown
     ]  # fmt: skip
@@ -472,7 +471,7 @@ def _free_end(archive: xr.Dataset) -> Parts:
     size = np.nanmax(values, axis=1)
     rows = [
         [f"{part['order'].values[i]:g}", _number(size[i]),
-         number_text(float(part["speed"].values[int(np.nanargmax(values[i]))]))]
+         f"{float(part['speed'].values[int(np.nanargmax(values[i]))]):g}"]
         for i in np.flatnonzero(size >= 0.02 * size.max())
     ]  # fmt: skip
     yield paragraph("Largest amplitude of each order over the speed, healthy; orders of less than "
