@@ -13,6 +13,7 @@ from sweeps.base.checks import names_given
 from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.base.files.libraries import library
 from sweeps.decide.explore.attributes import of_designs
+from sweeps.decide.explore.shaft_extremes import PLACES
 from sweeps.running.archive.netcdf import replaced
 from sweeps.view.report.charts import charts, made_charts
 from sweeps.view.report.embedding import Embedded, choices_of, embedded
@@ -164,7 +165,7 @@ def page(
 
 def _of_shaft(archive: xr.Dataset, names: Sequence[str]) -> bool:
     dims = {str(d) for name in names if name in archive for d in archive[name].dims}
-    return bool(dims & {"disc", "shaft", "mode", "throw"})
+    return bool(dims & {*PLACES, "mode", "throw"})
 
 
 _VERDICT = Template('<section id="verdict"><h2>Verdict</h2>$html</section>')
