@@ -225,3 +225,10 @@ def test_limits_of_articulated_rods_and_of_couplings_over_torque(archive: xr.Dat
     assert "stiffness of the mean torque" in " ".join(
         model_limits(["shaft_torque_half_range"], features)
     )
+
+
+def test_a_verdict_stands_in_place_of_some_designs_of_many() -> None:
+    axes = {"inertia": np.linspace(5.0, 20.0, 35).tolist(), "speed": [1200.0, 1500.0]}
+    archive = sweeps.run(engine="ntua", axes=axes, output={"quantities": ["delta"]})
+    assert "of 70 designs, those with the smallest delta" in page(archive)
+    assert "of 70 designs, those" not in page(archive, target="delta <= 1/50")

@@ -31,8 +31,12 @@ Choices = Mapping[str, str]
 MOST_ROWS = 60  # Largest number of designs of an archive that are all in one table
 
 
-def results(archive: xr.Dataset, choices: Choices) -> str:
-    """Designs as a table; of many the smallest and largest numbers and where they are."""
+def results(archive: xr.Dataset, choices: Choices, *, judged: bool = False) -> str:
+    """Designs as a table; of many the smallest and largest numbers and where they are.
+
+    Some of many designs are listed too, unless a verdict has `judged` them and lists those that
+    count.
+    """
     parts = _reduced(archive, choices) if REDUCTION in archive.attrs else []
     archive = archive.drop_vars([n for n, v in archive.data_vars.items() if not v.size])
     try:
@@ -48,8 +52,8 @@ def results(archive: xr.Dataset, choices: Choices) -> str:
     if extremes:
         head = ("quantity", "unit", "smallest", "at", "largest", "at")
         parts += ["<h3>Smallest and largest</h3>", table(head, extremes, (2, 4))]
-    torsion = any(name in archive for name in OVER_LIMITS)  # Its verdict stands at the top
-    if shown is not None and shown.designs > MOST_ROWS and not torsion:
+    judged |= any(name in archive for name in OVER_LIMITS)
+    if shown is not None and shown.designs > MOST_ROWS and not judged:
         order = "delta" if "delta" in shown.table and REDUCTION not in archive.attrs else None
         first = rows(archive, limit=FIRST_ROWS, sort=order)
         which = "with the smallest delta" if order else "in the order of the archive"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.resources
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from sweeps.view.report.charts import charts, made_charts
 from sweeps.view.report.embedding import Embedded, choices_of, embedded
 from sweeps.view.report.html import listed, paragraph, text
 from sweeps.view.report.key_figures import key_figures, starting_places, views
+from sweeps.view.report.key_results import results
 from sweeps.view.report.sections import SECTIONS
 from sweeps.view.report.verdict import verdict
 
@@ -115,9 +117,10 @@ def page(
     choices = choices_of(archive, units)
     outcomes = names_given(not_counted, "not_counted")
     judged = verdict(archive, names_given(target, "target"), outcomes, units)
+    of_results = partial(results, judged=bool(judged.html))
     made_sections = {
         place: [(key, title, html) for key, title, make in content
-                if (html := make(archive, choices))]
+                if (html := (of_results if make is results else make)(archive, choices))]
         for place, content in SECTIONS.items()
     }  # fmt: skip
     parts = {
@@ -143,6 +146,7 @@ def page(
     archive = archive[of_designs(archive)]  # Of a reduced archive, the designs that it kept
     template = Template(_resource("page.html"))
     nothing = paragraph("No quantity varies, so there is nothing to draw.")
+    tries = 0
     while True:
         content = embedded(archive, choices, room)
         figures, explored = key_figures(content), views(content)
@@ -160,7 +164,10 @@ def page(
         over = len(written.encode(errors="replace")) - limit
         if over <= 0 or room < 1.0:
             return written
-        room *= 0.97 * room / (room + over)  # Names of designs may take more room than `SPARE`
+        # Names of designs may take more room than `SPARE`. What is drawn does not shrink with the
+        # numbers: where that is why, small steps would lead on for minutes.
+        tries += 1
+        room *= 0.97 * room / (room + over) if tries < 10 else 0.5
 
 
 def _of_shaft(archive: xr.Dataset, names: Sequence[str]) -> bool:
