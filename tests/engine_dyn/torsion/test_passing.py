@@ -100,6 +100,7 @@ def followed(
     ],
     ids=["one mode", "fast", "no damping", "three discs", "gears and a ring", "nine discs"],
 )  # fmt: skip
+@pytest.mark.compiled
 def test_torques_over_time_are_those_of_an_integration(
     shaft: dict[str, Any], orders: Any, speeds: tuple[float, float], rate: float, throws: Any,
     upwards: bool, power: int,
@@ -162,6 +163,7 @@ def test_an_undamped_mode_has_the_magnifier_of_lewis(beta: float) -> None:
 
 
 @pytest.mark.parametrize("start", [100.0, 200.0])
+@pytest.mark.compiled
 def test_a_slow_ramp_finds_the_largest_of_steady_running(start: float) -> None:
     system, end = shaft_system(**DIESEL), 300.0 - start
     orders = np.arange(0.5, 12.25, 0.5)
@@ -180,6 +182,7 @@ def test_a_slow_ramp_finds_the_largest_of_steady_running(start: float) -> None:
 
 @pytest.mark.parametrize("loss_factor", [0.0, 0.002, 0.035])
 @pytest.mark.parametrize("rate", [10.0, 100.0])
+@pytest.mark.compiled
 def test_little_remains_between_samples(loss_factor: float, rate: float) -> None:
     draw, count = np.random.default_rng(2), 8
     inertia = np.array(DIESEL["inertia"]) * draw.uniform(0.9, 1.1, (count, 9))
@@ -193,6 +196,7 @@ def test_little_remains_between_samples(loss_factor: float, rate: float) -> None
     assert found == pytest.approx(fine, rel=ERROR)
 
 
+@pytest.mark.compiled
 def test_designs_broadcast_and_do_not_depend_on_their_company() -> None:
     inertia = np.array(THREE["inertia"]) * np.linspace(0.9, 1.1, 70)[:, None, None]
     system = shaft_system(**{**THREE, "inertia": inertia})
@@ -206,6 +210,7 @@ def test_designs_broadcast_and_do_not_depend_on_their_company() -> None:
             assert alone[name] == pytest.approx(all_[name][i, j], rel=1e-9)
 
 
+@pytest.mark.compiled
 def test_a_table_over_speed_is_the_power_that_it_has() -> None:
     system, torque = shaft_system(**THREE), some_torques(2, SIX)
     speeds = np.array([50.0, 120.0, 170.0, 260.0])
