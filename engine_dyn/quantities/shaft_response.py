@@ -261,7 +261,7 @@ NODES: tuple[Node, ...] = (
     _result("shaft_torque_highest", "", "N m", f"largest {_SHAFT_TORQUE}", ("shaft",),
             public=False),
     _result("shaft_loss", "P", "W", "mean power lost in each shaft, coupling or damper",
-            ("shaft",), when="damping_of_parts"),
+            ("shaft",)),
     _result("delta_elastic", r"\delta_e", "1",
             "coefficient of speed fluctuation of the flywheel's disc on the elastic shaft, linear; "
             "delta is that of the rigid engine"),

@@ -340,14 +340,14 @@ NODES: tuple[Node, ...] = (
     Node(
         "damped_critical_speed", "n_d", "rpm",
         "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
-        si=RPM, when="no_pendulums steady_damping",
+        si=RPM, when="no_pendulums",
         make=lambda damped_natural_omega, order: damped_natural_omega / order,
     ),
     Node(
         "damped_critical_speed", "n_d", "rpm",
         "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
         si=RPM, needs=("damped_critical_speeds",), adds=("mode", "order"),
-        when="pendulums steady_damping",
+        when="pendulums",
     ),
     Node(
         "damped_critical_speeds", "", "", "critical speeds of a damped shaft with pendulums",

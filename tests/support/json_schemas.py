@@ -19,6 +19,7 @@ CHECKS: dict[str, tuple[Any, Callable[[Any, Any], Any]]] = {
     "maxItems": (list, lambda value, most: len(value) <= most),
     "uniqueItems": (list, lambda value, on: not on or len(set(map(str, value))) == len(value)),
     "minLength": (str, lambda value, least: len(value) >= least),
+    "maxLength": (str, lambda value, most: len(value) <= most),
     "pattern": (str, lambda value, pattern: re.search(pattern, value)),
     "minimum": ((int, float), operator.ge),
     "maximum": ((int, float), operator.le),

@@ -234,9 +234,9 @@ def test_what_cannot_act_is_refused_by_name(tmp_path: Path) -> None:
     )
     said = refusal({
         "engine": str(tmp_path / "torque.toml"), "shaft": shaft_of(1, 1e6, 2.0),
-        "output": {"quantities": ["delta_elastic"]},
+        "output": {"quantities": ["throw_torque_order"]},
     })  # fmt: skip
-    assert "'delta_elastic' needs the pressure in the cylinders" in said
+    assert "'throw_torque_order' needs the pressure in the cylinders" in said
 
 
 def test_orders_of_a_fast_load_above_those_of_diagrams_act() -> None:

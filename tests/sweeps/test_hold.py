@@ -292,7 +292,8 @@ def test_states_of_reductions_from_before_are_merged() -> None:
         ({"uncertainty": {"held_power": {"low": 1e4, "high": 2e4}}},
          "[uncertainty] held_power: needs the value in [set] that it is uncertain about"),
         ({"set": {"hold": "brake_power", "held_power": "38kW"}}, "[set] hold: takes the torque of "
-         "the undisturbed engine; not allowed together with held_torque or held_power"),
+         "the undisturbed engine; not allowed together with held_torque or held_power, which "
+         "give a number"),
         ({"set": {"held_torque": "100 N m"}}, "[set] held_torque = '100 N m': must be a finite "
          "number in N m without quotes or unit"),
         ({"set": {"held_torque": -50}},

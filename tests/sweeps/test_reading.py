@@ -207,8 +207,8 @@ def test_what_is_no_condition(text: str, whole: xr.Dataset) -> None:
 def test_what_best_and_pareto_refuse(whole: xr.Dataset) -> None:
     one = whole.isel(speed=0)
     for call, told in (
-        (lambda: sweeps.best(whole), "either least or most"),
-        (lambda: sweeps.best(whole, least="delta", most="imep"), "either least or most"),
+        (lambda: sweeps.best(whole), "needs least or most, with a quantity"),
+        (lambda: sweeps.best(whole, least="delta", most="imep"), "least and most are both given"),
         (lambda: sweeps.best(whole, least="dleta"), "did you mean 'delta'"),
         (lambda: sweeps.best(whole, least="load_torque"), "over crank_angle"),
         (lambda: sweeps.best(whole, least="delta", within="lod < 1"), "not in the archive"),

@@ -36,10 +36,6 @@ FEATURE: Feature[Shaft] = Feature(
             "coupling_tables": "the mean torque chooses the stiffness of a coupling in its table",
         },
         {
-            "damping_of_parts": "discs, shafts and dampers have all damping",
-            "damping_of_modes": "modes have a damping ratio, too",
-        },
-        {
             "steady_damping": "the damping does not depend on the speed",
             "damping_over_speed": "tables give damping over the speed",
         },

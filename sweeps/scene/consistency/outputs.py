@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.quantities.shaft_numbers import JUDGING, NAN_WITHOUT
 from engine_dyn.quantities.speed import AT_START
+from engine_dyn.torsion.shaft import Shaft
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.scene.crossings import refused
@@ -93,17 +95,18 @@ def _check_quantities(output: Output, name: str) -> None:
             raise SceneError(f"{where}: duplicate '{quantity}'; quantities must be unique")
 
 
-_NOT_OF_SHAFT = {
-    "damping_of_modes": (
-        "shaft_loss", "needs the damping of each shaft, to none of which modal_damping belongs; "
-        "give loss_factor, damping or magnifier of shafts and discs in its place",
+_NOT_OF_SHAFT: dict[str, tuple[Callable[[Shaft], Any], str]] = {
+    "shaft_loss": (
+        lambda shaft: shaft.modes, "needs the damping of each shaft, to none of which "
+        "modal_damping belongs; give loss_factor, damping or magnifier of shafts and discs in its "
+        "place",
     ),
-    "damping_over_speed": (
-        "damped_critical_speed", "needs damping that does not depend on the speed, unlike "
-        "damping_over_speed; damped_natural_frequency over the speed is computed",
+    "damped_critical_speed": (
+        lambda shaft: shaft.damping_over_speed, "needs damping that does not depend on the speed, "
+        "unlike damping_over_speed; damped_natural_frequency over the speed is computed",
     ),
 }  # fmt: skip
-"""Words of a shaft, each with a node that shafts with it lack, and why."""
+"""Nodes that some shafts lack: whether a shaft does, and why."""
 
 
 def check_needs(scene: Scene, name: str) -> None:
@@ -133,9 +136,10 @@ def check_needs(scene: Scene, name: str) -> None:
             if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
                 two = "another crankshaft", f"{feature.written} of the engine"
                 raise refused(*two, where, engine=scene.engine.name)
-            for word, (without, text) in _NOT_OF_SHAFT.items():
-                if need == without and word in words:
-                    raise SceneError(f"{where} {text}")
+            if need in _NOT_OF_SHAFT and scene.engine.shaft is not None:
+                lacks, why = _NOT_OF_SHAFT[need]
+                if lacks(scene.engine.shaft):
+                    raise SceneError(f"{where} {why}")
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
                     f"{where} needs a four-stroke engine; a two-stroke engine has "

@@ -454,7 +454,6 @@ def _words(values: GivenValues) -> tuple[str, ...]:
         "reciprocating_included" if included else "reciprocating_added",
         "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
         "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
-        "damping_of_modes" if shaft is not None and shaft.modes else "damping_of_parts",
         "damping_over_speed"
         if shaft is not None and shaft.damping_over_speed
         else "steady_damping",

@@ -108,9 +108,11 @@ def _lines(plan: Plan) -> list[str]:
     lines += () if driving is None else driving.warnings
     given = _Given(plan)
     wrong: set[str] = set()
-    of_cylinders = [check for check in map(check_of_cylinder, plan.leaves) if check is not None]
+    numbered = [key for key in plan.leaves if key[-1:].isdigit()]
+    of_cylinders = [check for check in map(check_of_cylinder, numbered) if check is not None]
+    plain = {check.name: check.name.rpartition("_")[0] for check in of_cylinders}
     for check in (*of_cylinders, *CHECKS):
-        if not off.isdisjoint((check.name, _plain(check.name))):
+        if not off.isdisjoint((check.name, plain.get(check.name, check.name))):
             continue
         if check not in of_cylinders and used.isdisjoint(check.blames):
             continue
@@ -122,16 +124,11 @@ def _lines(plan: Plan) -> list[str]:
         judgement = judged(check, base, partial(given.measure, check), _UNITS)
         if judgement is not None:
             # What follows from the plain key follows from that of a cylinder too.
-            wrong |= {judgement.key, _plain(judgement.key)}
+            wrong |= {judgement.key, plain.get(judgement.key, judgement.key)}
             lines.append(judgement.text(_places(plan, judgement, base)))
     if "family" in used and "speed" not in wrong:
         lines += _of_speeds(plan, off)
     return [*lines, *shaft_warnings(plan, off)]
-
-
-def _plain(key: str) -> str:
-    """The key of all cylinders for that of one: bore for bore_2."""
-    return key if check_of_cylinder(key) is None else key.rpartition("_")[0]
 
 
 _UNITS = {
