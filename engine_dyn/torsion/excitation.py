@@ -113,10 +113,11 @@ class Excitation:
         own, size = self.own_harmonics(speed), np.abs(np.asarray(ratio, dtype=float))
         place = np.rint(size[..., None] * self.orders / orders[0]).astype(np.int64) - 1
         own, place = np.broadcast_arrays(own, place)
-        there = (place >= 0) & (place < orders.size)
-        found = np.zeros((*own.shape[:-1], orders.size), dtype=np.complex128)
-        np.put_along_axis(found, np.where(there, place, 0), np.where(there, own, 0.0), axis=-1)
-        return found
+        # What lies beyond the orders goes to one more place, which is left out.
+        place = np.where((place >= 0) & (place < orders.size), place, orders.size)
+        found = np.zeros((*own.shape[:-1], orders.size + 1), dtype=np.complex128)
+        np.put_along_axis(found, place, own, axis=-1)
+        return found[..., :-1]
 
     def _at(self, table: Any, speed: Any) -> Any:
         """Values of the torques, shape (speeds, values), at speeds of the crank (..., values)."""

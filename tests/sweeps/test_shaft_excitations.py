@@ -166,6 +166,13 @@ def test_a_table_over_the_speed_and_a_file_of_orders(tmp_path: Path) -> None:
     assert_array_equal(found[0][HALF], found[1][HALF])
     assert found[0]["torsion_status"].values.tolist() == [0, 0, 0, 4]
     assert np.isnan(found[0][HALF].sel(speed=2100)).all()
+    one = (tmp_path / "one.csv", {**of_file, "file": str(tmp_path / "one.csv")})
+    one[0].write_text("\n".join(text.split("\n")[:3]), encoding="utf-8")
+    plain = {"on": "flywheel", "mean": 5.0, "harmonics": over_speed[0]["harmonics"]}
+    of_one, of_plain = (
+        run([HALF], shaft=changed(excitations=[given])) for given in (one[1], plain)
+    )
+    assert_array_equal(of_one[HALF], of_plain[HALF])  # One speed holds for all
     # Between the speeds of the table: the mean of both
     middle = {"on": "flywheel", "mean": 5.0, "harmonics": [
         {"order": 2, "amplitude": 75.0, "phase": 10.0},

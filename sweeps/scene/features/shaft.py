@@ -258,6 +258,7 @@ def _read_excitation(
         of_file = torques_of_file(path, label, given.torque_unit, given.mean)
     if of_file is not None:
         speeds, torques = of_file
+        speeds = speeds if len(speeds) > 1 else []  # One speed says nothing of others
         if powered:
             raise SceneError(f"{where} power: not allowed: {given.file} has speeds")
     elif given.over_speed is None:

@@ -38,6 +38,9 @@ def test_its_order_at_the_crank_is_that_of_its_disc_times_the_ratio() -> None:
     want = np.zeros(ORDERS.size, dtype=complex)
     want[ORDERS == 2.0] = 300.0 * np.exp(1j * (0.3 + 5.0 * 0.2))
     assert np.abs(found - want).max() < 1e-7
+    both = torque_of_harmonics(0.0, {0.5: (0.0, 3.0), 40: (0.0, 2.0)})
+    found = Excitation("both", 4, (both,)).harmonics(ORDERS, 50.0, 1.0)  # 40 is beyond the orders
+    assert np.abs(found - np.where(ORDERS == 0.5, 3.0, 0.0)).max() < 1e-7
     assert blades(5.0).in_step(-0.4, CYCLE) and not blades(4.0).in_step(-0.4, CYCLE)
     assert np.array_equal(blades(4.0).in_step(np.array([0.5, 0.37]), CYCLE), [True, False])
 
