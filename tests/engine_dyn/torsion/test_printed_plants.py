@@ -74,3 +74,15 @@ def test_forced_vibration_by_the_blades_is_that_printed(row: np.ndarray) -> None
     for shaft, printed in zip((4, 5), stresses, strict=True):
         stress = shear_stress(RATIO * abs(found["torque"][shaft, 0]), DIAMETER, 0.0) / MPA
         assert stress == pytest.approx(printed, rel=FITTED_ROUNDING, abs=6e-4)
+
+
+def test_frequencies_of_a_two_stroke_plant_are_those_printed() -> None:
+    """Wärtsilä 5RT-flex50D of 6,350 kW at 99 rpm with a damper, coupled directly to its propeller.
+
+    Inertias, stiffnesses and frequencies as a public student's calculation in MATLAB has them; it
+    was seen as a file without a name.
+    """
+    inertia = [8730.0, 578.0, *[4920.0] * 5, 735.0, 8136.0, 82.095, 194.14, 21497.0]
+    stiffness = [18e6, 1.508e9, *[1.344e9] * 4, 0.892e9, 0.509e9, 0.020e9, 62.058e9, 19.377e9]
+    per_minute = natural_modes(shaft_system(inertia, stiffness)).frequency * 60.0
+    assert per_minute[:3] == pytest.approx([330.08, 502.10, 1872.20], rel=2e-5)
