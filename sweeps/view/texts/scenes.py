@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -191,12 +191,7 @@ def engine_text(engine: Engine) -> str:
             f"  scaled with speed from {over[0]:g} to {over[-1]:g} rpm by factors from "
             f"{min(scale):.4g} to {max(scale):.4g}"
         )
-    if engine.assumed:
-        lines += ["", "assumed, because not given in the sources"]
-        lines += [f"  {key}: {one_line(reason)}" for key, reason in engine.assumed.items()]
-    if engine.sources:
-        lines += ["", "sources", *(f"  {one_line(source)}" for source in engine.sources)]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_origins(engine.assumed, engine.sources)])
 
 
 def shaft_text(name: str) -> str:
@@ -204,12 +199,7 @@ def shaft_text(name: str) -> str:
     given = read_shaft(name, Path(), "")
     lines = [f'shaft {name}: a scene takes it with shaft = "{name}"', ""]
     lines += shaft_lines(given.shaft, given.values)
-    if given.assumed:
-        lines += ["", "assumed, because not given in the sources"]
-        lines += [f"  {key}: {one_line(reason)}" for key, reason in given.assumed.items()]
-    if given.sources:
-        lines += ["", "sources", *(f"  {one_line(source)}" for source in given.sources)]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_origins(given.assumed, given.sources)])
 
 
 def shaft_lines(
@@ -254,3 +244,14 @@ def _numbers(shaft: Shaft, kind: str, place: int, values: Mapping[str, float]) -
             said = f"{what.removeprefix(f'{kind}_')} = {values[key]:.6g}"
             texts.append(said if unit == "1" else f"{said} [{unit}]")
     return texts
+
+
+def _origins(assumed: Mapping[str, str], sources: Sequence[str]) -> list[str]:
+    """Lines on values that are assumed, and on sources."""
+    lines = []
+    if assumed:
+        lines += ["", "assumed, because not given in the sources"]
+        lines += [f"  {key}: {one_line(reason)}" for key, reason in assumed.items()]
+    if sources:
+        lines += ["", "sources", *(f"  {one_line(source)}" for source in sources)]
+    return lines
