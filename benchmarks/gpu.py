@@ -22,7 +22,7 @@ from benchmarks.command import processor, settings
 from benchmarks.measure import seconds_of
 from benchmarks.studies import RANGES, SCALARS, sampled
 from engine_dyn.types import Floats
-from sweeps.base.checks import usable_device
+from sweeps.base.arguments import usable_device
 from sweeps.base.errors import SceneError
 
 

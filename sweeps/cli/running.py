@@ -124,7 +124,7 @@ def run(
             )
     # This check comes before the imports, which take seconds
     check_archive_output(output, overwrite or resume, Path(scene))
-    from sweeps.base.checks import usable_device
+    from sweeps.base.arguments import usable_device
     from sweeps.scene.reading import read_scene, with_uncertainty
 
     read = with_uncertainty(scene) if uncertainty else read_scene(scene)

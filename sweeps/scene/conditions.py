@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
-from sweeps.base.checks import names_given
+from sweeps.base.arguments import names_given
 from sweeps.base.dimensions import words_of
 from sweeps.base.errors import SceneError, not_known, one_line, shown
 from sweeps.base.files.numbers_with_units import number_with_unit

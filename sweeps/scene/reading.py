@@ -19,7 +19,8 @@ from typing import IO, Any, Unpack
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
 from engine_dyn.types import Floats
-from sweeps.base.checks import check_structure, names_given, plain, shortened
+from sweeps.base.arguments import names_given
+from sweeps.base.checks import check_structure, plain, shortened
 from sweeps.base.dimensions import (
     ARRANGEMENT,
     DESIGN,

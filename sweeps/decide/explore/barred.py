@@ -23,7 +23,7 @@ import numpy as np
 
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Floats
-from sweeps.base.checks import check_dataset, thread_count
+from sweeps.base.arguments import check_dataset, thread_count
 from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, STATUS, TORSION_STATUS, words_of
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.shaft_extremes import NEEDED, OVER_LIMITS, PLACES, limited_by

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.status import MEANINGS
-from sweeps.base.checks import names_given
+from sweeps.base.arguments import names_given
 from sweeps.base.dimensions import DESIGN, RANK, REDUCTION, STATE, words_of
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.decide.explore.attributes import of_designs

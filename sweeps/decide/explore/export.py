@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.base.checks import a_path, check_dataset
+from sweeps.base.arguments import a_path, check_dataset
 from sweeps.base.errors import SceneError, one_line, plain_number, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.naming import DESCRIPTION, meaning_of

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.types import Integers
-from sweeps.base.checks import a_path, check_dataset
+from sweeps.base.arguments import a_path, check_dataset
 from sweeps.base.dimensions import STATE, selected_places
 from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.base.netcdf.netcdf_files import check_file, opened_archive

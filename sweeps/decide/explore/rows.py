@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.quantities.graph import DIMENSIONS
-from sweeps.base.checks import check_dataset
+from sweeps.base.arguments import check_dataset
 from sweeps.base.dimensions import (
     DESIGN,
     ELASTICITY,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.base.checks import check_dataset, names_given
+from sweeps.base.arguments import check_dataset, names_given
 from sweeps.base.dimensions import DESIGN, RANK, REDUCTION
 from sweeps.base.errors import SceneError, shown
 from sweeps.running.reduce.every_point import TEXT, EveryPoint

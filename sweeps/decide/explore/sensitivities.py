@@ -31,7 +31,7 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
-from sweeps.base.checks import check_dataset, names_given
+from sweeps.base.arguments import check_dataset, names_given
 from sweeps.base.dimensions import DESIGN, LABELS, PARAMETER, REDUCTION, STATUS, TORSION_STATUS
 from sweeps.base.errors import SceneError, counted, shown
 from sweeps.base.files.libraries import library

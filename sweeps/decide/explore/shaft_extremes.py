@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.base.checks import check_dataset
+from sweeps.base.arguments import check_dataset
 from sweeps.base.errors import SceneError
 
 if TYPE_CHECKING:

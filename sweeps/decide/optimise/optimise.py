@@ -29,7 +29,7 @@ import numpy as np
 from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.quantities.graph import ALL_QUANTITIES
 from engine_dyn.types import Booleans, Floats, Integers
-from sweeps.base.checks import thread_count
+from sweeps.base.arguments import thread_count
 from sweeps.base.dimensions import DESIGN, FOUND, FULFILLING
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES, DIMENSIONS, PARAMETERS
-from sweeps.base.checks import names_given
+from sweeps.base.arguments import names_given
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.decide.optimise.space import Space, read_space

@@ -11,7 +11,8 @@ from typing import Any
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
-from sweeps.base.checks import a_path, check_structure, plain
+from sweeps.base.arguments import a_path
+from sweeps.base.checks import check_structure, plain
 from sweeps.base.columns.options import ImportOptions
 from sweeps.base.columns.recording import read_recording
 from sweeps.lab.pressure.imported_pressure import (

@@ -18,7 +18,8 @@ import numpy as np
 from engine_dyn.geometry.firing_orders import customary_order
 from engine_dyn.pressure.first_law import FourStrokeCycle
 from engine_dyn.units import BAR, DEGREE, RPM
-from sweeps.base.checks import a_path, mentioned
+from sweeps.base.arguments import a_path
+from sweeps.base.checks import mentioned
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
 from sweeps.lab.speed.calibration_model import (

@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn.recordings.torsiogram import torsiogram
 from engine_dyn.units import DEGREE, RPM
-from sweeps.base.checks import check_dataset
+from sweeps.base.arguments import check_dataset
 from sweeps.base.errors import SceneError, not_known, shown
 
 if TYPE_CHECKING:

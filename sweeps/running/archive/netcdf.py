@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweeps.base.checks import a_path
+from sweeps.base.arguments import a_path
 from sweeps.base.errors import SceneError
 from sweeps.base.netcdf.netcdf_files import (
     check_format,

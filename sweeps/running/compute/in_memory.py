@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
-from sweeps.base.checks import thread_count, usable_device
+from sweeps.base.arguments import thread_count, usable_device
 from sweeps.running.compute.computation import Computation
 from sweeps.scene.keywords import Tables, tables_in_signature
 from sweeps.scene.model import Scene

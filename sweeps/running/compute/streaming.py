@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from engine_dyn.plausibility.judgement import ImplausibleWarning
-from sweeps.base.checks import a_path, thread_count, usable_device
+from sweeps.base.arguments import a_path, thread_count, usable_device
 from sweeps.base.errors import SceneError, shown
 from sweeps.running.compute.into_archive import run
 from sweeps.running.compute.options import Finished, Options

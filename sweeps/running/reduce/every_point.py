@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
-from sweeps.base.checks import names_given
+from sweeps.base.arguments import names_given
 from sweeps.base.dimensions import DESIGN, LABELS, NOT_CHOSEN
 from sweeps.base.errors import SceneError, counted, listed, not_known, shown
 from sweeps.base.netcdf.netcdf_files import slabs

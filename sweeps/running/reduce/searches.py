@@ -14,10 +14,11 @@ from sweeps.base.errors import SceneError
 from sweeps.base.fronts import front_of, unbeaten
 from sweeps.running.reduce.every_point import EveryPoint
 from sweeps.scene.conditions import conditions_of, units_of
-from sweeps.scene.reduce import Kept
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sweeps.scene.reduce import Kept
 
 AT_ONCE = 1 << 16  # Smallest number of designs that are compared at a time
 

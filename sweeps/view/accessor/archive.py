@@ -161,7 +161,7 @@ class ArchiveAccessor:
           delta <= 1/50: 1/51.13 at load = 80 %, a margin of 2.2 %
         ...
         """
-        from sweeps.base.checks import names_given
+        from sweeps.base.arguments import names_given
         from sweeps.decide.explore.search import search_best
         from sweeps.view.texts.optimised import best_text
 
@@ -336,7 +336,7 @@ class ArchiveAccessor:
         >>> archive.dyn.to_excel("archive.xlsx", quantities="delta").rows
         75
         """
-        from sweeps.base.checks import a_path
+        from sweeps.base.arguments import a_path
 
         if a_path(path, "path").suffix.lower() != ".xlsx":
             raise SceneError(f"{path}: must end with .xlsx; `export` writes other kinds")
@@ -377,7 +377,7 @@ class ArchiveAccessor:
         >>> archive.dyn.report("report.html").name
         'report.html'
         """
-        from sweeps.base.checks import a_path
+        from sweeps.base.arguments import a_path
         from sweeps.view.report.page import report
 
         with said_in_python():

@@ -10,7 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
-from sweeps.base.checks import names_given
+from sweeps.base.arguments import names_given
 from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.base.files.libraries import library
 from sweeps.decide.explore.attributes import of_designs
