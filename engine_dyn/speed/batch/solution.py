@@ -15,6 +15,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.chebyshev import cheb2poly
 
 from engine_dyn.compilation import inlined
 from engine_dyn.loads.laws import Form, is_proportional, law_of, load_terms, slope_of
@@ -48,13 +49,13 @@ def _tables() -> tuple[Floats, Floats]:
     """Points, and matrices from values at the points to coefficients of powers."""
     points = np.zeros((len(SIZES), MOST_TERMS))
     powers = np.zeros((len(SIZES), MOST_TERMS, MOST_TERMS))
+    polynomials = np.zeros((MOST_TERMS, MOST_TERMS))  # Coefficients of T_0, T_1, ..., each a row
+    for degree in range(MOST_TERMS):
+        polynomials[degree, : degree + 1] = cheb2poly([0.0] * degree + [1.0])
     for i, size in enumerate(SIZES):
         angle = (np.arange(size) + 0.5) * np.pi / size
         points[i, :size] = np.cos(angle)
-        matrix = chebyshev_matrix(angle)
-        for column in range(size):
-            coefficients = np.polynomial.chebyshev.cheb2poly(matrix[:, column])
-            powers[i, : len(coefficients), column] = coefficients
+        powers[i, :size, :size] = polynomials[:size, :size].T @ chebyshev_matrix(angle)
     return points, powers
 
 
