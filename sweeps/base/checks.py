@@ -16,7 +16,7 @@ from typing import Any, TypeVar, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
@@ -29,6 +29,7 @@ from sweeps.base.errors import (
     shown,
     shown_for_whole,
 )
+from sweeps.base.files.numbers_with_units import PATTERN, factor_between, number_with_unit
 from sweeps.base.ratios import BEYOND, LARGEST, number_or_ratio
 
 DEEPEST = 8  # Largest depth of tables and lists within each other in a scene
@@ -42,10 +43,56 @@ LONG = 1000  # Longer lists stay arrays when they are read, and archives state o
 class Strict(BaseModel):
     """Base of every table: no conversions, no unknown keys, no NaN or infinity.
 
-    The description of a field completes the sentence "must be ...".
+    The description of a field completes the sentence "must be ...". A field of numbers also takes
+    texts with a unit of the kind that its description names.
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_units(cls, data: Any) -> Any:
+        """Replace texts such as "40 kN m"; those that fit no number are left to be refused."""
+        if not isinstance(data, Mapping):
+            return data
+        units = ((key, unit_of_field(cls, key)) for key, raw in data.items()
+                 if isinstance(raw, str | list))  # fmt: skip
+        return {**data, **{key: _plain_numbers(data[key], unit) for key, unit in units if unit}}
+
+
+def unit_of_field(model: type[Strict], key: str) -> str | None:
+    """Return the unit of a field of numbers, "1" if it has none; None for other fields."""
+    field = model.model_fields.get(key)
+    if field is None or not _of_numbers(field.annotation):
+        return None
+    for text in re.findall(
+        r"(?=(?:\b(?:in|of) |\[)([A-Za-z][A-Za-z0-9/ ]*)\b)", field.description or ""
+    ):
+        words = text.split(" ")
+        for count in range(min(len(words), 4), 0, -1):
+            unit = " ".join(words[:count])
+            if factor_between(unit, unit) is not None:
+                return unit
+    return "1"
+
+
+def _of_numbers(annotation: Any) -> bool:
+    """Whether values are numbers with decimals or lists of such, and never texts."""
+    inside = [_of_numbers(argument) for argument in get_args(annotation) if argument is not str]
+    return annotation is float or (str not in get_args(annotation) and any(inside))
+
+
+def _plain_numbers(raw: Any, unit: str) -> Any:
+    if isinstance(raw, list):
+        return (
+            [_plain_numbers(one, unit) for one in raw]
+            if any(isinstance(o, str) for o in raw)
+            else raw
+        )
+    if isinstance(raw, str) and re.match(PATTERN, raw):
+        with contextlib.suppress(SceneError):
+            return number_with_unit(raw, "", unit)
+    return raw
 
 
 Model = TypeVar("Model", bound=Strict)
@@ -243,14 +290,12 @@ def _numbered(key: str, known: Sequence[str]) -> str:
     return f"; must be {plain}_N with a number N from {min(numbers)} to {max(numbers)}"
 
 
-POWER = re.compile(r"([0-9]{1,20}(?:\.[0-9]{1,20})?) ?(W|kW|MW)", re.ASCII)  # A power with its unit
+def number(raw: Any, where: str, node: Node | None = None, unit: str | None = None) -> float:
+    """Return a finite number; truth values and other texts than these are refused.
 
-
-def number(raw: Any, where: str, node: Node | None = None) -> float:
-    """Return a finite number; a text such as "2 kg" and a truth value are refused.
-
-    Of a parameter without a unit, the text may be a fraction such as "1/200", and of a power a
-    number with its unit, such as "62.5 kW".
+    The text may be a number with a unit of the parameter's kind, such as "62.5 kW", or of `unit`
+    where there is no parameter; of a ratio also a fraction such as "1/200", or "0.5 %". A key whose
+    values are whole numbers has neither.
 
     Raises
     ------
@@ -272,20 +317,22 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
     if isinstance(raw, str) and is_ratio(node):
         with contextlib.suppress(ValueError):
             return number_or_ratio(raw)
-    if isinstance(raw, str) and is_power(node) and (given := POWER.fullmatch(raw)):
-        size, unit = given.groups()
-        return number(float(size) * {"W": 1.0, "kW": 1e3, "MW": 1e6}[unit], where, node)
+    unit = unit if node is None else None if node.whole else node.unit
+    if isinstance(raw, str) and unit and re.match(PATTERN, raw):
+        return number(number_with_unit(raw, where, unit), where, node)
     if names and node is not None and node.whole:  # Each of the key's values has a name
         listed = "', '".join(names)
         raise SceneError(f"{where} = {shown(raw)}: must be one of '{listed}'")
-    unit = f" in {node.unit}" if node is not None and node.unit != "1" else ""
+    has_unit = unit not in (None, "", "1")
     hint = ""
     if isinstance(raw, str):
-        hint = " without quotes or unit"
+        hint = (
+            f" without quotes, or with a unit such as '10 {unit}'"
+            if has_unit
+            else " without quotes"
+        )
         if is_ratio(node):
             hint += ", or a fraction such as '1/200'"
-        if is_power(node):
-            hint = ", or a text with the unit such as '62.5 kW'"
         if names:
             listed = "', '".join(names)
             hint += f", or one of '{listed}'{did_you_mean(raw, names)}"
@@ -293,12 +340,9 @@ def number(raw: Any, where: str, node: Node | None = None) -> float:
             hint = f" with a decimal point: {raw.strip().replace(',', '.')}"
     elif isinstance(raw, list | dict):
         hint = ", not a list or table"
-    raise SceneError(f"{where} = {shown(raw)}: must be a finite number{unit}{hint}")
-
-
-def is_power(node: Node | None) -> bool:
-    """Whether a parameter is a power: data sheets have kW, so its unit may stand beside it."""
-    return node is not None and node.unit == "W"
+    raise SceneError(
+        f"{where} = {shown(raw)}: must be a finite number{f' in {unit}' * has_unit}{hint}"
+    )
 
 
 def is_ratio(node: Node | None) -> bool:
@@ -306,7 +350,7 @@ def is_ratio(node: Node | None) -> bool:
     return node is not None and node.unit == "1" and not node.whole
 
 
-def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
+def numbers(raw: Any, where: str, node: Node | None = None, unit: str | None = None) -> Floats:
     """Return a list of finite numbers, at least one; messages name the place in the list."""
     if isinstance(raw, np.ndarray) and (np.abs(raw) <= LARGEST).all():
         return raw
@@ -324,7 +368,7 @@ def numbers(raw: Any, where: str, node: Node | None = None) -> Floats:
         if (np.abs(values) <= LARGEST).all():
             return values
     return np.array(
-        [number(item, f"{where}, value {i}", node) for i, item in enumerate(raw, start=1)]
+        [number(item, f"{where}, value {i}", node, unit) for i, item in enumerate(raw, start=1)]
     )
 
 

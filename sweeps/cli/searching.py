@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from pathlib import Path
 import click
 
 from sweeps.base.errors import SceneError, one_line, plain_number
+from sweeps.base.files.numbers_with_units import PATTERN, number_with_unit
 from sweeps.cli.arguments import (
     PATH,
     archive_argument,
@@ -493,9 +495,15 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
 
 def _setting(text: str) -> tuple[str, float]:
     """Key and number of a setting such as "speed=1500"."""
-    key, _, value = text.partition("=")
+    from engine_dyn.parameters import PARAMETERS
+
+    key, _, value = (part.strip() for part in text.partition("="))
     try:
-        return key.strip(), plain_number(value)
+        if key in PARAMETERS and re.match(PATTERN, value):
+            return key, number_with_unit(value, f"--set {key}", PARAMETERS[key].unit)
+        return key, plain_number(value)
+    except SceneError:
+        raise
     except ValueError:
         raise SceneError(
             f"--set {one_line(text, 60)}: must be KEY=NUMBER, such as speed=1500"

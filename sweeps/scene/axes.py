@@ -12,7 +12,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.types import Floats
-from sweeps.base.checks import check_range, check_structure, is_ratio, known_key, number, numbers
+from sweeps.base.checks import check_range, check_structure, known_key, number, numbers
 from sweeps.base.dimensions import ENGINE, INERTIA_MODEL, LABELS, METHOD
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.regular_files import referred
@@ -105,7 +105,7 @@ def _axis(key: str, raw: Any, name: str) -> Floats:
     where = f"{name}: [axes] {key}"
     if isinstance(raw, dict):
         ends = {end: number(raw[end], f"{where} {end}", node) for end in ("start", "stop")
-                if isinstance(raw.get(end), str) and is_ratio(node)}  # fmt: skip
+                if isinstance(raw.get(end), str)}  # fmt: skip
         values = _range({**raw, **ends}, where)
     elif isinstance(raw, list | np.ndarray):
         values = numbers(raw, where, node)

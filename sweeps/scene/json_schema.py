@@ -28,8 +28,9 @@ from engine_dyn.quantities.graph import (
 from engine_dyn.quantities.node import Node
 from engine_dyn.quantities.parameters import CYCLE_KEYS, SOLVER_COLUMNS
 from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES
-from sweeps.base.checks import POWER, Strict, allowed, is_power, is_ratio
+from sweeps.base.checks import Strict, allowed, is_ratio
 from sweeps.base.dimensions import ELASTICITY, LABELS
+from sweeps.base.files.numbers_with_units import PATTERN
 from sweeps.scene.axes import WORD_KEYS
 from sweeps.scene.engine.cylinder_diagrams import CYLINDER, OF_CYLINDER_ALONE
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, ArrangementTable, RodTable
@@ -57,6 +58,22 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 FRACTION: Schema = {"type": "string", "pattern": "^[^/]+/[^/]+$"}
 """A ratio as a fraction, such as "1/200"."""
+
+WITH_UNIT: Schema = {"type": "string", "pattern": PATTERN}
+"""A number with its unit, such as "62.5 kW"."""
+
+
+def with_units(schema: Any) -> Any:
+    """Let every number but a whole one also be a text with its unit."""
+    if isinstance(schema, list):
+        return [with_units(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema.get("type") != "number" or "multipleOf" in schema:
+        return {key: with_units(item) for key, item in schema.items()}
+    about = {key: schema[key] for key in ("description", "default") if key in schema}
+    number = {key: item for key, item in schema.items() if key not in about}
+    return {**about, "anyOf": [number, WITH_UNIT]}
 
 
 def model_schema(model: type[Strict]) -> tuple[Schema, dict[str, Schema]]:
@@ -130,8 +147,6 @@ def value_schema(node: Node) -> Schema:
     ways = [number]
     if is_ratio(node):
         ways.append(FRACTION)
-    if is_power(node):
-        ways.append({"type": "string", "pattern": f"^{POWER.pattern}$"})
     if node.named:
         ways.append({"enum": [name for name, _ in node.named]})
     return {**about, **number} if len(ways) == 1 else {**about, "anyOf": ways}
@@ -302,7 +317,8 @@ def scene_schema() -> Schema:
     properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
     tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
     definitions = {**tables, **parameters}
-    return {"$schema": DRAFT, "title": "Scene of engine-dyn", **schema, "$defs": definitions}
+    whole = {"$schema": DRAFT, "title": "Scene of engine-dyn", **schema, "$defs": definitions}
+    return dict(with_units(whole))
 
 
 def _axis(name: str) -> Schema:
@@ -398,7 +414,8 @@ def engine_schema() -> Schema:
         {key: _number(key, first.fields[key], first) for key in KNOWN_OF_CYCLE}
     )
     definitions = {**tables, **parameters}
-    return {"$schema": DRAFT, "title": "Engine file of engine-dyn", **schema, "$defs": definitions}
+    whole = {"$schema": DRAFT, "title": "Engine file of engine-dyn", **schema, "$defs": definitions}
+    return dict(with_units(whole))
 
 
 def _of_values(kind: Kind) -> tuple[str, ...]:

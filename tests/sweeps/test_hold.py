@@ -294,12 +294,12 @@ def test_states_of_reductions_from_before_are_merged() -> None:
         ({"set": {"hold": "brake_power", "held_power": "38kW"}}, "[set] hold: takes the torque of "
          "the undisturbed engine; not allowed together with held_torque or held_power, which "
          "give a number"),
-        ({"set": {"held_torque": "100 N m"}}, "[set] held_torque = '100 N m': must be a finite "
-         "number in N m without quotes or unit"),
+        ({"set": {"held_torque": "100 N"}}, "[set] held_torque = '100 N': must be a number in "
+         "N m, or a number with a unit, such as 10 N m"),
         ({"set": {"held_torque": -50}},
          "[set] held_torque = -50: must be a finite number 0 or more [N m]"),
-        ({"set": {"held_power": "38 kw"}}, "[set] held_power = '38 kw': must be a finite number in "
-         "W, or a text with the unit such as '62.5 kW'"),
+        ({"set": {"held_power": "38 kw"}}, "[set] held_power = '38 kw': must be a number in W, or "
+         "a number with a unit, such as 10 W"),
         ({"set": {"held_power": 1e4}, "axes": {"load": [40, 50]}},
          "load (in [axes]) and held_power (in [set]): the load follows from what is held; give "
          "one of them"),

@@ -48,6 +48,8 @@ RIGHT: list[dict[str, Any]] = [
     {"characteristic": {"kind": "propeller"}, "set": {"rated_speed": 1600, "rated_power": 20}},
     {"set": {"rated_power": "62.5 kW"}, "axes": {"speed": [900, 1000]}},
     {"axes": {"rated_power": ["62.5 kW", 7e4, "0.08 MW"]}},
+    {"axes": {"speed": {"start": "150 rad/s", "stop": "3000 rpm", "num": 5}}},
+    {"set": {"inertia": "2 kg m2"}, "output": {"quantities": ["delta"], "angle_step": "2 deg"}},
 ]
 
 WRONG: list[dict[str, Any]] = [
@@ -58,8 +60,7 @@ WRONG: list[dict[str, Any]] = [
     {"set": {"arrangement": {**TWIN, "throws": [{"angel": 0.0}]}}},
     {"axes": {"arrangement": [{**TWIN, "cylinders": []}]}},
     {"set": {"inertia": -2.0}},
-    {"set": {"inertia": "2 kg"}},
-    {"set": {"rated_power": "62.5 bar"}},
+    {"set": {"inertia": "heavy"}},
     {"set": {"rated_power": "62.5"}},
     {"set": {"inertia": True}},
     {"set": {"inertia": [1.0]}},

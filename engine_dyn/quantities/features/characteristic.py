@@ -249,8 +249,7 @@ OF_FRICTION = {
 PARAMETERS = (
     parameter(
         "rated_power", "N_{max}", "W",
-        "rated power of the full-load curve (speed characteristic); its unit may stand beside it, "
-        "as in '62.5 kW'",
+        "rated power of the full-load curve (speed characteristic)",
         "Power units, lecture 18", low=0.0,
     ),
     parameter(

@@ -320,8 +320,7 @@ def _pressures(
     if any(_again(one, other) for one in good for other in good):
         _unclear(recording, "pressure_column", good)
     if not good and options.columns_are is not None:
-        label = recording.label
-        good = [n for n, c in rest.items() if not c.unit or pressure_unit(c.unit, label)]
+        good = [n for n, c in rest.items() if not c.unit or pressure_unit(c.unit)]
     if not good or (
         len(good) > 12 and options.columns_are is None and not all(map(_CYCLE.match, good))
     ):
@@ -343,7 +342,7 @@ def _again(name: str, other: str) -> bool:
 
 
 def _is_pressure(unit: str, label: str) -> bool:
-    known_unit = pressure_unit(unit, label)
+    known_unit = pressure_unit(unit)
     return known_unit is not None and not known_unit.voltage
 
 

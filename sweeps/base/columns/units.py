@@ -1,8 +1,4 @@
-"""Units of columns as laboratories write them, by pint's registry.
-
-Only words with small exponents reach pint: it computes what it is given, and a text such as
-`9**9**9` would keep it busy for ever.
-"""
+"""Units of columns as laboratories write them."""
 
 from __future__ import annotations
 
@@ -12,8 +8,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from sweeps.base.errors import SceneError, shown
-from sweeps.base.files.libraries import library
-from sweeps.base.files.numbers_with_units import unit_registry
+from sweeps.base.files.numbers_with_units import factor_between
 
 ANGLES = {
     "°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0, "grad": 1.0, "°ca": 1.0, "degca": 1.0,
@@ -123,14 +118,8 @@ def stated_unit(unit: str, name: str, units: Iterable[str]) -> str:
 
 
 @lru_cache(maxsize=100)
-def pressure_unit(text: str, label: str) -> PressureUnit | None:
-    """Return what a text means as a unit of pressure or voltage; None where it means neither.
-
-    Raises
-    ------
-    SceneError
-        Where pint is not installed.
-    """
+def pressure_unit(text: str) -> PressureUnit | None:
+    """Return what a text means as a unit of pressure or voltage; None where it means neither."""
     plain, gauge = text.strip(), False
     for pattern in (_GAUGE, _ABSOLUTE):
         match = pattern.match(plain)
@@ -142,21 +131,15 @@ def pressure_unit(text: str, label: str) -> PressureUnit | None:
     spellings = {
         "kpa": "kPa", "mpa": "MPa", "hpa": "hPa", "pa": "Pa", "bar": "bar", "mbar": "mbar",
         "psi": "psi", "atm": "atm", "torr": "torr", "mmhg": "mmHg", "v": "V", "mv": "mV",
-        "volt": "V", "volts": "V", "at": "technical_atmosphere",
+        "volt": "V", "volts": "V", "at": "at",
     }  # fmt: skip
     for name in (plain, spellings.get(plain.lower(), "")):
         if allowed.fullmatch(name) is None:
             continue
-        library("pint", "pint", label)
-        registry = unit_registry()
-        try:
-            quantity = registry.Quantity(1.0, name)
-            if quantity.is_compatible_with("pascal"):
-                return PressureUnit(float(quantity.to("pascal").magnitude), gauge, False)
-            if quantity.is_compatible_with("volt"):
-                return PressureUnit(float(quantity.to("volt").magnitude), False, True)
-        except Exception:  # pint raises many errors for texts that are no units
-            continue
+        for unit in ("Pa", "V"):
+            factor = factor_between(name, unit)
+            if factor is not None:
+                return PressureUnit(factor, gauge and unit == "Pa", unit == "V")
     return None
 
 

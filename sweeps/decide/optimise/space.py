@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -13,15 +14,16 @@ import numpy as np
 from engine_dyn.types import Floats
 from sweeps.base.checks import known_key
 from sweeps.base.errors import SceneError, plain_number, shown
+from sweeps.base.files.numbers_with_units import PATTERN, with_unit_of_last
 from sweeps.base.ratios import number_or_ratio
 from sweeps.scene.distributions import Choice, Distribution, WholeNumbers, read_distribution
 from sweeps.scene.sample import WORDS, parameters_of
 from sweeps.scene.whole_keys import check_of_designs
 
 FORMS = (
-    "'inertia = 0.2 to 5' (with the word log after it uniform in the logarithm), 'cylinders = 4, "
-    "6, 8', 'arrangement = in-line 6 | V6 60 split-pin', or keys of the scene's [sample], such as "
-    "'inertia,stroke'"
+    "'inertia = 0.2 to 5' or '0.2 to 5 kg m2' (with the word log after it uniform in the "
+    "logarithm), 'cylinders = 4, 6, 8', 'arrangement = in-line 6 | V6 60 split-pin', or keys of "
+    "the scene's [sample], such as 'inertia,stroke'"
 )
 """Ways to write a text of `over`, for messages."""
 
@@ -162,13 +164,16 @@ def _numbers(text: str) -> Any:
     plain = " ".join(text.split())
     low, between, high = plain.partition(" to " if " to " in plain else "..")
     if not between:
-        return [_number(part) for part in text.split(",")]
-    table = {"low": _number(low), "high": _number(high.removesuffix(" log"))}
+        return [_number(part) for part in with_unit_of_last(text.split(","))]
+    ends = with_unit_of_last([low, high.removesuffix(" log")])
+    table = dict(zip(("low", "high"), map(_number, ends), strict=True))
     return {**table, "spacing": "log"} if high.endswith(" log") else table
 
 
-def _number(text: str) -> float | int:
+def _number(text: str) -> float | int | str:
     try:
         return int(text)
     except ValueError:
+        if re.match(PATTERN, text):
+            return text.strip()
         return number_or_ratio(text) if "/" in text else plain_number(text)

@@ -246,13 +246,13 @@ def _pascal(
         raise SceneError(
             f"{where}: no unit stated{hint}; give it (--unit {likely}, say, or unit = '{likely}')"
         )
-    unit = pressure_unit(text, recording.label)
+    unit = pressure_unit(text)
     if unit is None:
         raise SceneError(
             f"{where}: unit '{one_line(text, 40)}': must be a unit of pressure (bar, kPa, MPa, "
             "psi, Pa ...), or V with calibration"
         )
-    in_file = pressure_unit(stated, recording.label) if stated else None
+    in_file = pressure_unit(stated) if stated else None
     if in_file not in (None, unit):
         warnings.append(
             f"{STATED_UNIT}: column '{one_line(name, 60)}': the file says "

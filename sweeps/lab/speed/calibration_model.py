@@ -340,7 +340,7 @@ def _loads(raw: Any, where: str) -> tuple[float, ...]:
         raise SceneError(f"{where} = {shown(raw)}: must be a list of 1 to {MOST_LOADS} percentages")
     loads = {100.0}
     for item in raw:
-        load = number(item, where)
+        load = number(item, where, unit="percent")
         if not LEAST_LOAD <= load <= MOST_LOAD:
             raise SceneError(
                 f"{where} = {load:g}: must be between {LEAST_LOAD:g} and {MOST_LOAD:g} percent"

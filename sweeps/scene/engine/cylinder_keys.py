@@ -159,7 +159,8 @@ def read_cylinder_keys(raw: Mapping[str, Any], where: str) -> CylinderKeys:
                     f"{where}{key} = {shown(item)}: must be a list of numbers, one for each "
                     "cylinder"
                 )
-            given[key] = tuple(numbers(item, f"{where}{key}").tolist())
+            unit = "degree" if key == "firing_angles" else "1"
+            given[key] = tuple(numbers(item, f"{where}{key}", unit=unit).tolist())
     return CylinderKeys(**given)
 
 

@@ -126,7 +126,7 @@ def _known(table: Mapping[str, Any], where: str) -> dict[str, float]:
         if key not in KNOWN_OF_CYCLE:
             raise SceneError(f"{where} {key}: unknown key{not_known(key, KNOWN_OF_CYCLE)}")
         field = KINDS["first_law"].fields[key]
-        value = known[key] = number(raw, f"{where} {key}")
+        value = known[key] = number(raw, f"{where} {key}", unit=field.unit)
         inside = field.low <= value <= field.high if field.ends else field.low < value < field.high
         if not inside:
             raise SceneError(f"{where} {key} = {value:.6g}{field.words}: must be {field.allowed}")

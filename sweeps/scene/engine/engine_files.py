@@ -373,7 +373,7 @@ def read_cylinders(
 def compression_ratio_of(table: Mapping[str, Any], where: str) -> float | None:
     """Compression ratio that a [[diagram]] states, of any kind; None where it has none."""
     if "clearance_ratio" in table:  # A ratio of compressors: clearance over swept volume
-        clearance = number(table["clearance_ratio"], f"{where} clearance_ratio")
+        clearance = number(table["clearance_ratio"], f"{where} clearance_ratio", unit="1")
         return 1.0 + 1.0 / clearance if clearance > 0.0 else None
     if RATIO not in table:
         return None

@@ -51,7 +51,7 @@ class DataSheet(Strict):
         description="a number in g/kWh, or with its unit: the consumption at rated power",
     )
     loads: list[float] | None = Field(
-        default=None, description="a list of percentages of the rated mean effective pressure"
+        default=None, description="a list of loads in percent of the rated mean effective pressure"
     )
     cycle: dict[str, Any] = Field(
         default={},

@@ -103,7 +103,7 @@ def modelled_cycle(
         ratio = _offset_ratio(offset, fields_given["crank_ratio"], values, where)
         fields_given["offset_ratio"] = ratio
     # Degrees between two points of a diagram
-    step = number(rest["step"], f"{where} step") if "step" in rest else 0.5
+    step = number(rest["step"], f"{where} step", unit="degree") if "step" in rest else 0.5
     try:
         return kind.cycle(**fields_given), step
     except ValueError as error:
@@ -148,7 +148,7 @@ def _fields(
         if key not in usable and (field is not None or key not in OF_ENGINE):
             continue
         if field is not None and key in rest:
-            inputs[key] = number(rest[key], f"{where} {key}") * field.size
+            inputs[key] = number(rest[key], f"{where} {key}", unit=field.unit) * field.size
         elif kind.cycle is not DieselCycle and key in OF_ENGINE and key in values:
             inputs[key] = values[key] * (PARAMETERS[key].si if field is None else field.size)
         elif field is None:

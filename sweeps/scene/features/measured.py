@@ -16,6 +16,7 @@ from pydantic import Field
 
 from engine_dyn.geometry.toothed_wheel import Wheel, wheel_from_angles, wheel_from_text
 from engine_dyn.quantities.features.feature import Feature
+from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.types import Floats
 from sweeps.base.checks import Companions, check_companions, number
 from sweeps.base.columns.options import ReadingChoices
@@ -258,7 +259,7 @@ def _places(
             raise SceneError(
                 f"{where} at {key}: {len(given)} values for {files} files; must be one for each"
             )
-        numbers = np.array([number(one, f"{where} at {key}") for one in given])
+        numbers = np.array([number(one, f"{where} at {key}", PARAMETERS.get(key)) for one in given])
         if key == DESIGN:
             axis = np.arange(1, len(next(iter(values.designs.values()), ())) + 1, dtype=float)
         else:

@@ -139,7 +139,7 @@ def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
     if not text:
         raise SceneError(f"{where}: missing; must be a unit such as 'N m' or 'kN m'")
     plain = text.strip().strip("[]()").strip()
-    # Spellings of units of torque, in lower case, that pint would misread.
+    # Spellings of units of torque, in lower case, that are no units as they stand.
     spelled = {
         "nm": "N m", "n*m": "N m", "knm": "kN m", "kn*m": "kN m", "lbft": "lbf ft",
         "lb-ft": "lbf ft", "lb ft": "lbf ft", "ft-lb": "lbf ft", "kgm": "kgf m", "kgfm": "kgf m",
@@ -149,7 +149,5 @@ def _newton_metres(recording: Recording, name: str, given: str | None) -> Any:
     values = recording.numbers(name)
     try:
         return values * number_with_unit(f"1 {unit}", where, "N m")
-    except SceneError as error:
-        if "pint" in str(error):
-            raise
+    except SceneError:
         raise SceneError(f"{where} = {shown(text)}: must be a unit of torque, as 'kN m'") from None

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import io
 import logging
+import math
 import os
 import re
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps.base.errors import SceneError, did_you_mean, one_line, shown, size_text
+from sweeps.base.files.numbers_with_units import PATTERN, number_with_unit
 from sweeps.base.naming import DESCRIPTION
 from sweeps.base.ratios import number_or_ratio
 
@@ -209,7 +211,9 @@ def _targets(given: str | Iterable[str] | Mapping[str, Any]) -> dict[str, tuple[
                 )
             pairs.append((target[1], target[2].strip()))
     for name, value in pairs:
-        targets[name] = (*targets.get(name, ()), (value, _ratio(name, value)))
+        # A unit is converted when the archive is known (`with_targets`)
+        number = math.nan if re.match(PATTERN, value) else _ratio(name, value)
+        targets[name] = (*targets.get(name, ()), (value, number))
     return targets
 
 
@@ -219,7 +223,8 @@ def _ratio(name: str, text: str) -> float:
         return number_or_ratio(text[:40])
     except ValueError:
         raise SceneError(
-            f"target {name}={shown(text)}: must be a number or a fraction such as 1/200"
+            f"target {name}={shown(text)}: must be a number, with or without a unit, or a fraction "
+            "such as 1/200"
         ) from None
 
 
@@ -344,8 +349,11 @@ def with_angle_from_zero(data: xr.Dataset, options: Options) -> xr.Dataset:
     return moved.assign_coords(crank_angle=("crank_angle", counted[order], attributes))
 
 
-def check_targets(options: Options, data: xr.Dataset) -> None:
-    """Raise `SceneError` for targets and choices of quantities that an archive has not."""
+def with_targets(options: Options, data: xr.Dataset) -> Options:
+    """Return the options with all targets in the units of an archive that is drawn.
+
+    Raises `SceneError` for targets and choices of quantities that it has not, and wrong units.
+    """
     asked = [("target", one) for one in options.targets]
     asked += [("quantities", one) for one in options.quantities]
     for what, name in asked:
@@ -354,3 +362,16 @@ def check_targets(options: Options, data: xr.Dataset) -> None:
             raise SceneError(
                 f"{what} {shown(name)}: the archive has no such quantity{did_you_mean(name, names)}"
             )
+    targets = {
+        name: tuple(_in_unit(name, one, data[name].attrs.get("units", "1")) for one in given)
+        for name, given in options.targets.items()
+    }
+    return replace(options, targets=targets)
+
+
+def _in_unit(name: str, target: Target, unit: str) -> Target:
+    text, number = target
+    if not math.isnan(number):
+        return target
+    number = number_with_unit(text, f"target {name}", unit or "1")
+    return f"{number:.6g}", number

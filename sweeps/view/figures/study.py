@@ -16,7 +16,7 @@ from engine_dyn.types import Integers
 from sweeps.base.dimensions import DESIGN, RANK, REDUCTION, SEARCHED, selected_places, words_of
 from sweeps.base.errors import SceneError, outside_axis
 from sweeps.base.ratios import number_or_ratio
-from sweeps.view.figures.options import Options, check_targets, with_angle_from_zero
+from sweeps.view.figures.options import Options, with_angle_from_zero, with_targets
 from sweeps.view.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.view.figures.wording import shorten, slug, value_text
 
@@ -236,8 +236,7 @@ def study_of(
     data: xr.Dataset, select: Mapping[str, float | str], options: Options | None = None
 ) -> Study:
     """Cut what was selected and what has one value, sort the axes, find the families."""
-    options = options or Options()
-    check_targets(options, data)
+    options = with_targets(options or Options(), data)
     given, data = data, kept_as_cases(with_angle_from_zero(data, options))
     places = selected_places(data, select)
     for name in select.keys() - words_of(data).keys():

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from engine_dyn.units import RPM
 from sweeps.base.dimensions import PUBLISHED
 from sweeps.base.errors import SceneError, not_known, shown
-from sweeps.base.files.numbers_with_units import unit_registry
+from sweeps.base.files.numbers_with_units import factor_between
 
 READABLE: Mapping[str, str] = {
     "rad s-1": "rpm", "W": "kW", "N": "kN", "J": "kJ", "m": "mm", "cm3": "l",
@@ -24,36 +22,17 @@ SHOWN = {
 """Spellings of units in tables."""
 
 
-def _parsed(text: str) -> Any:
-    """A unit of an archive, `kg m2` or `rad s-1`, or one as a person writes it, `kg*m**2`."""
-    plain = " ".join(text.split())
-    for sign, word in zip("²³·%°^", ("2", "3", "*", "percent", "degree", "**"), strict=True):
-        plain = plain.replace(sign, word)
-    # The pattern allows only small exponents: pint would compute 9**9**9, which takes for ever
-    word_pattern = r"[A-Za-zµ]{1,24}(?:\*\*)?(?:-?[1-3])?"
-    if re.fullmatch(rf"(?:1/)?{word_pattern}(?:[ */]{word_pattern}){{0,3}}", plain):
-        words = re.sub(r"([A-Za-zµ])(-?[1-3])", r"\1**\2", plain).replace(" ", "*")
-        try:
-            return unit_registry().Unit(words)
-        except Exception:  # pint raises several kinds of errors, and passes Python's own on
-            pass
-    raise SceneError(f"unit {shown(text)}: must be a unit such as kW, rpm, MPa or N*m")
-
-
 @lru_cache(maxsize=200)
 def factor(unit: str, wanted: str) -> float:
     """Return the factor from a unit to a wanted one; SceneError where this is none of its kind."""
-    if unit == wanted:
-        return 1.0
-    if wanted == READABLE.get(unit):  # Loading the registry of units takes a third of a second
-        quick = {"rpm": 1.0 / RPM, "mm": 1e3}
-        return quick.get(wanted, 1e-3)
-    one, other = _parsed(unit if unit != "1" else "dimensionless"), _parsed(wanted)
-    if not one.is_compatible_with(other):
+    size = 1.0 if unit == wanted else factor_between(unit, wanted)
+    if size is None and factor_between(wanted, wanted) is None:
+        raise SceneError(f"unit {shown(wanted)}: must be a unit such as kW, rpm, MPa or N*m")
+    if size is None:
         raise SceneError(
             f"unit {shown(wanted)}: cannot be used for a quantity in {SHOWN.get(unit, unit) or '1'}"
         )
-    return float(unit_registry().Quantity(1.0, one).to(other).magnitude)
+    return size
 
 
 def unit_choices(text: str | None, known: Mapping[str, str]) -> dict[str, str]:

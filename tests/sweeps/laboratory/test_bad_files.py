@@ -255,14 +255,14 @@ def test_formulas_of_mdf_files_are_not_run(tmp_path: Path) -> None:
      ("mbar", 100.0), ("hPa", 100.0), ("bar abs", 1e5), ("bar_a", 1e5), ("kgf/cm^2", 98066.5)],
 )  # fmt: skip
 def test_units_of_pressure(unit: str, pascal: float) -> None:
-    found = pressure_unit(unit, "raw.csv")
+    found = pressure_unit(unit)
     assert found is not None and not found.gauge and not found.voltage
     assert found.factor == pytest.approx(pascal, rel=1e-6)
 
 
 @pytest.mark.parametrize("unit", ["9**9**9", "rpm", "__import__('os')", "bar*bar", "1e400", ""])
 def test_what_is_no_unit_of_pressure(unit: str) -> None:
-    assert pressure_unit(unit, "raw.csv") is None
+    assert pressure_unit(unit) is None
 
 
 @pytest.mark.parametrize("limit", ["MEMORY", "SECONDS"])
