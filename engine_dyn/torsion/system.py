@@ -357,7 +357,7 @@ def propulsion_shaft_limits(
     """Permissible vibratory stresses [Pa] of ships' propulsion shafts: continuous, and in passing.
 
     tau_C = (sigma_B + 160)/18 c_K c_D (3 - 2 lambda^2) below a speed ratio lambda of 0.9, and
-    1.38 in place of the bracket from there to 1.05; tau_T = 1.7 tau_C/sqrt(c_K) up to 0.8, where
+    1.38 in place of the bracket from there to 1.05, that end included; tau_T = 1.7 tau_C/sqrt(c_K) up to 0.8, where
     the speed passes quickly; sigma_B and the stresses in N/mm2, c_D = 0.35 + 0.93 d^-0.2 with d in
     mm. NaN where the rule gives no value. The limits hold for the half range of the synthesis of
     all orders, nominal, plain section.
@@ -372,7 +372,9 @@ def propulsion_shaft_limits(
         Specified minimum [Pa].
     shape_factor : array_like
         c_K [1]: 1 for integral flanges and shrink fits, 0.6 for a keyway in a taper, 0.45 in a
-        cylinder, 0.5 at a radial hole.
+        cylinder, 0.5 at a radial hole, 0.3 at a longitudinal slot; 0.85 for thrust shafts at the
+        collar or the axial bearing; 0.55 for propeller shafts at the propeller, from its bearing
+        on, and 0.8 for the part of them before that bearing.
     most_strength : array_like
         The strength that counts at most [Pa]: 600 MPa of carbon and carbon-manganese steel and
         of propeller shafts, 800 MPa of other shafts of alloy steel.
@@ -389,7 +391,7 @@ def propulsion_shaft_limits(
     strength = np.minimum(tensile_strength, most_strength)
     base = (strength / MPA + 160.0) / 18.0 * shape_factor * size * MPA
     bracket = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
-    continuous = base * np.where((ratio > 0.0) & (ratio < 1.05), bracket, np.nan)
+    continuous = base * np.where((ratio > 0.0) & (ratio <= 1.05), bracket, np.nan)
     passing = np.where(ratio <= 0.8, 1.7 * continuous / np.sqrt(shape_factor), np.nan)
     return continuous, passing
 

@@ -81,7 +81,8 @@ def test_limits_of_propulsion_shafts(diameter: float, values: tuple[float, ...])
     np.testing.assert_allclose(
         continuous[[0, 1, 2, 3, 4]] / 1e6, [*values[:4], values[3]], atol=0.051
     )
-    assert np.isnan(continuous[5])
+    assert continuous[5] == continuous[4]  # The end of the range belongs to it
+    assert np.isnan(propulsion_shaft_limits(1.06, diameter, 600e6, 1.0)[0])
     assert passing[2] / 1e6 == pytest.approx(values[4], abs=0.051)
     assert np.isnan(passing[3:]).all()
     # M68.3: more strength counts nothing, of carbon steel above 600 MPa, of alloy steel above 800.
