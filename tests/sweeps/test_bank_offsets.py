@@ -1,6 +1,7 @@
 """Moments that hang on the distance of banks: that of boxers by default, others are refused."""
 
 import csv
+import json
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -117,3 +118,14 @@ def test_boxers_have_the_moments_of_the_table(pairs: int, first: float, second: 
     exact = abs(balance.acceleration_harmonics(2.0, ratio))
     major = found["shaking_moment_major"].sel(order=[1.0, 2.0]).values / unit
     np.testing.assert_allclose(major, np.array([first, second * exact]), atol=1e-9)
+
+
+def test_archives_say_that_the_distance_was_assumed() -> None:
+    def assumed(**more: float) -> str:
+        settings = {"cylinder_spacing": 0.05, "speed": 3000.0, **more}
+        output = {"quantities": ["shaking_moment_rms"]}
+        archive = sweeps.run(engine="boxer_twin_101x70", set=settings, output=output)
+        return str(json.loads(archive.attrs["engine_assumed"]).get("bank_offset"))
+
+    assert assumed() == "not given: the cylinder_spacing of a boxer"
+    assert assumed(bank_offset=0.04) == "None"

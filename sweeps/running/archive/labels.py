@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from engine_dyn import status
 from engine_dyn.engine import Engine
+from engine_dyn.forces.balance.lines import is_boxer
 from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
@@ -432,8 +433,16 @@ def _about_engine(plan: Plan) -> dict[str, str]:
     }
     names = sorted(places.keys() & leaves.keys(), key=places.__getitem__)
     given = {name: float(leaves[name].data) for name in names if not leaves[name].dims}
+    described = _of_engine(plan.scene.engine)
+    if "bank_offset" not in leaves and any(s.node.name == "bank_offset" for s in plan.stages):
+        boxers = any(map(is_boxer, leaves["cylinders_by_count"].data.values()))
+        offset = (
+            "the cylinder_spacing of a boxer" if boxers else "0, the rods of a pair in one plane"
+        )
+        assumed = {**plan.scene.engine.assumed, "bank_offset": f"not given: {offset}"}
+        described = {**described, "engine_assumed": json.dumps(assumed, ensure_ascii=False)}
     return {
-        **_of_engine(plan.scene.engine),
+        **described,
         "parameters": json.dumps(given),
         "arrangement": _arrangements(plan.scene),
         "shaft": _shaft(plan.scene),
