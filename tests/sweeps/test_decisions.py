@@ -92,6 +92,9 @@ def test_the_largest_that_any_case_needs(archive: xr.Dataset) -> None:
     assert float(sweeps.best(needed, most="inertia_required")["speed"]) == 1500.0
     lines = text_of(needed, most="inertia_required")
     assert lines[0].startswith("most inertia_required = 0.04200 at load = 100 %, speed = 1500 rpm")
+    aimed = needed.assign_attrs(parameters='{"wanted_delta": 0.004}')
+    first = text_of(aimed, most="inertia_required")[0]
+    assert first.endswith("load = 100 %, speed = 1500 rpm, wanted_delta = 1/250")
     assert lines[1] == "of 12 cases" and lines[-1].startswith("the 10 of 12 rows with the largest")
     assert text_of(needed, least="inertia_required")[0].endswith("load = 50 %, speed = 2600 rpm")
     (hint,) = [t for t in text_of(needed, most="inertia_required", **EVERY) if "no design" in t]

@@ -39,7 +39,7 @@ from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_fi
 from sweeps.view.texts.barred import HEADS, case_text, cases_text, notes, range_rows
 from sweeps.view.texts.optimised import decision_lines
 from sweeps.view.texts.reductions import counts_within
-from sweeps.view.texts.wording import Wording
+from sweeps.view.texts.wording import REQUIRED, Wording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,7 +50,6 @@ MOST_VALUES = 20_000_000  # Largest number of values of a target that a report j
 
 MOST_DESIGNS = 12  # Largest number of designs in the table of a target
 
-REQUIRED = ("inertia_required", "flywheel_inertia_required")
 """Quantities of which the largest over all cases is what the engine needs."""
 
 

@@ -12,12 +12,16 @@ from sweeps.base.dimensions import SEARCHED
 from sweeps.base.errors import listed, one_line
 from sweeps.base.numbers import number_text
 from sweeps.base.ratios import ratio_text
+from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.rows import fixed_of
 from sweeps.scene.conditions import Constraint
 from sweeps.view.texts.readable_units import asked_units, converted, unit_choices
 
 if TYPE_CHECKING:
     import xarray as xr
+
+REQUIRED = ("inertia_required", "flywheel_inertia_required")
+"""Quantities that are inverse: what the delta that is wanted needs."""
 
 AT_LIMIT = 5e-5  # Share of a limit; a value that is as near is said to be at it
 
@@ -81,14 +85,17 @@ class Wording:
         """The worst value of a name over the points and parts of one design, and its place."""
         array = one[name]
         values = np.asarray(array.values, dtype=float)
+        parameters = members_of(one, "parameters")
+        aim = parameters.get("wanted_delta") if name in REQUIRED else None
+        told = "" if aim is None else f"wanted_delta = {self.both('wanted_delta', aim)}"
         if not values.ndim:
-            return float(values), ""
+            return float(values), told and f" at {told}"
         if not np.isfinite(values).any():
             return math.nan, ""
         flat = int(np.nanargmax(values) if largest else np.nanargmin(values))
         at = np.unravel_index(flat, values.shape)
         place = self.place(one, dict(zip(map(str, array.dims), map(int, at), strict=True)))
-        return float(values[at]), f" at {place}"
+        return float(values[at]), f" at {', '.join(filter(None, (place, told)))}"
 
     def place(self, one: xr.Dataset, at: Mapping[str, int]) -> str:
         """A place along some dimensions in words."""
