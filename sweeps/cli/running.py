@@ -399,8 +399,8 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
         tell(f"no requested quantity depends on:  {', '.join(unused)}")
     if plan.modes:
         tell(plan.modes)
-    if scene.other_cylinders:
-        tell(scene.other_cylinders)
+    for line in filter(None, (scene.other_cylinders, scene.left_out)):
+        tell(line)
     if done.outcomes:
         from sweeps.view.texts.archives import explained, of_all_designs
 

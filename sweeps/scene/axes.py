@@ -17,6 +17,7 @@ from sweeps.base.dimensions import ENGINE, INERTIA_MODEL, LABELS, METHOD
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.regular_files import referred
 from sweeps.scene import cylinders, firing_patterns
+from sweeps.scene.design_files.design_columns import DesignTable
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, CylinderKeys
 from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.toml_tables import LARGEST_AXIS, Range, SceneFile
@@ -141,14 +142,12 @@ def _range(raw: dict[str, Any], where: str) -> Floats:
     return np.geomspace(given.start, given.stop, given.num)
 
 
-def read_designs_table(
-    raw: Mapping[str, Any] | None, name: str, base: Path
-) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+def read_designs_table(raw: Mapping[str, Any] | None, name: str, base: Path) -> DesignTable:
     """Read and check [designs]: columns of numbers, and labels."""
     columns: dict[str, Floats] = {}
     labels: dict[str, tuple[str, ...]] = {}
     if raw is None:
-        return columns, labels
+        return DesignTable(columns, labels)
     if "file" in raw:
         return _designs_from_file(raw, name, base)
     for key, item in raw.items():
@@ -162,7 +161,7 @@ def read_designs_table(
         columns[key] = numbers(item, where, node)
         check_range(columns[key], where, node)
     _check_lengths({**columns, **labels}, name)
-    return columns, labels
+    return DesignTable(columns, labels)
 
 
 def _labels(raw: Any, where: str) -> tuple[str, ...]:
@@ -187,9 +186,7 @@ def _check_lengths(columns: Mapping[str, Any], name: str) -> None:
             )
 
 
-def _designs_from_file(
-    raw: Mapping[str, Any], name: str, base: Path
-) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+def _designs_from_file(raw: Mapping[str, Any], name: str, base: Path) -> DesignTable:
     """Designs in [designs] file = "table.csv", whose columns are named as keys."""
     file = raw["file"]
     if not isinstance(file, str) or not file:
@@ -206,6 +203,6 @@ def _designs_from_file(
     path = referred(base, file, f"{name}: [designs] file")
     from sweeps.scene.design_files.design_files import read_designs
 
-    columns, labels = read_designs(path, f"{name}: [designs] {file}")
-    _check_lengths({**columns, **labels}, name)
-    return columns, labels
+    table = read_designs(path, f"{name}: [designs] {file}")
+    _check_lengths({**table.columns, **table.labels}, name)
+    return table

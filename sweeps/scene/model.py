@@ -113,6 +113,10 @@ class Scene(GivenValues):
     files : dict of bytes
         The engine's file and all others that were read, but tables of designs: their columns are
         coordinates.
+    reduce : Reduce, optional
+        What is asked of all designs in place of each.
+    results_left_out : tuple of str
+        Columns of the file of designs that are results.
 
     Examples
     --------
@@ -153,6 +157,7 @@ class Scene(GivenValues):
     folder: str
     files: Mapping[str, bytes]
     reduce: Reduce | None = None
+    results_left_out: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         title, engine = one_line(self.title, 60), one_line(self.engine_names, 60)
@@ -211,6 +216,13 @@ class Scene(GivenValues):
     def indicator_speeds(self) -> tuple[float, float] | None:
         """Lowest and highest speed [rpm] for which the measured diagram holds, where known."""
         return indicator.of(self).speeds
+
+    @property
+    def left_out(self) -> str:
+        """Line on the columns of a file of designs that are results; or ""."""
+        names = self.results_left_out
+        more = f" and {len(names) - 8} more" if names[8:] else ""
+        return f"[designs] file: results, left out: {', '.join(names[:8])}{more}" if names else ""
 
     @property
     def other_cylinders(self) -> str:

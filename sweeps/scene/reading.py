@@ -187,7 +187,7 @@ def scene_of(
         tables, sample = with_sample(raw, name, columns)
         check_engine_given(tables, name)
         given = check_structure(SceneFile, tables, name)
-        designs, labels = read_designs_table(given.designs, name, base)
+        designs, labels, results = read_designs_table(given.designs, name, base)
         choices = engine_choices(given, tables, name, base, designs, labels)
         check_tables(given, labels, choices is not None, name)
         if choices is not None:
@@ -196,10 +196,11 @@ def scene_of(
                 return scene_of(one, its_name, base, path, files, instead)
 
             scene = _together(choices, given, tables, name, read_one, designs, labels)
-            return replace(scene, sample=sample, source=shortened(raw))
+            return replace(scene, sample=sample, source=shortened(raw), results_left_out=results)
         longest = None if given.reduce is None else LONGEST_KEPT
         source = shortened(raw, longest)
-        known = {"path": path, "sample": sample, "source": source, "files": read}
+        known = {"path": path, "sample": sample, "source": source, "files": read,
+                 "results_left_out": results}  # fmt: skip
         scene = _assembled(given, tables, name, base, designs, labels, known)
         check_scene(scene, name)
         if given.reference is not None:

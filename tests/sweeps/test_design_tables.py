@@ -21,6 +21,8 @@ from sweeps.base.files.csv_tables import find_header, rows_below
 from sweeps.running.archive import netcdf
 from sweeps.scene.design_files import design_files
 from sweeps.scene.design_files.design_files import read_designs
+from sweeps.scene.plan import forecast
+from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support import commands
 
@@ -82,7 +84,7 @@ FORMATS = ["table.csv", "table.TXT", "table.nc", "table.nc4", "table.parquet", "
 @pytest.mark.parametrize("name", FORMATS)
 def test_the_same_columns_from_every_format(name: str, tmp_path: Path) -> None:
     path = write(tmp_path / name, {"case": CASES, **COLUMNS})
-    columns, labels = read_designs(path, name)
+    columns, labels, _ = read_designs(path, name)
     assert labels == {"case": tuple(CASES)}
     assert list(columns) == list(COLUMNS)
     for key, values in COLUMNS.items():
@@ -100,7 +102,7 @@ def test_tables_longer_than_a_piece(
     monkeypatch.setattr(design_files, "ROWS", 7)
     values = np.linspace(1.0, 2.0, 100)
     path = write(tmp_path / name, {"inertia": values, "load": values * 40.0})
-    columns, _ = read_designs(path, name)
+    columns, *_ = read_designs(path, name)
     assert_array_equal(columns["inertia"], values)
     assert_array_equal(columns["load"], values * 40.0)
     values[90] = -1.0
@@ -196,7 +198,7 @@ def test_what_export_writes_is_a_table_of_designs(
     found = sweeps.run(scene)
     assert np.isnan(found["delta"]).any()  # A blank field
     rows = sweeps.export(found, tmp_path / name, **options).rows
-    columns, labels = read_designs(tmp_path / name, name)
+    columns, labels, _ = read_designs(tmp_path / name, name)
     assert sorted(columns) == ["inertia", "load", "misfire", "speed"]
     assert len(labels["case"]) == rows == columns["speed"].size == 8
     values = {n: found[n].broadcast_like(found["delta"]).values.ravel() for n in columns}
@@ -218,7 +220,7 @@ def test_heads_of_csv_files_may_have_other_units(
     rows = [row] * 20 + (["# a comment"] if slow else [])
     path = tmp_path / "t.csv"
     path.write_text("\n".join([",".join(heads), *rows, row]) + "\n", encoding="utf-8")
-    columns, _ = read_designs(path, "t.csv")
+    columns, *_ = read_designs(path, "t.csv")
     expected = {"speed": 100.0 * 30.0 / np.pi, "stroke": 0.18, "inertia": 2.5, "held_power": 3e4,
                 "load": 50.0, "reciprocating_mass": 6.67}  # fmt: skip
     assert list(columns) == list(expected)
@@ -304,7 +306,7 @@ def test_both_ways_read_the_same(
     path.write_bytes(text.encode())
     expected = carefully(text)
     try:
-        columns, labels = read_designs(path, "t")
+        columns, labels, _ = read_designs(path, "t")
     except SceneError as error:
         # Which of several faults is named first may differ: by column here, by line there.
         assert isinstance(expected, str), f"{error} for {text!r}"
@@ -323,5 +325,15 @@ def test_numbers_are_read_to_the_last_digit(tmp_path: Path) -> None:
     texts += [f"{v:.25e}" for v in values[:5000]] + ["9007199254740993", "2.2250738585072011e-29"]
     path = tmp_path / "table.csv"
     path.write_text("inertia\n" + "\n".join(texts) + "\n")
-    columns, _ = read_designs(path, "table.csv")
+    columns, *_ = read_designs(path, "table.csv")
     assert_array_equal(columns["inertia"], [float(t) for t in texts])
+
+
+def test_columns_of_results_are_named(tmp_path: Path) -> None:
+    (tmp_path / "table.csv").write_text("inertia,delta,status\n1.0,0.01,0\n2.0,0.02,0\n")
+    given = {"file": str(tmp_path / "table.csv")}
+    scene = read_scene(engine="ntua", designs=given, output={"quantities": ["delta"]})
+    assert (
+        forecast.text(make_plan(scene)).count("[designs] file: results, left out: delta, status")
+        == 1
+    )

@@ -7,9 +7,9 @@ say what is wrong with it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,14 @@ from sweeps.scene.whole_keys import check_of_designs
 ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
 
 
+class DesignTable(NamedTuple):
+    """Numbers of parameters in the units of files, texts, and names of results, left out."""
+
+    columns: dict[str, Floats]
+    labels: dict[str, tuple[str, ...]]
+    results: tuple[str, ...] = ()
+
+
 @dataclass
 class DesignColumns:
     """Columns as they are read, piece by piece."""
@@ -34,6 +42,7 @@ class DesignColumns:
     nodes: Mapping[str, Node | None]
     # Factors from the units that a file states to those of scenes, where they differ
     factors: Mapping[str, float] = field(default_factory=dict)
+    results: Sequence[str] = ()  # Columns of results, which are left out
     pieces: dict[str, list[Floats]] = field(default_factory=dict)
     texts: dict[str, list[str]] = field(default_factory=dict)
 
@@ -44,12 +53,13 @@ class DesignColumns:
         else:
             self.pieces.setdefault(key, []).append(values)
 
-    def whole(self) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+    def whole(self) -> DesignTable:
         """Columns of numbers and of labels; the pieces are released."""
         numbers = {}
         for key in [key for key, node in self.nodes.items() if node is not None]:
             numbers[key] = np.concatenate(self.pieces.pop(key))
-        return numbers, {key: tuple(texts) for key, texts in self.texts.items()}
+        labels = {key: tuple(texts) for key, texts in self.texts.items()}
+        return DesignTable(numbers, labels, tuple(self.results))
 
 
 def is_result(key: str) -> bool:

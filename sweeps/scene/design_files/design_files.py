@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.types import Floats
 from sweeps.base.checks import check_range, is_ratio, outside
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, one_line
@@ -36,6 +35,7 @@ from sweeps.base.netcdf.netcdf_files import TEXT_REFERENCE, check_chunks, opened
 from sweeps.scene.design_files.design_columns import (
     ROWS,
     DesignColumns,
+    DesignTable,
     check_kind,
     check_units,
     factor_of,
@@ -92,7 +92,10 @@ def _columns_of(heads: tuple[str, ...], name: str) -> tuple[tuple[str, ...], Des
     nodes = known_columns(used, name, "column")
     units = {key: unit for key, unit in parts if key in nodes}
     factors = {key: factor_of(key, nodes[key], unit, name) for key, unit in units.items()}
-    return header, DesignColumns(name, nodes, {k: f for k, f in factors.items() if f != 1.0})
+    results = [key for key in header if key not in nodes]
+    return header, DesignColumns(
+        name, nodes, {k: f for k, f in factors.items() if f != 1.0}, results
+    )
 
 
 def _pieces(path: Path, name: str, what: str) -> Iterator[bytes]:
@@ -219,7 +222,8 @@ def read_design_parquet(path: Path, name: str) -> DesignColumns:
         nodes = known_columns([f.name for f in fields], name, "column")
         if len(nodes) < len(fields):
             raise SceneError(f"{name}: two columns have the same name; each name once")
-        columns = DesignColumns(name, nodes)
+        results = [f.name for f in schema if is_result(f.name)]
+        columns = DesignColumns(name, nodes, results=results)
         for f in fields:
             plain: Any = np.dtype(object)
             if pa.types.is_integer(f.type) or pa.types.is_floating(f.type):
@@ -279,7 +283,8 @@ def read_design_netcdf(path: Path, name: str) -> DesignColumns:
     with opened_table(path, name, "a table of designs (netCDF)") as file:
         variables = _variables_of_table(file, name)
         nodes = known_columns(list(variables), name, "variable")
-        columns = DesignColumns(name, nodes)
+        results = [key for key in file.variables if is_result(key)]
+        columns = DesignColumns(name, nodes, results=results)
         (dimension,) = {v.dimensions for v in variables.values()}
         count = len(file.dimensions[dimension[0]])
         if not count:
@@ -349,7 +354,7 @@ def read_design_xlsx(path: Path, name: str) -> DesignColumns:
             f"{name}: row 1: a name is missing or given twice; each column has its own"
         )
     nodes = known_columns(names, name, "column")
-    columns = DesignColumns(name, nodes)
+    columns = DesignColumns(name, nodes, results=[key for key in keys if is_result(key)])
     body = rows[1:]
     numbers = [place for place, key in zip(used, names, strict=True) if nodes[key] is not None]
     units = numbers and all(isinstance(_cell(body[0], place), str | None) for place in numbers)
@@ -393,10 +398,10 @@ _READERS: dict[str, Callable[[Path, str], DesignColumns]] = {
 }
 
 
-def read_designs(path: Path, name: str) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
+def read_designs(path: Path, name: str) -> DesignTable:
     """Read the table of [designs] file; `name` is the file as messages call it.
 
-    Returned are numbers of parameters in the units of files, and texts. Refused, with line or row,
+    Refused, with line or row,
     are unknown extensions, files that are missing or not of their kind, columns that are unknown,
     not numeric, of other units or along more than one dimension, missing values, and values outside
     their range.

@@ -387,7 +387,7 @@ def _skipped(plan: Plan) -> list[str]:
     left = sum(name not in plan.computed for name in QUANTITIES)
     if left:
         lines.append(f"not requested: {left} more quantities; engine-dyn list quantities names all")
-    lines += [plan.scene.other_cylinders] if plan.scene.other_cylinders else []
+    lines += filter(None, (plan.scene.other_cylinders, plan.scene.left_out))
     lines += [f"axis {name}: no requested quantity depends on it" for name in plan.unused]
     lines += [
         f"{n if n.startswith('[') else f'[set] {n}'}: no requested quantity depends on it"
