@@ -77,7 +77,7 @@ TABLES: list[tuple[str, ...]] = [
     ("[set]\ncrank_ratio = 0.25\n[axes]\nrod_length = [0.3, 0.4]", "crank_ratio", "rod_length",
      "[set]", "[axes]"),
     # values
-    ('[set]\ninertia = "2 kg m2"', "inertia = '2 kg m2'", "kg m2"),
+    ('[set]\ninertia = "2 kg m3"', "inertia = '2 kg m3'", "kg m2"),
     ('[axes]\ninertia = ["2"]', "inertia", "'2'", "number"),
     ("[set]\ninertia = true", "inertia = true", "number"),
     ("[axes]\ninertia = [1, true]", "inertia", "value 2", "true"),

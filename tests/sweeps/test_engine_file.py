@@ -143,7 +143,7 @@ WRONG: list[tuple[Any, ...]] = [
     (swapped('cycle = "four-stroke"', ""), "cycle", "missing", "four-stroke"),
     (lambda: "[values]\nspeed = 225\n", "cycle: missing", "[values] cylinders: missing"),
     (swapped("four-stroke", "six-stroke"), "cycle = 'six-stroke'", "two-stroke"),
-    (swapped("bore = 0.14", 'bore = "140 mm"'), "bore = '140 mm'", "in m"),
+    (swapped("bore = 0.14", 'bore = "140 kg"'), "bore = '140 kg'", "in m"),
     (swapped("bore = 0.14", "bore = true"), "bore = true", "number"),
     (swapped("bore = 0.14", "bore = nan"), "bore = nan", "finite"),
     (swapped("bore = 0.14", "bore = -0.14"), "bore = -0.14", "above 0"),
