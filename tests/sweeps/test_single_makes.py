@@ -384,6 +384,18 @@ def test_bores_vary_apart_from_each_other(tmp_path: Path) -> None:
     np.testing.assert_allclose(elasticity.values, [*(2.0 * shares / shares.sum()), 1.0], rtol=1e-6)
 
 
+def test_a_stage_that_draws_in_more_than_the_one_before_delivers_is_told(tmp_path: Path) -> None:
+    path = Path(two_stages(tmp_path))
+    assert not load_engine(str(path)).diagram_warnings
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("suction_pressure = 3.039", "suction_pressure = 4"))
+    (line,) = load_engine(str(path)).diagram_warnings
+    assert line.endswith(
+        "stages: a cylinder draws in at suction_pressure = 4 bar, above the 3.039 bar that the "
+        "stage before delivers"
+    )
+
+
 # --- what is refused ------------------------------------------------------------------------------
 
 

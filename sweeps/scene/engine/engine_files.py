@@ -13,8 +13,9 @@ with the citations.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -213,6 +214,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         silenced_warnings=read_silenced(given.silenced_warnings, name),
         diagram_speeds=tuple(_speeds_at(d.load, entries) for d in _by_load(diagrams)),
         diagram_warnings=tuple(line for entry in entries for line in entry.warnings)
+        + tuple(_between_stages(entries, given.diagram, name))
         + torque_warnings(given.diagram, f"{name}: [[diagram]]"),
     )
     for feature in GIVEN_FEATURES.values():
@@ -221,6 +223,27 @@ def _read_engine(path: Path, name: str) -> Engine:
                 two = " or ".join(feature.excludes), feature.written
                 raise refused(*two, f"{name}: [values] {key}")
     return with_features(engine, given, path.parent, f"{name}: ")
+
+
+def _between_stages(
+    entries: Sequence[_Entry], tables: Sequence[Mapping[str, Any]], name: str
+) -> Iterator[str]:
+    """Lines on stages of a compressor that draw in more than the stage before delivers [bar]."""
+    found: dict[float, list[tuple[float, float]]] = {}
+    for entry, table in zip(entries, tables, strict=False):
+        if table.get("kind") == "compressor" and any(one.cylinder for one in entries):
+            suction, delivered = (
+                number(table[f"{end}_pressure"], "", unit="bar") for end in ("suction", "delivery")
+            )
+            found.setdefault(entry.load, []).append((suction, delivered))
+    for stages in found.values():
+        stages.sort()
+        for (_, delivered), (suction, _) in pairwise(stages):
+            if suction > delivered * (1.0 + 1e-9):
+                yield (
+                    f"{name}: [[diagram]]: stages: a cylinder draws in at suction_pressure = "
+                    f"{suction:g} bar, above the {delivered:g} bar that the stage before delivers"
+                )
 
 
 def _check_bores(values: Mapping[str, float], name: str) -> None:

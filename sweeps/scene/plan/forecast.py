@@ -151,7 +151,9 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
     # Extremes of the load of one pin or journal of a four, likewise: 2.0e-5 and 2.6e-5 s
     of_loads = {"extremes of loads": 2.2e-5}
     return sum(
-        count * {**SECONDS, **of_shafts, **of_loads, **of_fronts}[name] / (1 if name in serial else cores)
+        count
+        * {**SECONDS, **of_shafts, **of_loads, **of_fronts}[name]
+        / (1 if name in serial else cores)
         for one in plans
         for name, count in work_of(one).items()
     )
