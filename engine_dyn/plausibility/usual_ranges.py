@@ -454,6 +454,8 @@ RESULT_CHECKS: tuple[Check, ...] = (
     _own("grid_resonance_nearness", "resonance_band over the distance of an excited order from the "
          "natural order against the grid", "", 0.0, 1.0,
          "definition: an excited order lies within the band where it is above 1"),
+    _own("driver_factor", "torque that is needed over that of the motor at nominal speed", "",
+         -1.0, 1.0, "definition: above 1 a motor of this motor_breakdown_torque is too weak"),
     _own("delta", "coefficient of speed fluctuation", "", 0.0, MOST_DELTA,
          "judgement: engines that idle reach 1/6; beyond 1/2 an engine hardly runs"),
     _own("bmep", "brake mean effective pressure", "bar", -12.0, 40.0,

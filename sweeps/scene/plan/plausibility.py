@@ -66,6 +66,8 @@ def silenced(scene: Scene) -> frozenset[str]:
 def implausible_results(plan: Plan) -> dict[str, Check]:
     """Ranges of the results of a plan, by their names."""
     off = silenced(plan.scene)
+    if "motor" not in plan.scene.words:  # A table of torque may be given to any scale
+        off |= {"driver_factor"}
     return {
         check.name: check
         for check in RESULT_CHECKS
