@@ -33,9 +33,10 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
     (
         (TORSION,),
         "",
-        "Torsional vibration is linear, at constant mean speed. The variable part of the "
-        "reciprocating inertia (secondary resonance), bending and axial vibration are not "
-        "included. Stress is nominal.",
+        "Torsional vibration is computed as linear, at constant mean speed; passing a range of "
+        "speeds, and couplings that are not linear, have functions of their own "
+        "(engine_dyn.torsion). The variable part of the reciprocating inertia (secondary "
+        "resonance), bending and axial vibration are not included. Stress is nominal.",
     ),
     (
         (TORSION,),
@@ -45,7 +46,12 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
     ),
     (
         GAS,
-        "",
+        "torque_given",
+        "The torque over the crank angle is given, and does not respond to the speed.",
+    ),
+    (
+        GAS,
+        "pressure_given",
         "The pressure is given: it does not respond to the speed within the cycle or to bore, "
         "stroke or rod. It follows the nominal speed only if the engine has diagrams, or a table "
         "of factors, over speed.",
@@ -166,7 +172,8 @@ def features_of(archive: xr.Dataset, arrangements: Iterable[Mapping[str, Any]]) 
         """Whether a parameter is not zero, or varies."""
         return key in archive.coords or given.get(key, 0.0) not in (0.0, None)
 
-    found = {"stiffness_over_torque"} if "stiffness_over_torque" in written else set()
+    found = {"torque_given" if has("torque_factor") else "pressure_given"}
+    found |= {"stiffness_over_torque"} if "stiffness_over_torque" in written else set()
     shares = ("friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt")
     found |= {"friction_over_stroke"} if any(map(has, shares)) else set()
     law = FRICTION_LAWS.index("patton_nitschke_heywood") + 1.0
