@@ -288,3 +288,11 @@ def test_the_command_and_python_say_the_same(
     assert said.startswith("least inertia = 12 kg m²\n")
     why = refused("best", path, "--least", "inertia", "--within", "delta <= 1/50")
     assert why.startswith("engine-dyn: load: a design works at all values of it")
+
+
+def test_a_shaft_study_without_vector_sums_says_what_its_campbell_diagram_needs() -> None:
+    coordinates = {"mode": [1, 2], "speed": ("speed", [1000.0, 2000.0], {"units": "rpm"})}
+    shaft = xr.Dataset({"natural_frequency": ("mode", [50.0, 90.0])}, coordinates)
+    needs = "A Campbell diagram needs critical_speed, mode_vector_sum among the quantities."
+    assert needs in verdict(shaft, [], [], None).html
+    assert not verdict(shaft.drop_dims("mode"), [], [], None).html

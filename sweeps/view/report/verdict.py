@@ -50,8 +50,6 @@ MOST_VALUES = 20_000_000  # Largest number of values of a target that a report j
 
 MOST_DESIGNS = 12  # Largest number of designs in the table of a target
 
-"""Quantities of which the largest over all cases is what the engine needs."""
-
 
 @dataclass
 class Verdict:
@@ -87,6 +85,10 @@ def verdict(
             first = {d: 0 for d in modes.dims if d not in ("mode", "order", "speed")}
             modes, ends = modes.isel(first), (float(speed.min()), float(speed.max()))
             found.figures += campbell_figure(modes, ends, say.fixed(archive, modes))
+            lacking = [name for name in MODES if name not in archive]
+            if lacking and not {"mode", "disc", "shaft"}.isdisjoint(map(str, archive.dims)):
+                told = f"A Campbell diagram needs {', '.join(lacking)} among the quantities."
+                found.html += paragraph(told, "note")
     return found
 
 
