@@ -357,10 +357,10 @@ def propulsion_shaft_limits(
     """Permissible vibratory stresses [Pa] of ships' propulsion shafts: continuous, and in passing.
 
     tau_C = (sigma_B + 160)/18 c_K c_D (3 - 2 lambda^2) below a speed ratio lambda of 0.9, and
-    1.38 in place of the bracket from there to 1.05, that end included; tau_T = 1.7 tau_C/sqrt(c_K) up to 0.8, where
-    the speed passes quickly; sigma_B and the stresses in N/mm2, c_D = 0.35 + 0.93 d^-0.2 with d in
-    mm. NaN where the rule gives no value. The limits hold for the half range of the synthesis of
-    all orders, nominal, plain section.
+    1.38 in place of the bracket from there to 1.05, that end included; tau_T = 1.7 tau_C/sqrt(c_K)
+    up to 0.8, where the speed passes quickly; sigma_B and the stresses in N/mm2,
+    c_D = 0.35 + 0.93 d^-0.2 with d in mm. NaN where the rule gives no value. The limits hold for
+    the half range of the synthesis of all orders, nominal, plain section.
 
     Parameters
     ----------

@@ -220,10 +220,6 @@ def test_limits_of_articulated_rods_and_of_couplings_over_torque(archive: xr.Dat
     assert "articulated_rods" in master and "radial" not in master
     told = " ".join(model_limits(["torque", "shaft_torque_half_range"], master))
     assert "flange of the master rod" in told and "act on the crank pin itself" not in told
-    assert "torque over the crank angle" not in told and "The pressure is given" in told
-    given = archive.assign_attrs(parameters='{"torque_factor": 1.0}')
-    told = " ".join(model_limits(["delta"], features_of(given, [])))
-    assert "The torque over the crank angle is given" in told and "pressure" not in told
     coupling = '{"shafts": [{"stiffness_over_torque": {}}]}'
     features = features_of(archive.assign_attrs(scene=coupling), [])
     assert "stiffness of the mean torque" in " ".join(

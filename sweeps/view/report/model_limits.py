@@ -46,12 +46,7 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
     ),
     (
         GAS,
-        "torque_given",
-        "The torque over the crank angle is given, and does not respond to the speed.",
-    ),
-    (
-        GAS,
-        "pressure_given",
+        "",
         "The pressure is given: it does not respond to the speed within the cycle or to bore, "
         "stroke or rod. It follows the nominal speed only if the engine has diagrams, or a table "
         "of factors, over speed.",
@@ -172,8 +167,7 @@ def features_of(archive: xr.Dataset, arrangements: Iterable[Mapping[str, Any]]) 
         """Whether a parameter is not zero, or varies."""
         return key in archive.coords or given.get(key, 0.0) not in (0.0, None)
 
-    found = {"torque_given" if has("torque_factor") else "pressure_given"}
-    found |= {"stiffness_over_torque"} if "stiffness_over_torque" in written else set()
+    found = {"stiffness_over_torque"} if "stiffness_over_torque" in written else set()
     shares = ("friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt")
     found |= {"friction_over_stroke"} if any(map(has, shares)) else set()
     law = FRICTION_LAWS.index("patton_nitschke_heywood") + 1.0
