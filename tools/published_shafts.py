@@ -13,8 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.impacts import Pulses, pulse_response
 from engine_dyn.torsion.modes import (
     critical_speeds,
+    damped_modes,
     modal_damping,
     modal_excitation,
     natural_modes,
@@ -124,6 +126,20 @@ def eigenvalues(shaft: ShaftSystem, _: dict[str, Any]) -> Any:
     pairs = sorted(found[found.imag > 0.0], key=lambda value: -value.imag)
     alone = found.real[(found.imag == 0.0) & (np.abs(found.real) > 1e-9)]
     return [part for pair in pairs for part in (pair.real, pair.imag)] + list(alone)
+
+
+def swinging(shaft: ShaftSystem, _: dict[str, Any]) -> Any:
+    """Roots of the modes that swing, the slowest first: real and imaginary part of each."""
+    found = damped_modes(shaft)
+    pairs = zip(-found.ratio * found.omega, found.swing, strict=True)
+    return [part for pair in pairs for part in pair]
+
+
+def pulse(shaft: ShaftSystem, given: dict[str, Any]) -> Any:
+    """Highest and lowest torque of some shafts in time, after half a sine on a disc."""
+    one = Pulses(np.zeros(1), np.array([given["duration"]]), np.array([given["torque"]]))
+    found = pulse_response(shaft, given["disc"], one, until=given["until"])
+    return np.stack([found["highest"], found["lowest"]], axis=-1)[given["shafts"]].ravel()
 
 
 def of_diesel(shaft: ShaftSystem, given: dict[str, Any], what: str, **more: Any) -> Any:
@@ -256,6 +272,8 @@ KINDS: dict[str, Callable[[ShaftSystem, dict[str, Any]], Any]] = {
     "damping ratio": damping_ratio,
     "vector sum": vector_sum,
     "eigenvalues": eigenvalues,
+    "damped modes": swinging,
+    "pulse": pulse,
     "resonance": resonance,
     "receptance": receptance,
     "half range": lambda shaft, given: half_range(
