@@ -162,6 +162,77 @@ def test_an_undamped_mode_has_the_magnifier_of_lewis(beta: float) -> None:
     assert found == pytest.approx(3.67 * math.sqrt(q), rel=0.02)
 
 
+def magnifier_of_lewis(q: float, zeta: float) -> float:
+    """Largest magnifier of one mode in passing, of slow ramps; derived, as Lewis prints curves.
+
+    Near its resonance a mode omega_m has x = exp(i phi) Q with Q' = -(zeta omega_m + i alpha t) Q
+    + 1/(2 i omega_m) from long before, so that omega_m^2 Q is Fresnel's integral in the complex
+    plane, pi/2 sqrt(q) w(i d/(2 sqrt(a))), a = -i alpha/2, d = zeta omega_m + i alpha t: w is
+    Faddeeva's function. With s = sqrt(alpha) t only q and zeta sqrt(2 pi q) count. Beside the
+    largest magnifier of steady running, 1/(2 zeta), only their product zeta sqrt(q) does.
+    """
+    s = np.linspace(-3.0, 30.0, 33001)
+    d = zeta * math.sqrt(2.0 * math.pi * q) + 1j * s
+    values = wofz(0.5j * d / np.sqrt(-0.5j))
+    return float(0.5 * math.pi * math.sqrt(q) * np.abs(values).max())
+
+
+def error_function(z: Any, scale: Any, rest: Any) -> tuple[Any, Any]:
+    """exp(scale) erf(z) as a difference of two: erf(z) = s - s exp(-z^2) w(i s z), s sign of Re z.
+
+    `rest` is scale - z^2.
+    """
+    side = np.where(np.real(z) >= 0.0, 1.0, -1.0)
+    return side * np.exp(scale), side * np.exp(rest) * wofz(1j * side * z)
+
+
+def passed_exactly(start: float, alpha: float, omega: float, zeta: float, times: Any) -> Any:
+    """Angle of a mode under cos(phi) times omega^2, from steady running, in closed form.
+
+    Duhamel's integral, int_0^t exp(r (t - u) + i phi(u)) du, is an error function for both roots r.
+    """
+    phi, damped = (start + 0.5 * alpha * times) * times, omega * math.sqrt(1.0 - zeta**2)
+    steady = 1.0 / (omega**2 - start**2 + 2j * zeta * omega * start)
+    found = np.zeros(times.shape, dtype=complex)
+    slope = np.sqrt(-0.5j * alpha)
+    for sign in (1.0, -1.0):
+        root, other = (complex(-zeta * omega, side * damped) for side in (sign, -sign))
+        middle = 0.5 * (1j * start - root) / slope
+        scale = middle**2 + root * times
+        far = error_function(slope * times - middle, scale, 1j * phi)
+        near = error_function(-middle, scale, root * times)
+        integral = (far[0] - near[0]) - (far[1] - near[1])
+        found += 0.5 * math.sqrt(math.pi) / slope * integral / (2j * sign * damped)
+        found += steady * (1j * start - other) / (2j * sign * damped) * np.exp(root * times)
+    return omega**2 * found
+
+
+LEWIS = [
+    (q, zeta, upwards)
+    for q in (30.0, 100.0, 400.0)
+    for zeta in (0.0, 0.003, 0.01, 0.03, 0.1)
+    for upwards in (True, False)
+]
+
+
+@pytest.mark.parametrize(("q", "zeta", "upwards"), LEWIS)
+def test_a_damped_mode_passes_as_lewis_found(q: float, zeta: float, upwards: bool) -> None:
+    """Amplitude over that at rest, for q = f^2/(df/dt) and a damping ratio zeta."""
+    omega, inertia = 100.0, 1.0
+    rate = omega**2 / (2.0 * math.pi * q)
+    system = shaft_system(
+        [1e12, inertia], [inertia * omega**2], disc_damping=[0.0, 2.0 * zeta * omega * inertia]
+    )  # fmt: skip
+    start, end = (60.0, 150.0) if upwards else (150.0, 60.0)
+    found = float(passing(system, [1.0], start, end, rate, [1], [[1.0]])["half_range"][0])
+    times = np.linspace(0.0, 90.0 / rate, 20_001)
+    alpha = rate if upwards else -rate
+    exact = np.abs(passed_exactly(start, alpha, omega, zeta, times)).max()
+    assert found == pytest.approx(exact, rel=ERROR)
+    if q >= 100.0:
+        assert found == pytest.approx(magnifier_of_lewis(q, zeta), rel=0.02)
+
+
 @pytest.mark.parametrize("start", [100.0, 200.0])
 @pytest.mark.compiled
 def test_a_slow_ramp_finds_the_largest_of_steady_running(start: float) -> None:
