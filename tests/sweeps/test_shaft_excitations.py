@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 
 import sweeps
 from engine_dyn.units import DEGREE, RPM
@@ -216,6 +219,91 @@ def test_modes_have_the_damping_that_is_given(tmp_path: Path) -> None:
     assert_allclose(varied["damping_ratio"].sel(modal_damping_2=0.2), [0.01, 0.2], rtol=1e-9)
     one = of_torque(path, ["damping_ratio"], {**free, "modal_damping": 0.02})
     assert_allclose(one["damping_ratio"], [0.02, 0.02], rtol=1e-9)
+
+
+@pytest.mark.parametrize("blades", [5, 4], ids=["in step", "drifting"])
+def test_response_with_damped_modes_and_excitations_is_where_a_motion_ends(
+    tmp_path: Path, blades: int
+) -> None:
+    """The whole way of a scene beside DOP853 in time, from rest until all modes have settled.
+
+    C = J V diag(2 zeta omega) V^T J of the three coordinates that the gear leaves.
+    """
+    inertia, stiffness = np.array([5.0, 20.0, 1.0, 4.0, 30.0]), np.array([9e4, 5e4, 6e4])
+    ratio, zeta, speed = -0.4, [0.04, 0.06], 900.0
+    shaft = {
+        "reciprocating": "included", "load_damping": 0.0, "modal_damping": zeta,
+        "discs": [
+            {"name": name, "inertia": own}
+            for name, own in zip(
+                ("throw", "flywheel", "pinion", "wheel", "propeller"), inertia, strict=True
+            )
+        ],
+        "shafts": [
+            *({"stiffness": k} for k in stiffness[:2]),
+            {"between": ["wheel", "propeller"], "stiffness": stiffness[2]},
+        ],
+        "gears": [{"between": ["pinion", "wheel"], "ratio": ratio}],
+        "excitations": [
+            {"on": "propeller", "mean": -90.0, "power": 2, "reference_speed": 600,
+             "harmonics": [{"order": blades, "amplitude": 300.0, "phase": 20.0}]},
+            {"on": "flywheel", "mean": 0.0, "harmonics": [{"order": 2, "cosine": 150.0}]},
+        ],
+    }  # fmt: skip
+    shaft["discs"][0]["throw"] = 1
+    path = engine(tmp_path, "[{ order = 3, sine = -800 }, { order = 1, cosine = 500 }]", 100.0)
+    quantities = ["shaft_torque_order", "shaft_torque_phase", HALF]
+    found = of_torque(path, quantities, shaft, set={"speed": speed})
+
+    # Coordinates: throw, flywheel, pinion, propeller; the wheel turns with the pinion.
+    mass = np.diag([5.0, 20.0, 1.0 + ratio**2 * 4.0, 30.0])
+    twist = np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, -1.0, 1.0, 0.0], [0.0, 0.0, -ratio, 1.0]])
+    stiff = twist.T @ (stiffness[:, None] * twist)
+    squares, shapes = eigh(stiff, mass)
+    rates = 2.0 * np.array([0.0, *zeta, zeta[-1]]) * np.sqrt(np.maximum(squares, 0.0))
+    damping = mass @ shapes @ np.diag(rates) @ shapes.T @ mass
+    omega = speed * RPM
+
+    def motion(time: float, state: Any) -> Any:
+        phi = omega * time
+        # The propeller turns the other way: its own sense is that of the torque.
+        own = abs(ratio) * phi
+        size = 300.0 * (speed / 600.0) ** 2
+        acts = np.array([
+            800.0 * math.cos(3.0 * phi + 0.5 * math.pi) + 500.0 * math.cos(phi),
+            150.0 * math.cos(2.0 * phi), 0.0,
+            -size * math.cos(blades * own + math.radians(20.0)),
+        ])  # fmt: skip
+        rate = np.linalg.solve(mass, acts - stiff @ state[:4] - damping @ state[4:])
+        return np.concatenate([state[4:], rate])
+
+    cycles = 5  # After which order 1.6 repeats as well
+    period, count = cycles * 4.0 * math.pi / omega, 4000
+    slowest = 0.5 * rates[squares > 1e-6 * squares[-1]].min()
+    begin = math.ceil(25.0 / slowest / period) * period
+    times = begin + np.arange(count) * (period / count)
+    moved = solve_ivp(
+        motion, (0.0, times[-1]), np.zeros(8), "DOP853", times, rtol=1e-9, atol=1e-12
+    ).y
+    torque = stiffness[:, None] * (twist @ moved[:4])
+    torque -= torque.mean(axis=1, keepdims=True)
+    if blades == 4:  # Drifting, it meets the largest and the least of all else at some time
+        lines = np.fft.rfft(torque, axis=1) * (2.0 / count)
+        place = round(blades * abs(ratio) * 2 * cycles)
+        drifting = np.abs(lines[:, place])
+        lines[:, place] = 0.0
+        torque = np.fft.irfft(lines * (0.5 * count), n=count, axis=1)
+        assert drifting.min() > 1.0
+    else:
+        drifting = np.zeros(3)
+    scale = np.abs(torque).max(axis=1)
+    harmonics = np.fft.rfft(torque, axis=1) * (2.0 / count)
+    mine = found["shaft_torque_order"] * np.exp(1j * DEGREE * found["shaft_torque_phase"])
+    for order in (1.0, 2.0, 3.0):
+        want = harmonics[:, round(order * 2 * cycles)]
+        assert (np.abs(mine.sel(order=order) - want) < 1e-6 * scale).all()
+    half = 0.5 * np.ptp(torque, axis=1) + drifting
+    assert_allclose(found[HALF], half, rtol=1e-3)  # What half ranges are stated to
 
 
 def test_a_magnifier_of_a_shaft_is_one_over_its_loss_factor() -> None:
