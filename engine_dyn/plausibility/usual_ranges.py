@@ -451,6 +451,8 @@ RESULT_CHECKS: tuple[Check, ...] = (
     _own("shaft_twist_half_range", "vibratory twist of a shaft", "degree", 0.0, 60.0,
          "judgement: arc springs of dual-mass flywheels reach their stops at 30 to 70, rubber "
          "couplings at 5 to 15", si=DEGREE),
+    _own("coupling_departure", "departure of a coupling from its linear form", "", 0.0, 0.1,
+         "judgement: beyond, linear results do not hold; shaft_torque_nonlinear does"),
     _own("grid_resonance_nearness", "resonance_band over the distance of an excited order from the "
          "natural order against the grid", "", 0.0, 1.0,
          "definition: an excited order lies within the band where it is above 1"),

@@ -250,6 +250,7 @@ OF_MAKES = frozenset({
     "displacement", "mean_peak_pressure", "peak_pressure", "mean_gas", "indicated_torque_mean",
     "gas_torque", "torque_after_throw", "shaft_torque_extremes", "torque_solution",
     "indicated_torque_solution", "speed_solution", "inertia_search", "torsional_response",
+    "nonlinear_response",
     "throw_torque_mean", "gas_torque_harmonics", "first_mode_gas_torque_harmonics",
     "throw_gas_torque_harmonics", "engine_gas_sum", "first_mode_gas_sum", "throw_gas_sum",
     "every_throw_gas_sum", "main_journal_components", "main_journal_extremes",

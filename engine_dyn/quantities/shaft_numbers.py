@@ -68,6 +68,14 @@ _PATTERNS = (
               high=3e3, **_POSITIVE),
     _numbered("shaft_torque_limit", "T_{N}", "N m",
               "largest allowed half range of the torque in shaft N", _SHAFTS, **_POSITIVE),
+    _numbered("shaft_clearance", r"\psi_{c,N}", "degree",
+              "clearance of shaft N, a coupling or mesh: angle between the contacts of its two "
+              "sides", _SHAFTS, si=DEGREE, high=180.0, **_FROM_ZERO),
+    _numbered("shaft_friction_torque", "F_N", "N m",
+              "torque of dry friction in shaft N, beside that of its twist", _SHAFTS,
+              **_FROM_ZERO),
+    _numbered("shaft_friction_stiffness", "k_{F,N}", "N m rad-1",
+              "stiffness with which the dry friction of shaft N sticks", _SHAFTS, **_POSITIVE),
     _numbered("shaft_tensile_strength", r"\sigma_{B,N}", "MPa",
               "specified tensile strength of shaft N, a propulsion shaft of a ship", _SHAFTS,
               si=MPA, high=3e3, **_POSITIVE),
@@ -265,6 +273,11 @@ LIMIT_NODES: tuple[Node, ...] = (
         "shaft_stress_half_range", r"\hat\tau", "MPa",
         "nominal vibratory shear stress in each shaft, half of its range over the cycle",
         "shaft_torque_half_range",
+    ),
+    _stress_node(
+        "shaft_stress_nonlinear", r"\hat\tau_n", "MPa",
+        "nominal vibratory shear stress in each shaft with couplings that are not linear, half of "
+        "its range over the cycle", "shaft_torque_nonlinear",
     ),
     _stress_node(
         "shaft_stress_order", r"\tau_\nu", "MPa",

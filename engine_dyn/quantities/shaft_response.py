@@ -18,9 +18,12 @@ from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.quantities.torsion import OF_ALL, OF_SYSTEM, system_of
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE, OF_SPEED
+from engine_dyn.torsion.couplings import CONTACTS, departure
 from engine_dyn.torsion.shaft import Shaft, mean_torques_of_throws
-from engine_dyn.torsion.system import mean_torques
+from engine_dyn.torsion.system import ShaftSystem, mean_torques
 from engine_dyn.units import DEGREE
+
+KRACK = "Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems"
 
 COMPLEX = 16  # Bytes of one harmonic, a complex number
 
@@ -64,16 +67,14 @@ def _of_given_torque(
     return [(shaft.throws, harmonics[None, :], torque_factor)]
 
 
-def _respond(
-    engine: Callable[..., list[tuple[tuple[int, ...], Any, Any]]], *, speed: Any, order: Any,
-    every_order: Any, curve_period: float, every_load_harmonics: Any,
-    every_auxiliary_harmonics: Any, load_swing: Any, wanted: tuple[str, ...],
-    threads: int | None = None, progress: Any = None, **values: Any,
-) -> dict[str, Any]:  # fmt: skip
-    from engine_dyn.torsion.excitation import add_drifting
-    from engine_dyn.torsion.forced import forced_response
-    from engine_dyn.torsion.synthesis import half_range
+_Engine = Callable[..., list[tuple[tuple[int, ...], Any, Any]]]
 
+
+def _excited(
+    engine: _Engine, *, speed: Any, every_order: Any, curve_period: float,
+    every_load_harmonics: Any, every_auxiliary_harmonics: Any, load_swing: Any, **values: Any,
+) -> tuple[ShaftSystem, Any, list[tuple[tuple[int, ...], Any, Any]], list[Any]]:  # fmt: skip
+    """System, designs without one, what excites it, and what does not repeat with the cycle."""
     shaft: Shaft = values["shaft_system"]
     system, bad = system_of(values)
     orders, ratios = np.ravel(every_order), shaft.speed_ratios(values)
@@ -97,13 +98,27 @@ def _respond(
             acting.append(((one.disc,), harmonics[..., None, :], np.sign(ratio) * factor * in_step))
         if not np.all(in_step):
             drifting.append((one, factor * ~in_step, within, ratio))
+    return system, bad, acting, drifting
+
+
+def _respond(
+    engine: _Engine, *, order: Any, wanted: tuple[str, ...], threads: int | None = None,
+    progress: Any = None, **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.excitation import add_drifting
+    from engine_dyn.torsion.forced import forced_response
+    from engine_dyn.torsion.synthesis import half_range
+
+    shaft: Shaft = values["shaft_system"]
+    speed, orders = values["speed"], np.ravel(values["every_order"])
+    system, bad, acting, drifting = _excited(engine, **values)
     discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
     response = forced_response(
         system, orders, speed, discs, [_on_discs(*part[:2], discs) for part in acting],
         [part[2] for part in acting], kept=np.searchsorted(orders, np.ravel(order) - 1e-9),
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
-        twist=pairs, speed_of=(shaft.flywheel,), period=curve_period, threads=threads,
+        twist=pairs, speed_of=(shaft.flywheel,), period=values["curve_period"], threads=threads,
         progress=progress,
     )  # fmt: skip
     for one, factor, within, ratio in drifting:
@@ -136,6 +151,59 @@ def _respond(
         status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
         status = np.where(np.isneginf(values["load_damping"]), NO_STEADY_STATE, status)
     return {**results, "torsion_status": status.astype(float)}
+
+
+def _respond_nonlinear(
+    engine: _Engine, *, shaft_torque_mean: Any, wanted: tuple[str, ...],
+    threads: int | None = None, progress: Any = None, **values: Any,
+) -> dict[str, Any]:  # fmt: skip
+    from engine_dyn.torsion.nonlinear import nonlinear_response
+    from engine_dyn.torsion.synthesis import half_range
+
+    del wanted
+    shaft: Shaft = values["shaft_system"]
+    system, bad, acting, drifting = _excited(engine, **values)
+    for _, factor, *_ in drifting:  # No cycle repeats
+        bad = bad | (factor != 0.0)
+    discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
+    torque = sum(
+        _on_discs(*part[:2], discs) * np.asarray(part[2])[..., None, None] for part in acting
+    )
+    couplings = shaft.couplings(values)
+    found = nonlinear_response(
+        system, couplings, np.ravel(values["every_order"]), values["speed"], discs, torque,
+        np.where(np.asarray(bad)[..., None], np.nan, shaft_torque_mean),
+        wanted=("torque_extremes",), period=values["curve_period"], threads=threads,
+        progress=progress,
+    )  # fmt: skip
+    contact = np.full((*found["status"].shape, len(shaft.shafts)), np.nan)
+    for c, coupling in enumerate(couplings):
+        own = np.where(found["contact"][..., c] < 0, np.nan, found["contact"][..., c])
+        contact[..., coupling.shaft] = np.where(np.asarray(coupling.clearance) > 0.0, own, np.nan)
+    return {
+        "shaft_torque_nonlinear": half_range(found["torque_extremes"]),
+        "coupling_contact": contact, "nonlinear_error": found["error"],
+        "nonlinear_status": np.where(
+            np.isneginf(values["load_damping"]), NO_STEADY_STATE, found["status"]
+        ).astype(float),
+    }  # fmt: skip
+
+
+def _departure(
+    *, shaft_system: Shaft, shaft_torque_mean: Any, shaft_torque_half_range: Any,
+    coupling_stiffness: Any, **values: Any,
+) -> Any:  # fmt: skip
+    """Departure of each coupling from its linear form; given values have the axis of shafts."""
+    own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
+    stiffness = shaft_system.stiffnesses(own, coupling_stiffness)
+    mean, half = np.asarray(shaft_torque_mean), np.asarray(shaft_torque_half_range)
+    columns: list[Any] = [np.nan * mean[..., 0] * half[..., 0]] * len(shaft_system.shafts)
+    for coupling in shaft_system.couplings(own):
+        k = np.where(stiffness[coupling.shaft] == 0.0, np.nan, stiffness[coupling.shaft])
+        columns[coupling.shaft] = departure(
+            coupling, mean[..., coupling.shaft], half[..., coupling.shaft], k
+        )
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
 def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
@@ -211,6 +279,7 @@ def _polar(what: str, symbol: str, unit: str, si: float, long_name: str, of: str
     ]  # fmt: skip
 
 
+_COUPLINGS = ("shaft_clearance", "shaft_friction_torque", "shaft_friction_stiffness")
 _DISC_ANGLE = "angle of each disc against uniform rotation"
 _SHAFT_TORQUE = "vibratory torque in each shaft"
 
@@ -225,13 +294,20 @@ NODES: tuple[Node, ...] = (
     ),
     *(
         Node(
-            "torsional_response", "", "", "steady torsional vibration of the shaft", kind="stage",
-            public=False, can_fail=True, source=WILSON, make=partial(_respond, engine),
-            of_shaft=(*OF_ALL, "excitation_factor"), gives=(*_RESULTS, "torsion_status"),
-            width=3000, when=when,
-            needs=(*OF_SYSTEM, "load_damping", "damping_speed", "speed", "order", "every_order",
+            name, "", "", long_name, kind="stage", public=False, can_fail=True, source=source,
+            make=partial(respond, engine), of_shaft=(*OF_ALL, "excitation_factor", *own),
+            gives=gives, width=width, when=when,
+            needs=(*OF_SYSTEM, "load_damping", "damping_speed", "speed", "every_order",
                    "curve_period", f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics",
-                   "load_swing", *needs),
+                   "load_swing", more, *needs),
+        )
+        for name, long_name, source, respond, own, gives, width, more in (
+            ("torsional_response", "steady torsional vibration of the shaft", WILSON, _respond, (),
+             (*_RESULTS, "torsion_status"), 3000, "order"),
+            ("nonlinear_response", "vibration of the shaft with couplings that are not linear",
+             KRACK, _respond_nonlinear, _COUPLINGS,
+             ("shaft_torque_nonlinear", "coupling_contact", "nonlinear_error", "nonlinear_status"),
+             100_000, "shaft_torque_mean"),
         )
         for when, engine, needs in (
             ("by_pressure", _of_cylinders, (
@@ -267,6 +343,31 @@ NODES: tuple[Node, ...] = (
             "delta is that of the rigid engine"),
     _result("torsion_status", r"\chi_T", "1", "outcome of the torsional vibration",
             meanings=OF_SPEED),
+    *(
+        Node(name, symbol, unit, long_name, KRACK, needs=("nonlinear_response",), adds=adds,
+             meanings=meanings)
+        for name, symbol, unit, long_name, adds, meanings in (
+            ("shaft_torque_nonlinear", r"\hat T_n", "N m", f"{_SHAFT_TORQUE} with couplings that "
+             "are not linear, half of its range over the cycle", ("shaft",), ()),
+            ("coupling_contact", r"\chi_c", "1", "what each coupling with clearance does over the "
+             "cycle: touches one side always, or at times, or both, or none", ("shaft",),
+             CONTACTS),
+            ("nonlinear_error", r"\epsilon_n", "1", "error of torque and twist of the couplings "
+             "that are not linear, over their half ranges", (), ()),
+            ("nonlinear_status", r"\chi_n", "1", "outcome of the vibration with couplings that are "
+             "not linear", (), OF_SPEED),
+        )
+    ),
+    Node(
+        "coupling_departure", r"\Delta T/\hat T", "1",
+        "largest difference of the torque of a coupling from its linear form, over the linear half "
+        "range: above 0.1 the linear results do not hold", "definition", adds=(),
+        needs=("shaft_system", "shaft_torque_mean", "shaft_torque_half_range",
+               "coupling_stiffness"),
+        make=_departure,
+        of_shaft=(*_COUPLINGS, "shaft_stiffness", "shaft_length", "shaft_diameter", "shaft_bore",
+                  "shaft_shear_modulus"),
+    ),
     hidden(
         "throw_torque_mean", "N m",
         "mean torque on each throw, less its share of the friction without auxiliaries over angle",

@@ -1,21 +1,30 @@
 r"""Steady vibration of a shaft system in which some couplings are not linear.
 
 The torque of a coupling is a table over its twist (stages of arc springs, progressive rubber),
-behind a clearance (backlash), beside dry friction. The mean torque sets the mean twist: the mean of
-the torque over the cycle is that torque. The rest is linear and is condensed exactly: with the
-linear system's twist l under what excites, and rho under a torque and its opposite at the two sides
-of a coupling,
+behind a clearance (backlash), beside dry friction: a spring k_f in series with a slider that holds
+F (Jenkins). The mean torque sets the mean twist: the mean of the torque over the cycle is that
+torque. The rest is linear and is condensed exactly: with the linear system's twist l under what
+excites, and rho under a torque and its opposite at the two sides of a coupling,
 
     delta_h = l_h + rho_h (f(delta) - k delta)_h
 
-for each harmonic h of the cycle, with the stiffness k of the linear system in place of f. Any k
-gives the same motion; only a loss factor acts on k itself. `harmonic_balance` solves this, and
+for each harmonic h of the cycle, with the stiffness k of the linear system in place of f, and for
+h = 0 with l = T/k and rho = -1/k. Any k gives the same motion; only a loss factor acts on k itself.
 `forced_response` derives everything else with f - k delta as torques at the two sides.
 
-Clearance and friction have corners. So each case is solved with N samples a cycle and with 2 N,
-until the two differ by less than the tolerance in torque and twist. That difference is the error
-that is stated: halving the step divides it by two at least. Then `floquet` tells whether small
-disturbances die out; if not, the motion jumps elsewhere, or repeats after several cycles only.
+Two steps find it. First, the excitation grows from 0 while time is integrated, in modes of the
+linear system, exactly but for u = f - k delta, which is straight within a step. A small disturbance
+must die out and the motion repeat every cycle: so it lasts. A loss factor is taken there as
+viscous damping at the strongest order. Second, Newton's method balances the harmonics, with u
+from N samples of the twist (alternating frequency and time: Cameron and Griffin, 1989; Krack and
+Gross, Harmonic Balance for Nonlinear Vibration Problems), with N and with 2 N samples, until the
+two differ by less than the tolerance in torque and twist. That difference is the error that is
+stated: corners of the torque leave an error that halving the step divides by four.
+
+With two-sided harmonics s_p of the change of slope s = df/d delta - k, a change dr_n of the twist
+delta = Re sum r_m exp(i m tau) changes u by du_m = dr_n s_(m-n) + conj(dr_n) s_(m+n), m, n >= 1.
+Where friction sticks since tau_o, d u(tau) = k_f (d delta(tau) - d delta(tau_o)). Harmonics where
+|rho s| stays below `BEYOND` are no unknowns: r_m = l_m + rho u_m converges by itself.
 """
 
 from __future__ import annotations
@@ -34,81 +43,64 @@ from engine_dyn.status import (
     NO_STEADY_STATE,
     NOT_CONVERGED,
     TOLERANCE_NOT_MET,
-    WITH_NUMBERS,
 )
-from engine_dyn.torsion.couplings import (
-    Coupling,
-    laws_of,
-    numbers_of,
-    rest_twists,
-    torque_extremes,
-)
-from engine_dyn.torsion.floquet import complex_stiffness, receptance, unstable
+from engine_dyn.torsion.contact import REPEATS, Laws, Steps, march, torques
+from engine_dyn.torsion.couplings import Coupling
 from engine_dyn.torsion.forced import forced_response
-from engine_dyn.torsion.harmonic_balance import (
-    BEYOND,
-    FROM_LINEAR,
-    FROM_REST,
-    KNOWN,
-    Balance,
-    Laws,
-    Motion,
-    periodic_motions,
-)
-from engine_dyn.torsion.marching import marched
-from engine_dyn.torsion.modes import checked_orders
+from engine_dyn.torsion.modes import checked_orders, coordinates
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.types import Complexes, Floats, Integers
 
-LEAST_HARMONICS, MOST_HARMONICS = 64, 4096
+LEAST_HARMONICS, MOST_HARMONICS = 64, 8192
 """Harmonics with which a case begins, and with which it ends if it does not meet the tolerance."""
-
-MARCHED = 3
-WAYS = ("from_rest", "from_linear", "from_start", "from_time")
-"""Where a motion comes from: it grows from small ones with what excites, or from the linear one
-with what is not linear; it goes on from a start that is given; it is left after many cycles."""
 
 FINER = 1024  # Largest number of harmonics with which a case begins
 
-NOTHING = 1e-12  # Harmonics of the torques below this part of the largest do not excite
+BEYOND = 0.1  # Largest |rho| times change of slope of harmonics that are no unknowns
 
-AT_ONCE = 16  # Number of cases that a thread takes at once
+MOST_UNKNOWNS = 1000  # Largest number of unknowns of a case
+
+LEFT = 1e-4  # Largest size of the last step of a solution, which is part of its error
+
+LEAST_STEPS, MOST_STEPS = 512, 32768  # of a cycle in time
+
+ANOTHER = 0.25  # Difference from the motion in time, over its range, that makes it another motion
 
 
-class _Block(NamedTuple):
-    """Cases along one axis whose motions have the same period, a part of the cycle."""
+class _Case(NamedTuple):
+    """One case; C couplings."""
 
     system: ShaftSystem
-    speed: Floats
-    torque: Complexes
-    mean: Floats  # Mean torque of each coupling; shape (cases, C)
-    laws: Laws
-    clearance: Floats  # of each coupling [rad]; shape (cases, C)
-    start: Complexes  # Harmonics of the cycle of a neighbour's twist, or none: (cases, C, 0)
-
-    def some(self, which: Any) -> _Block:
-        """Some of the cases."""
-        laws = self.laws
-        own = Laws(laws.first, *(values[which] for values in laws[1:]))
-        return _Block(
-            self.system.of(which), self.speed[which],
-            self.torque[which], self.mean[which], own, self.clearance[which], self.start[which],
-        )  # fmt: skip
-
-
-class _Task(NamedTuple):
-    """What all cases have in common."""
-
     shafts: list[int]  # Shaft of each coupling
-    bounded: list[bool]  # Whether a coupling has a table, which the motion may leave
-    throws: Sequence[int]
-    harmonic: Integers  # Harmonic of the cycle of each order
+    laws: Laws
+    gap: Floats  # Half of the clearance [rad]; shape (C,)
+    bounded: Any  # Whether a coupling has a table, which the motion may leave; shape (C,)
+    rest: Floats  # Twist at the mean torque [rad]; shape (C,)
+    mean: Floats  # Mean torque [N m]; shape (C,)
+    speed: float
     base: float  # Order of the first harmonic of the cycle
-    tolerance: float
-    wanted: tuple[str, ...]
-    more: dict[str, Any]  # Other arguments of `forced_response`
-    kept: Integers
-    stored: int  # Number of harmonics of "coupling_twist"
+    throws: Sequence[int]
+    whole: Integers  # Harmonic of each order that excites
+    torque: Complexes
+
+
+class _Condensed(NamedTuple):
+    """The linear system as its couplings see it; harmonics 0 .. M along the last axis."""
+
+    linear: Complexes  # l, shape (C, M + 1)
+    receptance: Complexes  # rho, shape (C, C, M + 1)
+    stiffness: Complexes  # k (1 + i eta) + i w c, and 0 for h = 0; shape (C, M + 1)
+
+
+class _Motion(NamedTuple):
+    """A motion; harmonics have the shape (C, M + 1), samples (C, N) with N = 4 M."""
+
+    twist: Complexes
+    excess: Complexes  # Harmonics of u
+    delta: Floats  # Samples of the twist [rad]
+    torque: Floats  # Samples of the torque, with damping [N m]
+    extremes: Floats  # Least and largest torque; shape (C, 2)
+    left: float  # Size of the last step over that of the twist
 
 
 def nonlinear_response(
@@ -121,16 +113,15 @@ def nonlinear_response(
     mean_torque: Any,
     *,
     wanted: Sequence[str] = ("angle", "torque"),
-    twist: Sequence[tuple[int, int]] = (),
-    speed_of: Sequence[int] = (),
-    kept: Any = None,
     period: float = 4.0 * math.pi,
     tolerance: float = 1e-3,
-    start: Any = None,
     threads: int | None = 1,
     progress: Progress | None = None,
+    **more: Any,
 ) -> dict[str, Any]:
     """Steady torsional vibration with couplings that are not linear.
+
+    Where several motions are possible, that which comes from rest as the excitation grows.
 
     Parameters
     ----------
@@ -143,24 +134,19 @@ def nonlinear_response(
         In each shaft [N m], shape (..., S), of `system.mean_torques`.
     tolerance : float
         Largest error of the couplings' torques and twists, over their half ranges.
-    start : array_like of complex, optional
-        "coupling_twist" of neighbours, such as of the next lower speed: their motion is followed
-        where it goes on. Otherwise the motion is that which grows from small ones.
-    orders, speed, throws, torque, wanted, twist, speed_of, kept, period, threads, progress
-        As of `forced_response`.
+    orders, speed, throws, torque, wanted, period, threads, progress, more
+        As of `forced_response`; its `kept` and `factors` are not taken.
 
     Returns
     -------
     dict
-        Results as of `forced_response`. For each coupling, with C along the last axis but as
-        noted: "coupling_extremes", least and largest torque [N m] with all parts and the mean,
-        (..., C, 2); "coupling_mean_twist" [rad]; "contact", a number of `couplings.CONTACTS`;
-        "clearance_share" and "slip_share", parts of the time without contact, and in which
-        friction slips; "coupling_twist", harmonics of the twist from 0 on [rad], (..., C, H).
-        "error", (...), of torques and twists over their half ranges; "way", (...), a number of
-        `WAYS`, or -1 where the linear system has no steady state. "status", (...): as of
-        `forced_response`, and `no_steady_state` where small disturbances grow, `not_converged`
-        without a solution, `tolerance_not_met`, and `invalid_input` where a twist leaves a table.
+        Results as of `forced_response`. For each coupling: "coupling_extremes", least and largest
+        torque [N m] with all parts and the mean, (..., C, 2); "coupling_mean_twist" [rad],
+        (..., C); "contact", a number of `couplings.CONTACTS`, (..., C), -1 without numbers.
+        "error", (...), of torques and twists over their half ranges. "status", (...): as of
+        `forced_response`, and `no_steady_state` where the motion does not repeat every cycle,
+        `not_converged` without a solution, `tolerance_not_met`, and `invalid_input` where a twist
+        leaves a table.
 
     Raises
     ------
@@ -179,12 +165,12 @@ def nonlinear_response(
         raise ValueError(
             f"mean_torque: shape {mean.shape}: must end with {system.node_of_shaft.size} shafts"
         )
-    whole = np.rint(nu * period / (2.0 * math.pi)).astype(np.int64)
-    broken = np.abs(nu * period / (2.0 * math.pi) - whole) > 1e-9 * whole
+    base = 2.0 * math.pi / period
+    whole = np.rint(nu / base).astype(np.int64)
+    broken = np.abs(nu / base - whole) > 1e-9 * whole
     if broken.any():
         raise ValueError(f"orders: {nu[broken][0]:g}: must have whole periods in the cycle")
-    numbers = [numbers_of(coupling) for coupling in couplings]
-    begun = None if start is None else np.asarray(start, dtype=np.complex128)
+    numbers = [coupling.numbers() for coupling in couplings]
     shape = np.broadcast_shapes(
         system.shape, omega.shape, given.shape[:-2], mean.shape[:-1],
         *(value.shape for line in numbers for value in line),
@@ -195,46 +181,40 @@ def nonlinear_response(
         ends = values.shape[values.ndim - own :]
         return np.broadcast_to(values, (*shape, *ends)).reshape(count, *ends)
 
-    cases = system.mapped(lambda values: flat(values, 1))
-    numbers = [[flat(value) for value in line] for line in numbers]
-    every = _Block(
-        cases, flat(omega), flat(given, 2), flat(mean, 1)[:, places],
-        laws_of(cases, couplings, numbers), np.stack([line[0] for line in numbers], axis=-1),
-        np.empty((count, len(places), 0), dtype=complex) if begun is None else flat(begun, 2),
-    )  # fmt: skip
-    task = _Task(
-        places, [coupling.twist is not None for coupling in couplings], throws, whole,
-        2.0 * math.pi / period, tolerance, tuple(wanted),
-        {"twist": twist, "speed_of": speed_of},
-        np.arange(nu.size) if kept is None else np.asarray(kept, dtype=np.int64),
-        max(LEAST_HARMONICS, int(whole.max(initial=1))) + 1,
-    )  # fmt: skip
-    size = np.abs(every.torque).max(axis=-2, initial=0.0)
-    acts = size > NOTHING * size.max(axis=-1, keepdims=True, initial=0.0)
-    parts = np.array([int(np.gcd.reduce(whole[line])) or 1 for line in acts], dtype=np.int64)
-    jobs = []
-    for part in np.unique(parts):
-        same = np.flatnonzero(parts == part)
-        jobs += [(same[i : i + AT_ONCE], int(part)) for i in range(0, same.size, AT_ONCE)]
-    results: dict[str, Any] = {}
+    cases, omega, given = system.mapped(lambda one: flat(one, 1)), flat(omega), flat(given, 2)
+    mean, lines = flat(mean, 1)[:, places], [[flat(one) for one in line] for line in numbers]
+    bounded = np.array([coupling.twist is not None for coupling in couplings])
+    like = forced_response(
+        cases.of(0), nu, 1.0, throws, 0.0 * given[0], wanted=wanted, period=period, **more
+    )
+    ends = {"status": (), "error": (), "contact": (len(places),)}
+    ends |= {"coupling_extremes": (len(places), 2), "coupling_mean_twist": (len(places),)}
+    ends |= {name: like[name].shape for name in wanted}
+    results = {
+        name: np.full((count, *end), np.nan, dtype=like[name].dtype if name in wanted else None)
+        for name, end in ends.items()
+    }
+    results["contact"][:] = -1
 
-    def solve(job: tuple[Integers, int]) -> Any:
-        return _solved(every.some(job[0]), task, job[1], job[0])
+    def solve(i: int) -> int:
+        one, own = cases.of(i), [[float(value[i]) for value in line] for line in lines]
+        laws, gap = _laws(one, couplings, own), 0.5 * np.array([line[0] for line in own])
+        case = _Case(
+            one, places, laws, gap, bounded, _rest(laws, mean[i]), mean[i], float(omega[i]), base,
+            throws, whole, given[i],
+        )  # fmt: skip
+        for name, value in _solved(case, tolerance, wanted, more).items():
+            results[name][i] = value
+        return 1
 
-    for found in map_on_threads(solve, jobs, threads):
-        for which, values in found:
-            for name, value in values.items():
-                if name not in results:
-                    none = -1 if value.dtype.kind == "i" else np.nan
-                    results[name] = np.full((count, *value.shape[1:]), none, dtype=value.dtype)
-                results[name][which] = value
+    for done in map_on_threads(solve, range(count), threads):
         if progress:
-            progress(len(np.unique(np.concatenate([which for which, _ in found]))))
-    for name, value in results.items():
-        if name not in {"status", "error", "way"}:
-            lost = ~np.isin(results["status"], WITH_NUMBERS)
-            value[lost] = -1 if value.dtype.kind == "i" else np.nan
-    return {name: value.reshape((*shape, *value.shape[1:])) for name, value in results.items()}
+            progress(done)
+    kinds = {"status": np.int8, "contact": np.int64}
+    return {
+        name: value.reshape((*shape, *ends[name])).astype(kinds.get(name, value.dtype))
+        for name, value in results.items()
+    }
 
 
 def _check(system: ShaftSystem, places: Sequence[int], tolerance: float) -> None:
@@ -253,246 +233,341 @@ def _check(system: ShaftSystem, places: Sequence[int], tolerance: float) -> None
             )
     if not places:
         raise ValueError("couplings: must be at least one; otherwise take forced_response")
+    if system.modal_damping.shape[-1]:
+        raise ValueError(
+            "modal_damping: must not be given: a motion that is not linear has no modes"
+        )
     check_above_zero(tolerance=tolerance)
 
 
-_Found = list[tuple[Integers, dict[str, Any]]]
-"""Numbers of cases, and their results."""
+def _laws(
+    system: ShaftSystem, couplings: Sequence[Coupling], numbers: Sequence[Sequence[float]]
+) -> Laws:
+    """Tables of all couplings of one case, with their clearance, and their friction."""
+    places = [coupling.shaft for coupling in couplings]
+    stiffness = system.stiffness[system.node_of_shaft[places]] * system.shaft_factor[places] ** 2
+    points = [
+        one.points(float(k), line[0])
+        for one, k, line in zip(couplings, stiffness, numbers, strict=True)
+    ]
+    slopes = [np.diff(torque) / np.diff(twist) for twist, torque in points]
+    twists, torque_points = (np.concatenate(values) for values in zip(*points, strict=True))
+    _, friction, stick = np.array(numbers).T
+    return Laws(
+        np.cumsum([0, *(twist.size for twist, _ in points)]), twists, torque_points,
+        np.concatenate([np.append(slope, slope[-1]) for slope in slopes]),
+        stiffness, np.ascontiguousarray(friction), np.ascontiguousarray(stick),
+    )  # fmt: skip
 
 
-def _solved(block: _Block, task: _Task, part: int, numbers: Integers) -> _Found:
-    """Results of the cases of a block; those without a lasting motion are marched from rest."""
-    first, found, again = _first_harmonics(block, task, part), [], []
-    for harmonics in np.unique(first):
-        same = np.flatnonzero(first == harmonics)
-        found += _solve(block.some(same), task, part, numbers[same], int(harmonics))
-    for which, values in found:
-        lost = ~np.isin(values["status"], (*WITH_NUMBERS, INVALID_INPUT)) & (values["way"] >= 0)
-        for number in which[lost]:
-            one = block.some(np.flatnonzero(numbers == number))
-            twist, repeats = _marched(one, task)
-            if twist is None:
-                continue
-            if not repeats:
-                values["status"][which == number] = NO_STEADY_STATE
-                continue
-            one, harmonics = one._replace(start=twist), int(_first_harmonics(one, task, 1)[0])
-            own = _solve(one, task, 1, np.array([number]), harmonics, MARCHED)
-            again += [pair for pair in own if pair[1]["status"][0] in WITH_NUMBERS]
-    return found + again
+def _rest(laws: Laws, mean: Floats) -> Floats:
+    """Twist of each coupling under its mean torque alone [rad]; NaN where that is not known."""
+    twist = np.full(mean.shape, np.nan)
+    for c in np.flatnonzero(np.isfinite(mean)):
+        table = slice(laws.first[c], laws.first[c + 1])
+        points, torque, slope = (v[table] for v in (laws.twist, laws.torque, laws.slope))
+        place = int(np.clip(np.searchsorted(torque, mean[c]), 1, torque.size - 1)) - 1
+        place += int(slope[place] == 0.0)  # Without mean torque, at one end of the clearance
+        twist[c] = points[place] + (mean[c] - torque[place]) / slope[place]
+    return twist
 
 
-def _marched(block: _Block, task: _Task) -> tuple[Complexes | None, bool]:
-    """Twists of one case after many cycles from rest, and whether they repeat."""
-    system = block.system
-    force = np.zeros((system.parent.size, int(task.harmonic.max(initial=0)) + 1), dtype=complex)
-    for throw, disc in enumerate(task.throws):
-        own = system.ratio[0, disc] * block.torque[0, throw]
-        np.add.at(force[system.node_of_disc[disc]], task.harmonic, own)
-    return marched(
-        system, task.shafts, block.laws, float(block.speed[0]), block.mean, force, task.base
+def _solved(
+    case: _Case, tolerance: float, wanted: Sequence[str], more: dict[str, Any]
+) -> dict[str, Any]:
+    """All results of one case, or its status alone."""
+    laws, couplings = case.laws, len(case.shafts)
+    if not (np.isfinite(case.torque).all() and np.isfinite(case.mean).all()):
+        return {"status": INVALID_INPUT}
+    condensed = _condensed(case, FINER)
+    if not all(np.isfinite(values).all() for values in condensed):
+        return {"status": NO_STEADY_STATE}
+    steepest = np.maximum.reduceat(laws.slope, laws.first[:-1])
+    steepest = steepest + np.where(laws.friction > 0.0, laws.stick, 0.0)
+    twists, repeats = _marched(case, condensed, steepest)
+    if twists is None or not repeats:
+        return {"status": NOT_CONVERGED if twists is None else NO_STEADY_STATE}
+    changes = np.maximum(steepest, laws.stiffness)[:, None]
+    answers = np.flatnonzero((np.abs(condensed.receptance) * changes > BEYOND).any(axis=(0, 1)))
+    unknowns = min(int(answers.max(initial=1)), (MOST_UNKNOWNS // couplings - 1) // 2)
+    most = max(LEAST_HARMONICS, 1.25 * unknowns, int(case.whole.max(initial=1)))
+    harmonics = 2 ** math.ceil(math.log2(most))
+    start = _harmonics(twists, harmonics)
+    error, before = np.inf, None
+    while True:
+        if harmonics >= condensed.linear.shape[1]:
+            condensed = _condensed(case, harmonics)
+        own = _Condensed(*(values[..., : harmonics + 1] for values in condensed))
+        motion = _balanced(laws, own, start, unknowns)
+        if not motion.left < LEFT:
+            return {"status": NOT_CONVERGED}
+        if before is not None:
+            error = motion.left + _difference(motion, before)
+        if error <= tolerance or 2 * harmonics > MOST_HARMONICS:
+            break
+        start, before, harmonics = (
+            np.pad(motion.twist, [(0, 0), (0, harmonics)]),
+            motion,
+            2 * harmonics,
+        )
+    apart = np.abs(_samples(start, twists.shape[1]) - twists).max()
+    if apart > ANOTHER * np.ptp(twists, axis=1).max() > 0.0:
+        return {"status": NOT_CONVERGED}
+    ends = laws.twist[laws.first[:-1]], laws.twist[laws.first[1:] - 1]
+    outside = (motion.delta.min(axis=1) < ends[0]) | (motion.delta.max(axis=1) > ends[1])
+    if (case.bounded & outside).any():
+        return {"status": INVALID_INPUT}
+    return {
+        "status": CONVERGED if error <= tolerance else TOLERANCE_NOT_MET, "error": error,
+        "coupling_extremes": motion.extremes, "coupling_mean_twist": motion.twist[:, 0].real,
+        "contact": _contact(case.gap, motion.delta), **_response(case, motion, error, wanted, more),
+    }  # fmt: skip
+
+
+def _acting(case: _Case, harmonics: int) -> Complexes:
+    """Harmonics of what excites, from 1 on."""
+    acting = np.zeros((len(case.throws), harmonics), dtype=complex)
+    acting[:, case.whole - 1] = case.torque
+    return acting
+
+
+def _condensed(case: _Case, harmonics: int) -> _Condensed:
+    """The linear system as the couplings see it."""
+    system, shafts, k = case.system, case.shafts, case.laws.stiffness
+    nu = case.base * np.arange(1.0, harmonics + 1)
+    nodes = system.node_of_shaft[shafts]
+    viscous = system.shaft_factor[shafts] ** 2 * system.damping[nodes]
+    stiff = (k * (1.0 + 1j * system.loss_factor[nodes]))[:, None]
+    stiff = stiff + 1j * case.speed * nu * viscous[:, None]
+    pair = np.array([[1.0], [-1.0]]) * np.ones(nu.size)
+    acting: list[tuple[Sequence[int], Any]] = [(case.throws, _acting(case, harmonics))]
+    acting += [(system.shafts[shaft].tolist(), pair) for shaft in shafts]
+    linear, *receptance = (
+        forced_response(system, nu, case.speed, *one, wanted=("torque",))["torque"][shafts] / stiff
+        for one in acting
+    )
+    still = np.diag(-1.0 / k)[..., None]
+    return _Condensed(
+        np.concatenate([(case.mean / k)[:, None], linear], axis=-1),
+        np.concatenate([still, np.stack(receptance, axis=1)], axis=-1),
+        np.concatenate([0.0 * stiff[:, :1], stiff], axis=-1),
     )
 
 
-def _first_harmonics(block: _Block, task: _Task, part: int) -> Integers:
-    """Number of harmonics with which each case begins: those that excite and those that answer."""
-    orders = task.base * part * np.arange(1.0, FINER + 1)
-    rho = np.abs(receptance(block.system, task.shafts, orders, block.speed)).max(axis=1)
-    laws = block.laws
-    steepest = np.maximum.reduceat(laws.slope, laws.first[:-1], axis=1)
-    steepest = steepest + np.where(laws.friction > 0.0, laws.stick, 0.0)
-    answers = (rho * np.maximum(steepest, laws.stiffness)[..., None] > BEYOND).any(axis=1)
-    last = FINER - answers[:, ::-1].argmax(axis=1)
-    last = np.where(answers.any(axis=1), last, 0)
-    excited = max(int(task.harmonic.max(initial=1)) / part, LEAST_HARMONICS)
-    most = np.maximum(np.minimum(1.25 * last, FINER), excited)
-    return np.asarray(2 ** np.ceil(np.log2(most)), dtype=np.int64)
+def _harmonics(samples: Floats, most: int) -> Complexes:
+    """Harmonics 0 .. `most` of a real signal, Re sum r_m exp(i m tau), from samples of a period."""
+    lines = np.fft.rfft(samples)[..., : most + 1] * (2.0 / samples.shape[-1])
+    lines[..., 0] *= 0.5
+    return np.pad(lines, [(0, 0), (0, most + 1 - lines.shape[-1])])
 
 
-def _solve(
-    block: _Block, task: _Task, part: int, numbers: Integers, harmonics: int, given: int = KNOWN
-) -> _Found:
-    """Results of the cases of a block, with more and more harmonics.
+def _samples(harmonics: Complexes, count: int) -> Floats:
+    """Samples of a real signal at some places of the period; the inverse of `_harmonics`."""
+    lines = 0.5 * count * harmonics[..., : count // 2]
+    lines[..., 0] *= 2.0
+    return np.fft.irfft(lines, count)
 
-    `given` is `MARCHED` where nothing but the start counts.
+
+def _marched(case: _Case, condensed: _Condensed, steepest: Floats) -> tuple[Floats | None, bool]:
+    """Twists of the couplings over a cycle after many, and whether they repeat.
+
+    None where the couplings are so stiff that a cycle would need too many steps.
     """
-    results = []
-    before: Motion | None = None
-    while True:
-        balance, resonant = _condensed(block, task, part, harmonics)
-        motion = _motions(block, part, balance, resonant, before, given)
-        _add_damping(block, task, part, motion)
-        error = (
-            np.full(numbers.size, np.inf) if before is None else _error(block.laws, motion, before)
+    system, laws, nodes = case.system, case.laws, case.system.node_of_shaft[case.shafts]
+    modes = coordinates(system, case.speed)
+    twist = (modes.twist[:, nodes] / system.shaft_factor[case.shafts]).T
+    cycle = 2.0 * math.pi / (case.base * case.speed)
+    fastest = math.sqrt(float((steepest * (twist**2).sum(axis=1)).max()))
+    least = max(LEAST_STEPS, 4 * int(case.whole.max(initial=1)), 2.0 * cycle * fastest)
+    count = 2 ** math.ceil(math.log2(least))
+    if count > MOST_STEPS:
+        return None, False
+    # State: omega q and q' of the modes.
+    size = modes.omega.size
+    strongest = 1 + int(np.abs(condensed.linear[:, 1:]).max(axis=0).argmax())
+    matrix, acting = np.zeros((2 * size, 2 * size)), np.zeros((2 * size, len(nodes)))
+    matrix[:size, size:] = np.diag(modes.omega)
+    matrix[size:, :size] = -np.diag(modes.omega)
+    lag = modes.lost / (strongest * case.base * case.speed)
+    matrix[size:, size:] = -modes.viscous - lag
+    acting[size:] = -twist.T
+    free, early, late = _step(matrix, acting, cycle / count)
+    over = np.divide(1.0, modes.omega, out=np.zeros(size), where=modes.omega > 0.0)
+    seen = np.concatenate([twist * over, 0.0 * twist], axis=1)
+    excess = case.mean - laws.stiffness * case.rest
+    state = np.concatenate([-(excess @ twist) * over, np.zeros(size)])
+    vibrating = condensed.linear.copy()
+    vibrating[:, 0] = 0.0
+    twists = np.zeros((len(nodes), count))
+    change = march(
+        laws, Steps(free, early, late, seen, seen @ late), condensed.linear[:, 0].real.copy(),
+        _samples(vibrating, count), state, twists,
+    )  # fmt: skip
+    return twists, change < 10.0 * REPEATS
+
+
+def _step(matrix: Floats, acting: Floats, time: float) -> tuple[Floats, Floats, Floats]:
+    """Make x' = matrix x + acting u over a time, with u straight: parts of x, u and u's change.
+
+    By the exponential of one matrix (Van Loan, 1978): a series of a part of the time, squared.
+    """
+    size, inputs = acting.shape
+    whole = np.zeros((size + 2 * inputs, size + 2 * inputs))
+    whole[:size, :size], whole[:size, size : size + inputs] = matrix * time, acting * time
+    whole[size : size + inputs, size + inputs :] = np.eye(inputs)
+    halvings = max(0, math.ceil(math.log2(max(np.abs(whole).sum(axis=1).max(), 1e-9))) + 1)
+    part = whole / 2.0**halvings
+    term = total = np.eye(len(whole))
+    for power in range(1, 19):
+        term = term @ part / power
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    free, early, late = np.split(total[:size], [size, size + inputs], axis=1)
+    return np.ascontiguousarray(free), np.ascontiguousarray(early), np.ascontiguousarray(late)
+
+
+def _balanced(laws: Laws, condensed: _Condensed, start: Complexes, unknowns: int) -> _Motion:
+    """Motion that balances the harmonics, by Newton's method from a start."""
+    twist, rho = start.copy(), condensed.receptance
+    couplings, harmonics = twist.shape[0], twist.shape[1] - 1
+    count, width = 4 * harmonics, 2 * unknowns + 1
+    torque, slope, grip = (np.empty((couplings, count)) for _ in range(3))
+    origin = np.empty((couplings, count), dtype=np.int64)
+    scale = max(
+        float(np.linalg.norm(condensed.linear[:, 1:])), float(np.linalg.norm(twist)), 1e-300
+    )
+    moved, damped = np.inf, 1.0
+    for _ in range(60):
+        delta = _samples(twist, count)
+        torques(laws, delta, torque, slope, grip, origin)
+        excess = _harmonics(torque - laws.stiffness[:, None] * delta, harmonics)
+        if moved <= 1e-11:
+            break
+        gap = twist - condensed.linear - np.einsum("cdm,dm->cm", rho, excess)
+        matrix = np.eye(couplings * width)
+        changes = slope + laws.stick[:, None] * grip - laws.stiffness[:, None]
+        for d in range(couplings):
+            columns = _columns(changes[d], laws.stick[d], grip[d], origin[d], unknowns)
+            for c in range(couplings):
+                block = rho[c, d, : unknowns + 1, None] * columns
+                matrix[c * width : (c + 1) * width, d * width : (d + 1) * width] -= _real(block)
+        step = np.linalg.solve(
+            matrix, np.concatenate([_real(one) for one in gap[:, : unknowns + 1]])
         )
-        status = np.where(motion.solved > 0, CONVERGED, NOT_CONVERGED)
-        status = np.where(resonant, NO_STEADY_STATE, status)
-        unknown = ~resonant & ~np.isfinite(balance.linear).all(axis=(1, 2))
-        status = np.where(unknown, INVALID_INPUT, status)
-        if given == MARCHED and before is None and not motion.solved.all() and harmonics < FINER:
-            harmonics *= 2
-            continue
-        last = 2 * harmonics > MOST_HARMONICS
-        done = (error <= task.tolerance) | (status != CONVERGED) | last
-        if done.any():
-            status = np.where((status == CONVERGED) & (error > task.tolerance), TOLERANCE_NOT_MET,
-                              status)  # fmt: skip
-            found = _results(
-                block.some(done), task, part, harmonics, _of(motion, done), status[done],
-                error[done],
-            )  # fmt: skip
-            results.append((numbers[done], found))
-        if done.all():
-            return results
-        block, numbers, before = block.some(~done), numbers[~done], _of(motion, ~done)
-        harmonics *= 2
+        whole = step.reshape(couplings, width)
+        change = gap.copy()
+        change[:, 0], change[:, 1 : unknowns + 1] = (
+            whole[:, 0],
+            whole[:, 1::2] + 1j * whole[:, 2::2],
+        )
+        went, moved = moved, float(np.linalg.norm(change)) / scale
+        # Friction turns from sample to sample in small jumps, between which steps may swing.
+        damped = max(0.5 * damped, 0.1) if moved > 0.7 * went else min(2.0 * damped, 1.0)
+        twist -= damped * change
+    with_damping = (condensed.stiffness - laws.stiffness[:, None]) * twist
+    with_damping[:, 0] = 0.0
+    torque += _samples(with_damping, count)
+    extremes = np.array(
+        [_extremes(laws, c, delta[c], torque[c], slope[c]) for c in range(couplings)]
+    )
+    return _Motion(twist, excess, delta, torque, extremes, moved)
 
 
-def _of(motion: Motion, which: Any) -> Motion:
-    return Motion(*(values[which] for values in motion))
+def _real(values: Complexes) -> Floats:
+    """Harmonics along the first axis as real parts, of 0, and real and imaginary parts, of 1 on."""
+    rows = np.empty((2 * len(values) - 1, *values.shape[1:]))
+    rows[0], rows[1::2], rows[2::2] = values[0].real, values[1:].real, values[1:].imag
+    return rows
 
 
-def _condensed(block: _Block, task: _Task, part: int, harmonics: int) -> tuple[Balance, Any]:
-    """The linear system as the couplings see it, and the cases in which it resonates."""
-    shafts, system, speed = task.shafts, block.system, block.speed
-    orders = task.base * part * np.arange(1.0, harmonics + 1)
-    cases, couplings = speed.size, len(shafts)
-    excited = task.harmonic % part == 0
-    response = forced_response(
-        system, task.base * task.harmonic[excited], speed, task.throws,
-        block.torque[..., excited], wanted=("torque",),
-    )  # fmt: skip
-    stiff = complex_stiffness(system, shafts, task.base * task.harmonic[excited], speed)
-    linear = np.zeros((cases, couplings, harmonics + 1), dtype=np.complex128)
-    linear[..., task.harmonic[excited] // part] = response["torque"][..., shafts, :] / stiff
-    linear[..., 0] = block.mean / block.laws.stiffness
-    rho = np.zeros((cases, couplings, couplings, harmonics + 1), dtype=np.complex128)
-    rho[..., 1:] = receptance(system, shafts, orders, speed)
-    for c in range(couplings):
-        rho[:, c, c, 0] = -1.0 / block.laws.stiffness[:, c]
-    wave = np.exp(0.5j * np.pi * np.arange(4 * harmonics) / harmonics)
-    return Balance(linear, rho, wave), response["status"] != CONVERGED
+def _columns(
+    changes: Floats, stick: float, grip: Floats, origin: Integers, unknowns: int
+) -> Complexes:
+    """Change of harmonics 0 .. U of u by r_0 and the real and imaginary parts of r_1 .. r_U."""
+    count, m = changes.size, np.arange(unknowns + 1)
+    s = np.fft.fft(changes) / count
+    columns = np.empty((unknowns + 1, 2 * unknowns + 1), dtype=complex)
+    down, up = s[m[:, None] - m[1:]], s[m[:, None] + m[1:]]
+    columns[:, 0], columns[:, 1::2], columns[:, 2::2] = 2.0 * s[m], down + up, 1j * (down - up)
+    for since in np.unique(origin[origin > -2]):
+        held = np.flatnonzero(origin == since)
+        column = grip[held] @ np.exp(-2j * np.pi / count * np.outer(held, m))
+        turned = np.exp(2j * np.pi / count * since * m) if since >= 0 else (m == 0) + 0j
+        row = _real(turned.conj()[:, None])[:, 0]
+        columns -= (2.0 / count * stick) * np.outer(column, row)
+    columns[0] *= 0.5
+    return columns
 
 
-def _motions(
-    block: _Block, part: int, balance: Balance, resonant: Any, before: Motion | None, given: int
-) -> Motion:
-    """Solve a block, from the solution with fewer harmonics, a neighbour's, or the mean twists."""
-    cases, couplings, width = balance.linear.shape
-    twist, size = np.zeros(balance.linear.shape, dtype=np.complex128), balance.wave.size
-    motion = Motion(
-        twist, np.zeros_like(twist), np.zeros((cases, couplings, 3, size)),
-        np.zeros((cases, couplings, 2, size)), np.zeros((cases, couplings, size)),
-        np.zeros(cases, dtype=np.int64), np.zeros(cases, dtype=np.int64), np.zeros(cases),
-        np.zeros(cases, dtype=np.int64),
-    )  # fmt: skip
-    alive = np.flatnonzero(~resonant & np.isfinite(balance.linear).all(axis=(1, 2)))
-    motion.way[:] = given if before is None else before.way
-    motion.way[resonant] = -1
-    if before is not None:
-        twist[..., : before.twist.shape[-1]] = before.twist
-    elif block.start.shape[-1]:
-        start = block.start[..., ::part][..., :width]
-        twist[..., : start.shape[-1]] = np.nan_to_num(start)
-    if before is not None or block.start.shape[-1]:
-        periodic_motions(alive, block.laws, balance, motion, KNOWN)
-        alive = alive[motion.solved[alive] == 0]
-    for way in () if given == MARCHED else (FROM_REST, FROM_LINEAR):
-        twist[alive] = 0.0 if way == FROM_REST else balance.linear[alive]
-        if way == FROM_REST:
-            twist[alive, :, 0] = rest_twists(block.laws, block.mean)[alive]
-        motion.way[alive] = way
-        periodic_motions(alive, block.laws, balance, motion, way)
-        alive = alive[motion.solved[alive] == 0]
-    return motion
+def _extremes(
+    laws: Laws, c: int, delta: Floats, torque: Floats, slope: Floats
+) -> tuple[float, float]:
+    """Least and largest torque of a coupling: of samples, in corners, and between samples."""
+    after, torque_after, slope_after = (np.roll(v, -1) for v in (delta, torque, slope))
+    found = [_top(torque), -_top(-torque)]
+    for corner in laws.twist[laws.first[c] + 1 : laws.first[c + 1] - 1]:
+        cells = (delta - corner) * (after - corner) < 0.0
+        before, beyond = (corner - delta)[cells], (after - corner)[cells]
+        there = torque[cells] + slope[cells] * before
+        # Friction and damping run straight from sample to sample.
+        rest = torque_after[cells] - slope_after[cells] * beyond - there
+        found += (there + before / (before + beyond) * rest).tolist()
+    return min(found), max(found)
 
 
-def _add_damping(block: _Block, task: _Task, part: int, motion: Motion) -> None:
-    """Add to the torque at the samples what the damping of the linear form has."""
-    harmonics = motion.twist.shape[-1] - 1
-    orders = task.base * part * np.arange(1.0, harmonics + 1)
-    stiff = complex_stiffness(block.system, task.shafts, orders, block.speed)
-    lines = np.zeros_like(motion.twist)
-    lines[..., 1:] = (stiff - block.laws.stiffness[..., None]) * motion.twist[..., 1:]
-    motion.samples[:, :, 1] += 2.0 * harmonics * np.fft.irfft(lines, 4 * harmonics)
+def _top(values: Floats) -> float:
+    """Largest value, where it is smooth by a parabola through the three largest samples."""
+    place = int(values.argmax())
+    outer, before, top, after, last = (values[(place + i) % values.size] for i in range(-2, 3))
+    bend = 2.0 * top - before - after
+    beside = min(2.0 * before - outer - top, 2.0 * after - top - last)
+    return float(top + 0.125 * (after - before) ** 2 / bend if beside > 0.5 * bend > 0.0 else top)
 
 
-def _error(laws: Laws, motion: Motion, before: Motion) -> Floats:
+def _difference(motion: _Motion, before: _Motion) -> float:
     """Largest change of torque or twist, over half of its range, from half as many samples."""
-    values = motion.samples[:, :, :2]
-    change = np.abs(values[..., ::2] - before.samples[:, :, :2]).max(axis=-1)
-    largest = np.abs(torque_extremes(laws, motion) - torque_extremes(laws, before)).max(axis=-1)
-    change[..., 1] = np.maximum(change[..., 1], largest)
-    half = 0.5 * np.ptp(values, axis=-1)
-    # What hardly vibrates counts by the largest of all values.
-    least = 1e-9 * np.abs(values).max(axis=(1, 3), keepdims=True)[..., 0]
-    error = (change / np.maximum(half, np.maximum(least, 1e-300))).max(axis=(1, 2))
-    return np.asarray(error + motion.left)
+    largest = 0.0
+    for one, other in ((motion.delta, before.delta), (motion.torque, before.torque)):
+        half = 0.5 * np.ptp(one, axis=-1)
+        change = np.abs(one[:, ::2] - other).max(axis=-1)
+        if one is motion.torque:
+            change = np.maximum(change, np.abs(motion.extremes - before.extremes).max(axis=-1))
+        # What hardly vibrates counts by the largest of all values.
+        least = max(1e-9 * float(np.abs(one).max()), 1e-300)
+        largest = max(largest, float((change / np.maximum(half, least)).max()))
+    return largest
 
 
-def _results(
-    block: _Block, task: _Task, part: int, harmonics: int, motion: Motion, status: Any,
-    error: Floats,
-) -> dict[str, Any]:  # fmt: skip
-    """All results of some cases."""
-    shafts, system, speed, laws = task.shafts, block.system, block.speed, block.laws
-    orders = task.base * part * np.arange(1.0, harmonics + 1)
-    growing = unstable(
-        system, shafts, speed, task.base * part, motion.slope, motion.origin,
-        np.where(laws.friction > 0.0, laws.stick, 0.0), motion.unknowns,
-    )  # fmt: skip
-    status = np.where(growing & np.isin(status, WITH_NUMBERS), NO_STEADY_STATE, status)
-    delta = motion.samples[:, :, 0]
-    half = 0.5 * block.clearance
-    inside = (np.abs(delta) <= half[..., None]) & (half[..., None] > 0.0)
-    above, below = (delta > half[..., None]).any(-1), (delta < -half[..., None]).any(-1)
-    contact = np.where(above & below, 2, np.where(~above & ~below, 3, inside.any(-1)))
-    for c in np.flatnonzero(task.bounded):
-        ends = laws.twist[:, [laws.first[c], laws.first[c + 1] - 1], None]
-        outside = ((delta[:, c] < ends[:, 0]) | (delta[:, c] > ends[:, 1])).any(axis=-1)
-        status = np.where(outside & np.isin(status, WITH_NUMBERS), INVALID_INPUT, status)
-    extremes = torque_extremes(laws, motion)
-    results = {
-        "status": status.astype(np.int8), "way": motion.way, "error": error,
-        "coupling_extremes": extremes,
-        "coupling_mean_twist": motion.twist[..., 0].real,
-        "contact": np.where(half > 0.0, contact, 0).astype(np.int64),
-        "clearance_share": inside.mean(axis=-1),
-        "slip_share": ((motion.slope[:, :, 1] < 0.5) & (laws.friction > 0.0)[..., None]).mean(-1),
-        "coupling_twist": _harmonics_of_cycle(motion.twist, part, task.stored),
-    }  # fmt: skip
-    sides = [disc for shaft in shafts for disc in system.shafts[shaft].tolist()]
-    acting = np.zeros((speed.size, len(task.throws) + len(sides), harmonics), dtype=complex)
-    excited = task.harmonic % part == 0
-    acting[:, : len(task.throws), task.harmonic[excited] // part - 1] = block.torque[..., excited]
-    acting[:, len(task.throws) :: 2] = motion.excess[..., 1:]
-    acting[:, len(task.throws) + 1 :: 2] = -motion.excess[..., 1:]
+def _contact(gap: Floats, delta: Floats) -> Integers:
+    """Which sides of each coupling touch, see `couplings.CONTACTS`."""
+    above, below = (delta > gap[:, None]).any(axis=-1), (delta < -gap[:, None]).any(axis=-1)
+    inside = (np.abs(delta) <= gap[:, None]).any(axis=-1)
+    contact = np.where(above & below, 2, np.where(~above & ~below, 3, inside))
+    return np.asarray(np.where(gap > 0.0, contact, 0))
+
+
+def _response(
+    case: _Case, motion: _Motion, error: float, wanted: Sequence[str], more: dict[str, Any]
+) -> dict[str, Any]:
+    """What `forced_response` has of the whole system, with what its couplings do besides."""
+    harmonics = motion.excess.shape[1] - 1
+    acting = np.repeat(motion.excess[:, 1:], 2, axis=0)
+    acting[1::2] *= -1.0
+    discs = [*case.throws, *case.system.shafts[case.shafts].ravel().tolist()]
+    nu = case.base * np.arange(1.0, harmonics + 1)
     response = forced_response(
-        system, orders, speed, [*task.throws, *sides], acting, wanted=task.wanted,
-        period=2.0 * np.pi / (task.base * part), **task.more,
+        case.system, nu, case.speed, discs, np.concatenate([_acting(case, harmonics), acting]),
+        wanted=wanted, kept=case.whole - 1, period=2.0 * math.pi / case.base, **more,
     )  # fmt: skip
-    for name in task.wanted:
-        value = response[name]
+    for name in wanted:
         match name:
             case "torque":
-                value[:, shafts] += motion.excess[..., 1:]
+                response[name][case.shafts] += motion.excess[:, case.whole]
             case "torque_extremes":
-                value[:, shafts, :2] = extremes - block.mean[..., None]
-                value[:, shafts, 2] = error[:, None] * 0.5 * np.ptp(extremes, axis=-1)
+                response[name][case.shafts, :2] = motion.extremes - case.mean[:, None]
+                response[name][case.shafts, 2] = error * 0.5 * np.ptp(motion.extremes, axis=-1)
             case "shaft_loss":
-                work = (motion.excess * motion.twist.conj())[..., 1:].imag
-                value[:, shafts] += 0.5 * speed[:, None] * (work * orders).sum(axis=-1)
-        if name in {"angle", "torque"}:
-            value = _harmonics_of_cycle(value, part, task.harmonic.max(initial=0) + 1, 1)
-            value = value[..., task.harmonic[task.kept]]
-        results[name] = value
-    return results
-
-
-def _harmonics_of_cycle(values: Complexes, part: int, count: int, first: int = 0) -> Complexes:
-    """The first harmonics of the cycle, from 0 on, from those of a part of it, from `first` on."""
-    whole = np.zeros((*values.shape[:-1], count), dtype=np.complex128)
-    places = part * np.arange(first, first + values.shape[-1])
-    there = places < count
-    whole[..., places[there]] = values[..., there]
-    return whole
+                work = (motion.excess * motion.twist.conj())[:, 1:].imag
+                response[name][case.shafts] += 0.5 * case.speed * (work * nu).sum(axis=-1)
+    return {name: response[name] for name in wanted}

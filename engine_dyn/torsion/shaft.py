@@ -14,7 +14,7 @@ of the torque (`engine_dyn.forces.harmonics.of_throws`).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ from engine_dyn.forces.superposition import along_shaft
 from engine_dyn.geometry.cylinder_means import mean_square, value_of_sets
 from engine_dyn.geometry.cylinders import Cylinders, CylindersByCount, Member
 from engine_dyn.pressure.family import Family
+from engine_dyn.torsion.couplings import Coupling, linearised
 from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness, shaft_system
 from engine_dyn.types import Floats
 
@@ -71,8 +72,9 @@ class Shaft:
     # Names of the shaft's parameters, as `engine_dyn.quantities.shaft_numbers` has them.
     keys: tuple[str, ...]
     alloy: frozenset[int] = frozenset()  # Shafts of alloy steel; others are of carbon steel
-    # Couplings whose stiffness depends on their mean torque, by the number of the shaft.
-    tables: Mapping[int, Table] = field(default_factory=dict)
+    # Couplings whose stiffness depends on their mean torque, by the number of the shaft: over the
+    # torque, or by their torque over the twist.
+    tables: Mapping[int, Table | Coupling] = field(default_factory=dict)
     # Torques besides those of engine, load and auxiliaries.
     excitations: tuple[Excitation, ...] = ()
     modes: int = 0  # Number of modes whose damping is given
@@ -134,9 +136,30 @@ class Shaft:
         size = np.abs(np.asarray(mean_torque, dtype=float))
         stiffness = np.full(size.shape, np.nan)
         for place, table in self.tables.items():
-            known = np.interp(size[..., place], *table, left=0.0, right=0.0)
+            if isinstance(table, Coupling):
+                mean = np.asarray(mean_torque)[..., place]
+                least, *_, largest = table.table()[1]
+                known = linearised(table, mean)[0] * ((mean >= least) & (mean <= largest))
+            else:
+                known = np.interp(size[..., place], *table, left=0.0, right=0.0)
             stiffness[..., place] = np.nan_to_num(known)
         return stiffness
+
+    def couplings(self, values: Mapping[str, Any]) -> list[Coupling]:
+        """Couplings that are not linear: with a torque over the twist, clearance or friction."""
+        found = []
+        for place in range(self.own_shafts):
+            table = self.tables.get(place)
+            numbers = {
+                name: values[key]
+                for name in ("clearance", "friction_torque", "friction_stiffness")
+                if (key := f"shaft_{name}_{place + 1}") in values
+            }
+            if isinstance(table, Coupling):
+                found.append(replace(table, **numbers))
+            elif numbers:
+                found.append(Coupling(place, **numbers))
+        return found
 
     def dampings(self, speed: Any) -> dict[str, Floats]:
         """Damping by its tables at a speed [rad/s], by key; NaN beyond the speeds of a table."""

@@ -113,8 +113,9 @@ whether it is a result, and whether it fulfils the conditions."""
 
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
-STATUS, TORSION_STATUS = "status", "torsion_status"
-"""Variables with the outcome of each design: of its speed, and of the vibration of its shaft."""
+STATUS, TORSION_STATUS, NONLINEAR_STATUS = "status", "torsion_status", "nonlinear_status"
+"""Variables with the outcome of each design: of its speed, of the vibration of its shaft, and of
+that with couplings that are not linear."""
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive that is compared with the first."""

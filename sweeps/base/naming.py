@@ -86,6 +86,7 @@ _SHORT = {
     "propulsion_stress_limit_passing": "stress limit in passing",
     "radius_factor_N": "crank radius, cylinder N",
     "rim_speed_at_stress_limit": "rim speed at limit",
+    "shaft_friction_stiffness_N": "stick stiffn. N",
     "shaft_tensile_strength_N": "tensile strength N",
     "shaft_twist_half_range": "half range of twist",
     "truncation": "highest order kept",

@@ -64,7 +64,10 @@ def complete_shaft(throws: int) -> dict[str, Any]:
                 "length": 0.1, "diameter": 0.1, "bore": 0.01, "stress_limit": 50.0,
                 "torque_limit": 5e3, "tensile_strength": 600.0, "shape_factor": 0.8,
             },
-            {"name": "coupling", "stiffness": 5e4, "loss_factor": 0.1, "damping": 5.0},
+            {
+                "name": "coupling", "stiffness": 5e4, "loss_factor": 0.1, "damping": 5.0,
+                "clearance": 0.1, "friction_torque": 20.0, "friction_stiffness": 1e4,
+            },
             {"between": ["wheel", "load"], "stiffness": 2e5},
         ],
         "gears": [{"between": ["pinion", "wheel"], "ratio": -0.5}],

@@ -48,6 +48,7 @@ NO_CURVE = {
                      "propulsion_stress_over_limit",
                      "shaft_stress_over_limit", "shaft_torque_half_range", "shaft_torque_min",
                      "shaft_torque_over_limit", "shaft_twist_half_range",
+                     "shaft_torque_nonlinear", "shaft_stress_nonlinear", "coupling_departure",
                      "disc_angle_largest_order", "shaft_torque_largest_order"), OF_ORDERS),
     **dict.fromkeys(("bay_bending_moment", "bay_bending_moment_max"), OF_TURN),
     "bay_bending_moment_cycle_max": "no quantity holds the curve: compared in test_webs_and_mounts",

@@ -24,7 +24,15 @@ import numpy as np
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Floats
 from sweeps.base.arguments import check_dataset, thread_count
-from sweeps.base.dimensions import DESIGN, LABELS, REDUCTION, STATUS, TORSION_STATUS, words_of
+from sweeps.base.dimensions import (
+    DESIGN,
+    LABELS,
+    NONLINEAR_STATUS,
+    REDUCTION,
+    STATUS,
+    TORSION_STATUS,
+    words_of,
+)
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.shaft_extremes import NEEDED, OVER_LIMITS, PLACES, limited_by
 from sweeps.scene.sample import parameters_of
@@ -411,7 +419,7 @@ def _peaks(speed: Floats, values: Floats) -> tuple[Peak, ...]:
 def _outcomes(archive: xr.Dataset, here: Mapping[str, int]) -> str:
     """Outcomes without numbers that the archive's own speeds have in a case, as words."""
     words: list[str] = []
-    for name in (STATUS, TORSION_STATUS):
+    for name in (STATUS, TORSION_STATUS, NONLINEAR_STATUS):
         if name not in archive or words:  # The shaft fails wherever the speed does
             continue
         codes = np.unique(archive[name].isel(here, missing_dims="ignore").values)

@@ -32,7 +32,15 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.base.arguments import check_dataset, names_given
-from sweeps.base.dimensions import DESIGN, LABELS, PARAMETER, REDUCTION, STATUS, TORSION_STATUS
+from sweeps.base.dimensions import (
+    DESIGN,
+    LABELS,
+    NONLINEAR_STATUS,
+    PARAMETER,
+    REDUCTION,
+    STATUS,
+    TORSION_STATUS,
+)
 from sweeps.base.errors import SceneError, counted, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.naming import made_from, meaning_of
@@ -148,7 +156,8 @@ def sensitivities(
     names = [
         n
         for n in asked
-        if n not in (STATUS, TORSION_STATUS) and set(study.dims) & set(archive[n].dims)
+        if n not in (STATUS, TORSION_STATUS, NONLINEAR_STATUS)
+        and set(study.dims) & set(archive[n].dims)
     ]
     missing = [n for n in asked if n not in names] if quantities is not None else []
     if missing or not names:

@@ -101,6 +101,10 @@ _NOT_OF_SHAFT: dict[str, tuple[Callable[[Shaft], Any], str]] = {
         "modal_damping belongs; give loss_factor, damping or magnifier of shafts and discs in its "
         "place",
     ),
+    "nonlinear_response": (
+        lambda shaft: shaft.modes, "needs the damping of each shaft in place of modal_damping: a "
+        "motion that is not linear has no modes",
+    ),
     "damped_critical_speed": (
         lambda shaft: shaft.damping_over_speed, "needs damping that does not depend on the speed, "
         "unlike damping_over_speed; damped_natural_frequency over the speed is computed",
@@ -140,6 +144,13 @@ def check_needs(scene: Scene, name: str) -> None:
                 lacks, why = _NOT_OF_SHAFT[need]
                 if lacks(scene.engine.shaft):
                     raise SceneError(f"{where} {why}")
+            shaft = scene.engine.shaft
+            of_couplings = need in ("nonlinear_response", "coupling_departure")
+            if of_couplings and shaft and not shaft.couplings(dict.fromkeys(scene.shaft_keys)):
+                raise SceneError(
+                    f"{where} needs a coupling that is not linear: torque_over_twist, clearance "
+                    "or friction_torque of a shaft"
+                )
             if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
                 raise SceneError(
                     f"{where} needs a four-stroke engine; a two-stroke engine has "

@@ -188,6 +188,7 @@ def check_shaft(scene: Scene, name: str) -> None:
             "effect: neither scene nor engine has [[auxiliaries]], the torque that acts there"
         )
     _check_sections(scene, name)
+    _check_friction(scene, name)
     for engine in scene.all_cylinders:
         along = engine.along_shaft
         count = engine.count if along is None else len(along)
@@ -228,6 +229,18 @@ def _check_key(shaft: Shaft, key: str, nonzero: bool, where: str) -> None:
         raise SceneError(
             f"{where}: not allowed: the stiffness of shaft {text} follows from its length"
         )
+
+
+def _check_friction(values: GivenValues, name: str) -> None:
+    """Check that dry friction has both a torque and a stiffness."""
+    for key in values.shaft_keys:
+        for one, other in (("torque", "stiffness"), ("stiffness", "torque")):
+            partner = key.replace(f"shaft_friction_{one}", f"shaft_friction_{other}")
+            if partner != key and partner not in values.shaft_keys:
+                raise SceneError(
+                    f"{name}: [{values.table_of(key)}] {key}: needs {partner}; dry friction has "
+                    "both"
+                )
 
 
 def _check_sections(values: GivenValues, name: str) -> None:

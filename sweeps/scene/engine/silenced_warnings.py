@@ -27,6 +27,9 @@ RECIPROCATING_SHARE = "reciprocating_share"
 SHAFT_SECTION = "shaft_section"
 """Name of the warning that stiffness and section do not fit a steel shaft."""
 
+LINEAR_COUPLING = "linear_coupling"
+"""Name of the warning that linear results are those of couplings that are not linear."""
+
 KNOWN = (
     *NAMES,
     *RECORDING_CHECKS,
@@ -36,6 +39,7 @@ KNOWN = (
     RIGID_SHAFT,
     RECIPROCATING_SHARE,
     SHAFT_SECTION,
+    LINEAR_COUPLING,
     ALL,
 )
 """Names of the checks of input, results and recorded pressure."""

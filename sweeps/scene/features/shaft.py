@@ -18,6 +18,7 @@ from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.quantities.features.shaft import FEATURE
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
+from engine_dyn.torsion.couplings import Coupling
 from engine_dyn.torsion.shaft import (
     MOST_MODES,
     OverSpeed,
@@ -38,6 +39,7 @@ from sweeps.scene.features.shaft_tables import (
     ShaftFile,
     ShaftPiece,
     ShaftTable,
+    TwistTable,
 )
 from sweeps.scene.features.torque_diagrams import read_torque_diagram
 from sweeps.scene.values import GivenValues
@@ -56,7 +58,8 @@ SHAFT_KEYS = ("load_damping", "load_damping_factor")
 """Parameters of a shaft that belong to no single disc."""
 
 _NOT_NUMBERS = (
-    "name", "between", "stiffness_over_torque", "steel", "magnifier", "damping_over_speed"
+    "name", "between", "stiffness_over_torque", "torque_over_twist", "steel", "magnifier",
+    "damping_over_speed",
 )  # fmt: skip
 
 
@@ -138,7 +141,7 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
         values.take(disc, "disc", i, at, ("name", "throw", "damping_over_speed"))
         over_speed |= _over_speed(disc, f"disc_damping_{i}", at)
     pairs: list[tuple[int, int]] = []
-    tables: dict[int, Table] = {}
+    tables: dict[int, Table | Coupling] = {}
     for i, piece in enumerate(given.shafts, start=1):
         at = f"{where} shafts number {i}"
         pairs.append(_ends(piece.between, i, names, at))
@@ -150,6 +153,8 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
             values.set(f"shaft_loss_factor_{i}", 1.0 / piece.magnifier, f"{at} 1/magnifier")
         if piece.stiffness_over_torque is not None:
             tables[i - 1] = _table(piece, at)
+        elif piece.torque_over_twist is not None:
+            tables[i - 1] = _over_twist(piece.torque_over_twist, i - 1, at)
         for name in ("loss_factor", "shear_modulus"):
             common = getattr(given, name)
             wanted = name == "loss_factor" or piece.length is not None
@@ -317,7 +322,7 @@ def _check_stiffness(
 ) -> None:  # fmt: skip
     """Check that a shaft has a stiffness, or dimensions that give it, and that its bore fits."""
     ways = [
-        name for name in ("stiffness", "length", "stiffness_over_torque")
+        name for name in ("stiffness", "length", "stiffness_over_torque", "torque_over_twist")
         if getattr(piece, name) is not None
     ]  # fmt: skip
     if not ways:
@@ -352,6 +357,26 @@ def _table(piece: ShaftPiece, at: str) -> Table:
     if not (stiffness > 0.0).all():
         raise SceneError(f"{where} stiffness = {shown(given.stiffness)}: must be above 0")
     return Table(torque, stiffness)
+
+
+def _over_twist(given: TwistTable, place: int, at: str) -> Coupling:
+    """Coupling by its torque over the twist."""
+    where = f"{at} torque_over_twist"
+    coupling = Coupling(place, np.array(given.twist) * DEGREE, np.array(given.torque))
+    for name, listed in (("twist", given.twist), ("torque", given.torque)):
+        if not (np.diff(listed) > 0.0).all():
+            raise SceneError(f"{where} {name} = {shown(listed)}: must ascend")
+    if len(given.twist) != len(given.torque):
+        raise SceneError(
+            f"{where}: has {len(given.twist)} twists and {len(given.torque)} torques; must be "
+            "equally many"
+        )
+    twist, torque = coupling.table()
+    if not twist[0] < 0.0 < twist[-1] or np.interp(0.0, twist, torque) != 0.0:
+        raise SceneError(
+            f"{where}: must have the torque 0 at the twist 0, at its beginning or between others"
+        )
+    return coupling
 
 
 def _over_speed(item: Disc | ShaftPiece, key: str, at: str) -> dict[str, OverSpeed]:

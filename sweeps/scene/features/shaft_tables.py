@@ -110,6 +110,12 @@ class ShaftPiece(Strict):
     stiffness_over_torque: StiffnessTable | None = Field(
         default=None, description="a table with torque and stiffness, of a coupling"
     )
+    torque_over_twist: TwistTable | None = Field(
+        default=None, description="a table with twist and torque, of a coupling that is not linear"
+    )
+    clearance: float | None = Field(default=None, description="a number in degree")
+    friction_torque: float | None = Field(default=None, description="a number in N m")
+    friction_stiffness: float | None = Field(default=None, description="a number in N m/rad")
     loss_factor: float | None = Field(default=None, description="a number")
     magnifier: float | None = Field(
         default=None,
@@ -180,6 +186,18 @@ class StiffnessTable(Strict):
     )
     stiffness: list[float] = Field(
         description="a list of stiffnesses in N m/rad, one for each torque", min_length=2
+    )
+
+
+class TwistTable(Strict):
+    """Torque of a coupling over its twist, which is not linear."""
+
+    twist: list[float] = Field(
+        description="a list of twists in degree, ascending: from 0, or from below 0 through 0",
+        min_length=2,
+    )
+    torque: list[float] = Field(
+        description="a list of torques in N m, ascending, one for each twist: 0 at 0", min_length=2
     )
 
 

@@ -16,7 +16,7 @@ from engine_dyn.quantities.graph import DIMENSIONS, QUANTITIES
 from engine_dyn.quantities.speed import CLOSE_CURVES
 from engine_dyn.speed.fields import CURVE_NAMES, METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
-from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, TORSION_STATUS
+from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, NONLINEAR_STATUS, TORSION_STATUS
 from sweeps.base.errors import counted, size_text
 from sweeps.scene.plan.blocks import block_count, divided
 from sweeps.scene.plan.leaves import LOOKED_AT, cycles_known, modes_kept
@@ -147,6 +147,7 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
         "responses of shafts": 1.5e-5,
         "responses in modes of shafts": 6e-4,
         "cycles of shafts": 4e-5,
+        "nonlinear responses of shafts": 2e-2,
     }
     # Extremes of the load of one pin or journal of a four, likewise: 2.0e-5 and 2.6e-5 s
     of_loads = {"extremes of loads": 2.2e-5}
@@ -199,6 +200,8 @@ def _work_once(plan: Plan) -> dict[str, float]:
 def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:
     """Pieces of work of a stage of torsional vibration."""
     count = float(math.prod(plan.sizes[d] for d in stage.axes))
+    if NONLINEAR_STATUS in stage.node.gives:
+        return {"nonlinear responses of shafts": count}
     if not stage.node.can_fail:
         damped = any(name.startswith("damp") for name in plan.wanted(stage))
         return {"damped modes of shafts" if damped else "modes of shafts": count}
@@ -303,6 +306,9 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
                 f"  eigenvalues of {discs} discs, for {counted(stage.size, 'design')}",
                 f"  {modes_kept(plan.scene, plan.leaves)}",
             ]
+        if NONLINEAR_STATUS in stage.node.gives:
+            return [f"  integration in time, and balance of the harmonics of couplings that are "
+                    f"not linear, for {counted(stage.size, 'design')}"]  # fmt: skip
         pieces = ", and the sum of all orders over the cycle"
         shaft = plan.scene.engine.shaft
         how = "modes of" if shaft is not None and shaft.modes else "elimination along"

@@ -41,6 +41,7 @@ from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, printable, shown
 from sweeps.scene.engine.silenced_warnings import (
     DIAGRAM_SPEEDS,
+    LINEAR_COUPLING,
     RECIPROCATING_SHARE,
     RIGID_SHAFT,
     SHAFT_SECTION,
@@ -333,11 +334,22 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     of_rigid = "speed_solution" in plan.computed and RIGID_SHAFT not in off
     of_shaft = not plan.computed.keys().isdisjoint(("torsional_modes", "torsional_response"))
     of_section = of_shaft and SHAFT_SECTION not in off
-    if shaft is None or not (of_share or of_rigid or of_section):
+    of_linear = "coupling_departure" not in plan.computed and LINEAR_COUPLING not in off
+    of_linear &= "torsional_response" in plan.computed
+    if shaft is None or not (of_share or of_rigid or of_section or of_linear):
         return []
     values = {key: mean_of(scene.node, plan.leaves, key) for key in scene.shaft_keys}
     throws = len(shaft.throws)
     lines = list(_odd_sections(shaft, values)) if of_section else []
+    for coupling in shaft.couplings(values) if of_linear else ():
+        if coupling.twist is None and not (coupling.clearance or coupling.friction_torque):
+            continue
+        lines.append(
+            f"{LINEAR_COUPLING}: shaft {coupling.shaft + 1}, "
+            f"{shown(shaft.shaft_names[coupling.shaft])}, is not linear: results without "
+            "'nonlinear' in their names take its stiffness at the mean torque; coupling_departure "
+            "tells where they do not hold"
+        )
     try:
         moving = mean_of(scene.node, plan.leaves, "mean_reciprocating_inertia") / throws
     except KeyError:  # The engine has no masses, and no quantity that needs them

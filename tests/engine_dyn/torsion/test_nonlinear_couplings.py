@@ -10,16 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from engine_dyn.status import CONVERGED, INVALID_INPUT, NO_STEADY_STATE
-from engine_dyn.torsion.couplings import (
-    CONTACTS,
-    Coupling,
-    departure,
-    laws_of,
-    linearised,
-    numbers_of,
-)
+from engine_dyn.torsion.couplings import CONTACTS, Coupling, departure, linearised
 from engine_dyn.torsion.forced import RESULTS, forced_response
-from engine_dyn.torsion.marching import marched
 from engine_dyn.torsion.nonlinear import nonlinear_response
 from engine_dyn.torsion.system import shaft_system
 
@@ -44,6 +36,8 @@ GEARED: dict[str, Any] = {
     "ratios": [-2.4],
 }
 """A crank, a gear and a rubber coupling (shaft 3) whose first disc is the farther one."""
+
+GEARED_STAGES = np.array([0.0, 0.02, 0.04, 0.2]), np.array([0.0, 200.0, 800.0, 1e4])
 
 
 def solved(couplings: Any, mean: Any, speed: Any = 100.0, **more: Any) -> dict[str, Any]:
@@ -111,6 +105,59 @@ def in_time(
     return torques(run(state, np.arange(2**16) * cycle / 2**16))
 
 
+def geared_in_time(
+    system: dict[str, Any], coupling: Coupling, law: Callable[[Any], Any], torque: Any,
+    mean: float, speed: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Least and largest torque and mean twist of the coupling of `GEARED` over a cycle.
+
+    The slider of dry friction has a state of its own: what its spring holds.
+    """
+    inertia, pairs = np.array(system["inertia"]), np.array(system["shafts"])
+    stiffness, damping = np.array(system["stiffness"]), np.array(system["damping"])
+    against, place = np.array(system["disc_damping"]), coupling.shaft
+    # Independent angles: of all discs but the second one of the mesh, which follows its first.
+    (first, second), ratio = system["meshes"][0], system["ratios"][0]
+    follow = np.delete(np.eye(7), second, axis=1)
+    follow[second] = ratio * follow[first]
+    mass = np.linalg.inv(follow.T @ np.diag(inertia) @ follow)
+    limit, stick = coupling.friction_torque, coupling.friction_stiffness
+    w, cycle = ORDERS * speed, 4.0 * np.pi / speed
+    table = coupling.table(2e4)
+    gap = 0.5 * coupling.clearance
+    rest = np.interp(mean, *table[::-1]) - gap  # The mean torque is below 0
+
+    def torques(angle: Any, rate: Any, held: Any) -> Any:
+        twist, turn = (v[pairs[:, 1]] - v[pairs[:, 0]] for v in (angle, rate))
+        own = (stiffness * twist.T).T + (damping * turn.T).T
+        own[place] = law(twist[place] + rest) - mean + damping[place] * turn[place] + held
+        return own, twist[place] + rest, turn[place]
+
+    def rates(time: float, state: Any) -> Any:
+        angle, rate, held = follow @ state[:6], follow @ state[6:12], state[12]
+        own, _, turn = torques(angle, rate, held)
+        acting = -against * rate
+        acting[:3] += (torque * np.exp(1j * w * time)).real.sum(axis=-1)
+        np.add.at(acting, pairs[:, 0], own)
+        np.add.at(acting, pairs[:, 1], -own)
+        slips = abs(held) >= limit and held * turn > 0.0
+        spring = 0.0 if slips else stick * turn
+        return np.concatenate([state[6:12], mass @ (follow.T @ acting), [spring]])
+
+    def run(state: Any, times: Any = None) -> Any:
+        most = cycle / 300.0
+        return solve_ivp(rates, (0.0, cycle), state, "DOP853", times, rtol=1e-6, max_step=most).y
+
+    state = np.zeros(13)
+    for _ in range(40):
+        before, state = state, run(state)[:, -1]
+        if np.abs(state - before)[6:12].max() < 1e-6 * np.abs(state[6:12]).max():
+            break
+    found = run(state, np.arange(2**13) * cycle / 2**13)
+    own, twist, _ = torques(follow @ found[:6], follow @ found[6:12], found[12])
+    return own[place].min() + mean, own[place].max() + mean, twist.mean()
+
+
 def assert_same(found: dict[str, Any], twist: Any, torque: Any, tolerance: float) -> None:
     assert found["status"] == CONVERGED
     assert found["error"] <= tolerance
@@ -160,12 +207,10 @@ def test_clearance_that_keeps_contact_changes_the_mean_twist_alone() -> None:
         assert np.abs(found[name] - wanted[name]).max() < 1e-10 * np.abs(wanted[name]).max()
     np.testing.assert_allclose(found["coupling_mean_twist"], -mean / 2000.0 - 0.005, rtol=1e-12)
     assert CONTACTS[found["contact"][0]] == "keeps_contact"
-    assert found["clearance_share"] == 0.0
     sticks = solved([Coupling(0, friction_torque=1e4, friction_stiffness=500.0)], [-mean])
     stiffer = shaft_system(**{**TWO, "stiffness": [2500.0]})
     wanted = forced_response(stiffer, ORDERS, 100.0, [0], TORQUE)
     assert np.abs(sticks["angle"] - wanted["angle"]).max() < 1e-9 * np.abs(wanted["angle"]).max()
-    assert sticks["slip_share"] == 0.0
 
 
 @pytest.mark.slow
@@ -207,57 +252,40 @@ def test_three_discs_with_two_couplings_are_those_of_integration_in_time() -> No
     assert CONTACTS[found["contact"][1]] != "keeps_contact"
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "coupling",
+    ("coupling", "law"),
     [
-        Coupling(3, [0.0, 0.02, 0.04, 0.2], [0.0, 200.0, 800.0, 1e4]),
-        Coupling(3, clearance=0.01),
-        Coupling(3, friction_torque=60.0, friction_stiffness=4e4),
+        (Coupling(3, *GEARED_STAGES), lambda x: odd(x, GEARED_STAGES)),
+        (Coupling(3, clearance=0.01), backlash(2e4, 0.01)),
+        (Coupling(3, friction_torque=60.0, friction_stiffness=4e4), lambda x: 2e4 * x),
     ],
     ids=["stages", "clearance", "friction"],
 )
-@pytest.mark.parametrize("crank", [0, 4])
-def test_behind_a_gear_it_is_the_motion_in_time(coupling: Coupling, crank: int) -> None:
-    """Runge-Kutta steps of all discs, which know nothing of receptances and harmonics."""
-    system = shaft_system(**{**GEARED, "loss_factor": 0.0}, crank=crank)
-    speed = 60.0 if crank == 0 else 60.0 * -2.4
-    torque, mean = 4.0 * np.tile(TORQUE, (3, 1)) * np.array([[1.0], [0.6], [0.8j]]), -250.0
-    speed, orders = abs(speed), ORDERS if crank == 0 else ORDERS / 2.0
-    period = 4.0 * np.pi if crank == 0 else 8.0 * np.pi
-    found = nonlinear_response(
-        system, [coupling], orders, speed, [0, 1, 2], torque, [mean] * 5, period=period
-    )
-    assert found["status"] == CONVERGED
-    one = system.mapped(lambda values: values[None])
-    laws = laws_of(one, [coupling], [[np.atleast_1d(v) for v in numbers_of(coupling)]])
-    force = np.zeros((system.parent.size, 9), dtype=complex)
-    for throw in range(3):
-        node = system.node_of_disc[throw]
-        force[node, [1, 2, 4, 8]] += system.ratio[throw] * torque[throw]
-    twist, repeats = marched(
-        one, [3], laws, speed, np.array([[mean]]), force, 2.0 * np.pi / period
+def test_behind_a_gear_it_is_the_motion_in_time(
+    coupling: Coupling, law: Callable[[Any], Any]
+) -> None:
+    """All discs in their own turns, by DOP853; gears hold by a constraint on their angles."""
+    # Softer than `GEARED`, for fewer steps in time.
+    system = {**GEARED, "loss_factor": 0.0, "stiffness": [4e4, 5e4, 4e4, 2e4, 3e4]}
+    torque = 4.0 * np.tile(TORQUE, (3, 1)) * np.array([[1.0], [0.6], [0.8j]])
+    mean, speed = -250.0, 60.0
+    # Orders of the crank, and of the second gear, which turns 2.4 times as fast.
+    of_crank, of_gear = (
+        nonlinear_response(
+            shaft_system(**system, crank=crank), [coupling], ORDERS / ratio, speed * ratio,
+            [0, 1, 2], torque, [mean] * 5, period=4.0 * np.pi * ratio, tolerance=1e-4,
+        )
+        for crank, ratio in ((0, 1.0), (4, 2.4))
     )  # fmt: skip
-    assert repeats
-    assert twist is not None
-    own = found["coupling_twist"][0]
-    other = twist[0, 0, : own.size]
-    assert np.abs(own - other)[1:].sum() < 2e-3 * np.abs(other[1:]).sum()
-    assert abs(own[0] - other[0]) < 1e-3 * np.abs(other[1:]).sum()
-
-
-@pytest.mark.compiled
-def test_equal_parts_of_a_cycle_are_solved_as_one() -> None:
-    """Orders 2 and 4 repeat four times a cycle; order 1/2, however small, once."""
-    coupling = Coupling(0, *STAGES, 0.005, 5.0, 6000.0)
-    equal = TORQUE * np.array([0.0, 0.0, 1.0, 1.0])
-    more: Any = {"tolerance": 1e-5, "wanted": ("angle", "torque", "torque_extremes", "shaft_loss")}
-    part = solved([coupling], [-40.0], torque=equal, **more)
-    whole = solved([coupling], [-40.0], torque=equal + np.array([[1e-8, 0.0, 0.0, 0.0]]), **more)
-    assert part["status"] == whole["status"] == CONVERGED
-    for name in more["wanted"]:
-        most = np.abs(whole[name]).max()
-        np.testing.assert_allclose(part[name], whole[name], rtol=1e-4, atol=1e-4 * most)
+    assert of_crank["status"] == of_gear["status"] == CONVERGED
+    both = of_crank["coupling_extremes"], of_gear["coupling_extremes"]
+    np.testing.assert_allclose(*both, atol=2e-4 * np.ptp(both[0]))
+    least, largest, average = geared_in_time(system, coupling, law, torque, mean, speed)
+    half = 0.5 * (largest - least)
+    assert abs(both[0][0, 0] - least) < 2e-3 * half
+    assert abs(both[0][0, 1] - largest) < 2e-3 * half
+    assert of_crank["coupling_mean_twist"][0] == pytest.approx(average, rel=2e-3)
 
 
 def test_departure_from_the_linear_form() -> None:
@@ -284,7 +312,6 @@ def test_dry_friction_loses_what_its_loop_holds() -> None:
         wanted=("angle", "shaft_loss", "frame_loss", "twist_extremes"), twist=[(0, 1)],
     )  # fmt: skip
     assert (found["status"] == CONVERGED).all()
-    assert (found["slip_share"] > 0.2).all()
     x = 0.5 * (found["twist_extremes"][:, 0, 1] - found["twist_extremes"][:, 0, 0])
     wanted = 4.0 * limit * (x - limit / stick) * 2.0 * speed / (2.0 * np.pi)
     np.testing.assert_allclose(found["shaft_loss"][:, 0], wanted, rtol=1e-4)
@@ -315,7 +342,7 @@ def test_work_is_what_is_lost(coupling: Coupling) -> None:
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_a_cubic_spring_jumps_upwards_and_downwards() -> None:
+def test_a_cubic_spring_has_a_lasting_amplitude() -> None:
     """Duffing's equation: its first harmonic, within what one harmonic can tell (5 %)."""
     inertia, k, cubic, damping, size = 0.1 * 0.25 / 0.35, 2000.0, 2e6, 0.8, 8.0
     points = np.linspace(0.0, 0.2, 801)
@@ -331,26 +358,17 @@ def test_a_cubic_spring_jumps_upwards_and_downwards() -> None:
         real = squares.real[np.abs(squares.imag) < 1e-9 * np.abs(squares)]
         return np.sort(np.sqrt(real[real > 0.0]))
 
-    followed = {}
-    for name, way in (("up", speed), ("down", speed[::-1])):
-        start, amplitude = None, {}
-        for w in way:
-            found = solved(
-                [coupling], [0.0], w, system=system, orders=[1.0], torque=[[size]], start=start
-            )
-            assert found["status"] == CONVERGED
-            start = found["coupling_twist"]
-            amplitude[w] = np.abs(start[0, 2])
-        followed[name] = amplitude
-    several = [w for w in speed if sizes(w).size == 3]
+    found = solved([coupling], [0.0], speed, system=system, orders=[1.0], torque=[[size]])
+    assert (found["status"] == CONVERGED).all()
+    twist = 0.5 * np.ptp(found["coupling_extremes"][:, 0], axis=-1)
+    amplitude = [np.interp(one, k * points + cubic * points**3, points) for one in twist]
+    several = [i for i, w in enumerate(speed) if sizes(w).size == 3]
     assert len(several) > 20
-    for w in speed:
-        assert min(abs(sizes(w) / followed["up"][w] - 1.0)) < 0.05
-    apart = [w for w in several if followed["up"][w] > 2.0 * followed["down"][w]]
-    assert len(apart) > 10
-    for w in apart:
-        assert sizes(w)[0] == pytest.approx(followed["down"][w], rel=0.05)
-        assert sizes(w)[-1] == pytest.approx(followed["up"][w], rel=0.05)
+    for w, one in zip(speed, amplitude, strict=True):
+        near = np.abs(sizes(w) / one - 1.0)
+        assert near.min() < 0.05
+        # Never the middle one of three, which does not last.
+        assert near.size == 1 or near.argmin() != 1
 
 
 @pytest.mark.slow
