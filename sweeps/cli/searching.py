@@ -41,7 +41,7 @@ from sweeps.cli.exits import (
     warn,
 )
 from sweeps.cli.files import check_archive_output, check_slices, opened, write_archive
-from sweeps.decide.optimise import DESIGNS, GENERATIONS, RESTARTS
+from sweeps.decide.optimise import DESIGNS, EVENLY, GENERATIONS, RESTARTS
 
 
 @click.command()
@@ -197,9 +197,9 @@ def barred(archive: Path, slices: tuple[str, ...], threads: int | None, quiet: b
 )
 @click.option(
     "--designs",
-    default=DESIGNS,
-    show_default=True,
-    help="Designs per generation.",
+    type=int,
+    help=f"Designs per generation. Default: {DESIGNS}, or where one number is searched for one "
+    f"quantity {EVENLY} at first.",
 )
 @click.option(
     "--generations", default=GENERATIONS, show_default=True, help="Generations per search."
@@ -218,7 +218,7 @@ def barred(archive: Path, slices: tuple[str, ...], threads: int | None, quiet: b
 @guarded
 def optimise(
     scene: str, least: tuple[str, ...], most: tuple[str, ...], within: tuple[str, ...],
-    over: tuple[str, ...], not_counted: str | None, designs: int, generations: int,
+    over: tuple[str, ...], not_counted: str | None, designs: int | None, generations: int,
     restarts: int, seed: int, output: Path | None, overwrite: bool, threads: int | None,
     quiet: bool,
 ) -> None:  # fmt: skip  # one parameter for each option

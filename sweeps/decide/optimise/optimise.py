@@ -5,6 +5,9 @@ limit of delta follows exactly: delta falls as the inertia grows, so it is the l
 give this delta at each point (Kakaitsas, section 3.2.2; `engine_dyn.speed.required`). A heavier
 design could then never be needed, nor better.
 
+Where one number is searched for one quantity, designs evenly over its range are computed, then ever
+finer ones beside the best: edges of conditions and jumps are found as surely as a minimum.
+
 Otherwise generations of designs are made in the unit cube, each from the better ones of those
 before. One quantity: differential evolution (R. Storn and K. Price 1997). Two: NSGA-II (K. Deb,
 A. Pratap, S. Agarwal and T. Meyarivan 2002). Three and more: NSGA-III (K. Deb and H. Jain 2014).
@@ -34,8 +37,9 @@ from sweeps.base.dimensions import DESIGN, FOUND, FULFILLING
 from sweeps.base.errors import SceneError, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.fronts import front_of
-from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH, DESIGNS, GENERATIONS, RESTARTS
+from sweeps.decide.optimise import ATTRIBUTE_OF_SEARCH, DESIGNS, EVENLY, GENERATIONS, RESTARTS
 from sweeps.decide.optimise.evaluation import Designs, Judgement
+from sweeps.decide.optimise.space import Space
 from sweeps.decide.optimise.task import Task, plan_of_designs, read_task
 from sweeps.running.archive.labels import flags
 from sweeps.running.archive.warnings import ATTRIBUTE
@@ -62,7 +66,7 @@ def optimise(
     within: str | Sequence[str] = (),
     over: str | Sequence[str] | Mapping[str, Any] | None = None,
     not_counted: str | Sequence[str] = (),
-    number: int = DESIGNS,
+    number: int | None = None,
     generations: int = GENERATIONS,
     restarts: int = RESTARTS,
     seed: int = 1,
@@ -97,12 +101,14 @@ def optimise(
     not_counted : str or sequence of str
         Outcomes such as "no_steady_state" (of an engine at idle): points that have one of them are
         left out.
-    number : int
-        Designs of a generation, 8 to 1 000 000.
+    number : int, optional
+        Designs of a generation, 8 to 1 000 000; 1024 unless given. Where one number is searched
+        for one quantity, designs of the first generation; 257 unless given.
     generations : int
-        Generations of a search, with the first, which is a scrambled Sobol' sequence.
+        Generations of a search, with the first, which is a scrambled Sobol' sequence. That of one
+        number ends earlier, when neighbours of the best differ by less than 1e-7 of the number.
     restarts : int
-        Number of searches, each from different first designs.
+        Number of searches, each from different first designs; 1 where these are evenly spaced.
     seed : int
         Of the random numbers: the same seed gives the same archive, bit for bit, on one machine
         and with one version of the libraries.
@@ -128,8 +134,8 @@ def optimise(
     SceneError
         In one line, before anything is computed: for quantities that are not computed or are
         curves, for ranges that a key does not allow, where nothing varies, and where the designs
-        would not fit into memory. Where pymoo or SciPy is missing (extra `optimise`). After the
-        first generation, where a torque is held that none of its designs reaches.
+        would not fit into memory. Where pymoo or SciPy is needed and missing (extra `optimise`).
+        After the first generation, where a torque is held that none of its designs reaches.
 
     Warns
     -----
@@ -153,8 +159,9 @@ def optimise(
     """
     if isinstance(scene, Scene):
         raise SceneError("scene: a Scene is not accepted here; must be a path, a name or a dict")
-    counts = {"number": (number, 8, 1_000_000), "generations": (generations, 1, 100_000),
-              "restarts": (restarts, 1, 10_000), "seed": (seed, 0, (1 << 32) - 1)}  # fmt: skip
+    counts = {"number": (DESIGNS if number is None else number, 8, 1_000_000),
+              "generations": (generations, 1, 100_000), "restarts": (restarts, 1, 10_000),
+              "seed": (seed, 0, (1 << 32) - 1)}  # fmt: skip
     for key, (value, low, high) in counts.items():
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise SceneError(
@@ -183,15 +190,18 @@ class _Search:
     """One search: where it looks, and what it has found."""
 
     def __init__(
-        self, task: Task, inverse: LeastInertia | None, number: int, generations: int,
+        self, task: Task, inverse: LeastInertia | None, number: int | None, generations: int,
         restarts: int, threads: int | None,
     ) -> None:  # fmt: skip
         self.task, self.inverse = task, inverse
-        self.number, self.generations, self.restarts = number, generations, restarts
         self.space = task.space.without("inertia") if inverse is not None else task.space
+        laws = [*self.space.parameters.values()]
+        self.line = len(laws) == len(task.wanted) == 1 and not isinstance(laws[0], Choice)
+        self.number = number or (EVENLY if self.line else DESIGNS)
+        self.generations, self.restarts = generations, 1 if self.line else restarts
         completed = None if inverse is None else inverse.completed
         self.designs = Designs(task, self.space, completed, threads)
-        most = number * generations * restarts
+        most = self.number * generations * restarts
         self.whole = self.space.count is not None and self.space.count <= most
         asked = self.space.count if self.whole and self.space.count else most
         if asked > LARGEST:
@@ -216,7 +226,7 @@ class _Search:
             return
         seeds = np.random.SeedSequence(self.task.seed).generate_state(2 * self.restarts)
         with progress_bar(
-            total=self.restarts * self.generations, unit=" generations",
+            total=None if self.line else self.restarts * self.generations, unit=" generations",
             disable=not progress,
         ) as bar:  # fmt: skip
             for restart in range(self.restarts):
@@ -233,11 +243,14 @@ class _Search:
                     bar.update(1)
                     return self.designs.all[places]
 
-                start = first_positions(len(self.space), self.number, int(seeds[2 * restart]))
-                search_generations(
-                    judge, start, len(self.task.wanted), len(self.task.conditions) + 1,
-                    self.generations, int(seeds[2 * restart + 1]),
-                )  # fmt: skip
+                if self.line:
+                    search_line(judge, self.space, self.number, self.generations)
+                else:
+                    start = first_positions(len(self.space), self.number, int(seeds[2 * restart]))
+                    search_generations(
+                        judge, start, len(self.task.wanted), len(self.task.conditions) + 1,
+                        self.generations, int(seeds[2 * restart + 1]),
+                    )  # fmt: skip
                 self.seen.append(np.unique(np.concatenate(seen)))
 
     def _found(self, among: Integers) -> Integers:
@@ -285,6 +298,7 @@ class _Search:
             "alone": [int((judged.violation[:, i] <= 0.0).sum())
                       for i in range(len(self.task.conditions))],
             "lacking": int((judged.violation[:, -1] > 0.0).sum()),
+            "line": self.line and not self.whole,
             "number": self.number,
             "generations": self.generations,
             "restarts": of_restarts,
@@ -321,6 +335,42 @@ class _Search:
         if not len(self.space):
             return "inverse"
         return "inverse of all" if self.whole else "inertia"
+
+
+# Designs on either side of the best ones, how many of these, and the least relative difference
+BESIDE, BEST, CLOSE = 15, 3, 1e-7
+
+
+def search_line(
+    judge: Callable[[Floats, int], Judgement], space: Space, number: int, generations: int
+) -> None:
+    """Search one number: evenly over its range, then ever finer beside the best designs.
+
+    Each generation divides both neighbouring intervals of the best three designs that are better
+    than their neighbours: several minima, jumps and edges of conditions. A minimum narrower than
+    two of the first intervals may be missed. `judge` is that of `search_generations`.
+    """
+    at, scores = np.empty(0), np.empty((3, 0))
+    new = np.linspace(0.0, 1.0, number)
+    for generation in range(1, generations + 1):
+        judged = judge(new[:, None], generation)
+        fails = np.maximum(judged.violation, 0.0).sum(axis=1)
+        scored = np.array([judged.wanted[:, 0], fails, ~judged.fulfilling])
+        order = np.argsort(np.concatenate([at, new]), kind="stable")
+        at = np.concatenate([at, new])[order]
+        scores = np.concatenate([scores, scored], axis=1)[:, order]
+        rank = np.empty(at.size, dtype=np.int64)
+        rank[np.lexsort(scores)] = np.arange(at.size)
+        around = np.pad(rank, 1, constant_values=at.size)
+        better = np.flatnonzero((rank < around[:-2]) & (rank < around[2:]))
+        best = better[np.argsort(rank[better])[:BEST]]
+        (values,) = space.columns(at[:, None]).values()
+        apart = np.abs(np.diff(values)) > CLOSE * np.maximum(*np.abs([values[1:], values[:-1]]))
+        apart &= np.diff(at) > 1e-14
+        sides = [i for i in sorted({*(best - 1), *best}) if 0 <= i < apart.size and apart[i]]
+        if not sides:
+            return
+        new = np.concatenate([np.linspace(at[i], at[i + 1], BESIDE + 2)[1:-1] for i in sides])
 
 
 def first_positions(parameters: int, designs: int, seed: int) -> Floats:

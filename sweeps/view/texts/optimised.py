@@ -305,7 +305,10 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
     if about["lacking"] and about["fulfilling"]:
         lines.append(f"{counted(about['lacking'], 'design')} without a result at some point")
     restarts = about["restarts"]
-    if about["exact"] in ("", "inertia"):
+    if about.get("line"):
+        evenly = f"{about['number']} designs evenly over the range (--designs, number)"
+        lines.append(f"{evenly}, then ever finer beside the best")
+    elif about["exact"] in ("", "inertia"):
         per = f"{about['generations']} generations of {about['number']} designs"
         searches = "1 search" if len(restarts) == 1 else f"{len(restarts)} searches"
         lines.append(f"{searches} of {per}, seed {about['seed']}")

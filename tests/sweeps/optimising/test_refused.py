@@ -56,7 +56,7 @@ WRONG: list[tuple[Any, ...]] = [
     ({"generations": 0}, "optimise: generations = 0: must be a whole number"),
     ({"restarts": 1.5}, "optimise: restarts = 1.5: must be a whole number"),
     ({"seed": -1}, "optimise: seed = -1: must be a whole number from 0"),
-    ({"number": 1_000_000, "generations": 1000},
+    ({"number": 1_000_000, "generations": 1000, "most": "omega_max"},
      "optimise: number x generations x restarts = 3000000000: must be at most 16777216"),
     ({"wihtin": "delta <= 1"}, "wihtin: unknown keyword; did you mean"),
 ]  # fmt: skip
