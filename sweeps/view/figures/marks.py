@@ -9,7 +9,7 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.view.figures.sheet import GREY, Entries
-from sweeps.view.figures.views import NO_VALUE, StudyAxis, View
+from sweeps.view.figures.views import LIMITED, NO_VALUE, StudyAxis, View
 from sweeps.view.figures.wording import name_of, symbol_of, unit_text
 
 if TYPE_CHECKING:
@@ -113,9 +113,6 @@ LIMIT_LOOK: dict[str, Any] = TARGET_LOOK | {"linestyle": DASHES[1], "linewidth":
 
 MEAN_LOOK: dict[str, Any] = {"color": "#c05a1c", "linestyle": DASHES[1], "linewidth": 1.1}
 """Look of a mean over the cycle, in all figures."""
-
-LIMITED = ("_over_limit", "_over_stop")
-"""Endings of the names of ratios that are 1 where the limit is reached."""
 
 
 def target_text(view: View, name: str, text: str) -> str:

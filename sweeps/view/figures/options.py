@@ -60,6 +60,7 @@ class Options:
     angle: tuple[float, float] | None = None
     zero: str = "firing-tdc"
     targets: Mapping[str, tuple[Target, ...]] = field(default_factory=dict)
+    sides: Mapping[str, str] = field(default_factory=dict)  # "<" if a target is an upper limit
     at: float | None = None
 
     @property
@@ -136,6 +137,7 @@ def options_of(
         angle=None if angle is None else _angle(angle),
         zero=zero,
         targets=_targets(target),
+        sides={} if isinstance(target, Mapping) else _sides(_names(target)),
         at=None if at is None else _degrees(at),
     )
 
@@ -215,6 +217,12 @@ def _targets(given: str | Iterable[str] | Mapping[str, Any]) -> dict[str, tuple[
         number = math.nan if re.match(PATTERN, value) else _ratio(name, value)
         targets[name] = (*targets.get(name, ()), (value, number))
     return targets
+
+
+def _sides(texts: Iterable[str]) -> dict[str, str]:
+    """The side on which each target is met; of "=" it is known of delta alone, which is limited."""
+    pairs = re.findall(r"^\s*+(\w++)\s*+([<>=])", "\n".join(texts), re.MULTILINE)
+    return {n: side.replace("=", "<") for n, side in pairs if side != "=" or n == "delta"}
 
 
 def _ratio(name: str, text: str) -> float:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import COUNTED, HIGH, LOW
 from sweeps.view.figures.marks import (
-    LIMITED,
     doubt_look,
     line_style,
     lost_handle,
@@ -23,7 +22,7 @@ from sweeps.view.figures.marks import (
 )
 from sweeps.view.figures.scales import degree_ticks, free_scale, parameter_ticks, sensible_span
 from sweeps.view.figures.sheet import GREY, Entries, multiples, no_ordinate
-from sweeps.view.figures.views import MOST_PANELS, NO_VALUE, StudyAxis, View
+from sweeps.view.figures.views import LIMITED, MOST_PANELS, NO_VALUE, StudyAxis, View
 from sweeps.view.figures.wording import HARD_SPACE, name_of, sentence
 
 if TYPE_CHECKING:

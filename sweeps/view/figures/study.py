@@ -254,6 +254,7 @@ def study_of(
     view = view.slice_at(single)
     empty = [dim for dim, size in view.data.sizes.items() if size == 0]
     view = replace(view, data=view.data.drop_dims(empty))
+    view = replace(view, worst=view.deciding())
     if REDUCTION in view.data.attrs:  # The designs that a reduction kept form no families
         return Study(with_kept_note(view), given=given)
     if is_sample(view.data):  # Two sampled designs may differ in one parameter, but by chance

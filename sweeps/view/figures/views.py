@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import COUNTED, DESIGN, PUBLISHED, WORD_AXES
+from sweeps.base.dimensions import COUNTED, DESIGN, NOT_CHOSEN, PUBLISHED, WORD_AXES
 from sweeps.base.numbers import digits_of
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.wording import (
@@ -48,6 +48,9 @@ SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)  # Outcomes whose numbers are r
 
 FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc", "inertia_torque_")
 """Beginnings of the names of variables that come from the solution of the speed."""
+
+LIMITED = ("_over_limit", "_over_stop")
+"""Endings of the names of ratios that are 1 where the limit is reached."""
 
 NO_VALUE = "no value"  # Words for a number that is missing though its design did not fail
 
@@ -199,6 +202,7 @@ class View:
     others: tuple[str, ...] = ()  # Parameters with one value in the whole view
     tolerance: float = 0.0  # Relative tolerance of the solver
     own: Mapping[str, float] = field(default_factory=dict)  # The engine's own values, by axis
+    worst: Mapping[str, float] = field(default_factory=dict)  # Values that decide a limit, by axis
     equals: Mapping[str, str] = field(default_factory=dict)  # Notes on equal variables, by variable
     options: Options = field(default_factory=Options)
 
@@ -309,7 +313,8 @@ class View:
             else f"the same over {dimension_text(dim)}"
             for dim in idle
         }
-        return replace(view, fixed={**view.fixed, **same})
+        worst = {dim: f"{view.fixed[dim]} (worst)" for dim in rest if dim in self.worst}
+        return replace(view, fixed={**view.fixed, **worst, **same})
 
     def slices(self, names: Iterable[str], keep: Iterable[str | None]) -> list[View]:
         """A view at each value of every axis of the variables but `keep`.
@@ -373,16 +378,30 @@ class View:
         )  # fmt: skip
 
     def default(self, dim: str) -> int:
-        """The slice when none is chosen: nominal, the engine's own, middle or first."""
+        """The slice when none is chosen: nominal, worst, the engine's own, middle or first."""
         if dim in self.nominal:
             return self.nominal[dim]
-        axis = self.axis(dim)
-        if dim in self.own:
+        axis, known = self.axis(dim), {**self.own, **self.worst}
+        if dim in known:
             numbers = np.asarray(axis.variable.values, dtype=float)
-            near = np.flatnonzero(np.isclose(numbers, self.own[dim], rtol=1e-6, atol=0.0))
+            near = np.flatnonzero(np.isclose(numbers, known[dim], rtol=1e-6, atol=0.0))
             if near.size:
                 return int(near[0])
         return 0 if axis.words or dim == "design" else (axis.size - 1) // 2
+
+    def deciding(self) -> dict[str, float]:
+        """Speed, load, misfire of the default design where its first limit decides."""
+        ratios = [str(n) for n in self.data.data_vars if str(n).endswith(LIMITED)]
+        for name in filter(self.has, (*self.options.sides, *ratios)):
+            design = {d: self.default(d) for d in self.axes([name]) if d not in NOT_CHOSEN}
+            array = self.at(name, design)
+            sign = -1.0 if self.options.sides.get(name) == ">" else 1.0
+            if array.ndim and array.size <= MOST_READ and array.notnull().any():
+                at = array.dims, np.unravel_index(np.nanargmax(sign * array.values), array.shape)
+                dims = {d: i for d, i in zip(*at, strict=True) if d in NOT_CHOSEN}
+                return {str(d): float(self.axis(str(d)).variable.values[i]) for d, i in dims.items()
+                        if self.axis(str(d)).variable.dtype.kind in "fiu"}  # fmt: skip
+        return {}
 
     def notes(self, names: Iterable[str], units: bool = True) -> list[str]:
         """Slices that these variables were cut at, and comments of variables without a unit.

@@ -48,6 +48,7 @@ class Embedded:
     left_out: list[str] = field(default_factory=list)  # Sentences on values left out of the page
     flat: set[str] = field(default_factory=set)  # Quantities that vary by rounding alone
     planes: set[str] = field(default_factory=set)  # Quantities that vary in two directions
+    start: dict[str, int] = field(default_factory=dict)  # Where the verdict is decided
 
     def json(self) -> dict[str, Any]:
         """All of it, and the words of outcomes."""
@@ -80,10 +81,12 @@ def text_of(variable: xr.Variable | xr.DataArray, name: str) -> str:
     return one_line(meaning_of(variable.attrs, name), LONGEST_WORD)
 
 
-def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Embedded:
+def embedded(
+    archive: xr.Dataset, choices: Mapping[str, str], room: float, at: Mapping[str, int]
+) -> Embedded:
     """Read what a page of so many bytes can hold of an archive, in the units that are chosen.
 
-    The archive may be larger than memory.
+    Of axes the places `at` are kept, except of curves. The archive may be larger than memory.
     """
     page = Embedded()
     names = [str(n) for n, v in archive.data_vars.items() if v.dtype.kind in "fiub" and v.size > 0]
@@ -96,6 +99,9 @@ def embedded(archive: xr.Dataset, choices: Mapping[str, str], room: float) -> Em
     share = 0.6 if curves else 1.0  # Curves get the rest of the room
     numbers, counts = _thinned(archive, numbers, columns, budget * share, page)
     places = {dim: _places(archive, dim, count) for dim, count in counts.items()}
+    for dim in places.keys() & at.keys():
+        page.start[dim] = int(np.abs(places[dim] - at[dim]).argmin())
+        places[dim][page.start[dim]] = at[dim]
     used = _cost(archive, numbers, columns, counts)
     of_curves = _places_of_curves(archive, curves, places, budget - used, page)
     for dim, picked in of_curves.items():

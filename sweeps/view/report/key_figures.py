@@ -21,13 +21,14 @@ NAMED = 60  # Largest number of designs of a list whose names stand along an axi
 
 
 def starting_places(page: Embedded) -> dict[str, int]:
-    """Where figures cut and the explorer begins: in the middle, lists and misfires at the first."""
-    return {
+    """Where figures and explorer begin: at the verdict, or the middle, the first of lists."""
+    middle = {
         dim: 0
         if axis["list"] or axis["named_by"] or not axis["of_designs"] or dim == "misfire"
         else axis["count"] // 2
         for dim, axis in page.axes.items()
     }
+    return {**middle, **page.start}
 
 
 def key_figures(page: Embedded) -> list[Specification]:

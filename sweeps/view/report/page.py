@@ -23,6 +23,7 @@ from sweeps.view.report.key_figures import key_figures, starting_places, views
 from sweeps.view.report.key_results import results
 from sweeps.view.report.sections import SECTIONS
 from sweeps.view.report.verdict import verdict
+from sweeps.view.texts.wording import Wording
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,18 +147,21 @@ def page(
     archive = archive[of_designs(archive)]  # Of a reduced archive, the designs that it kept
     template = Template(_resource("page.html"))
     nothing = paragraph("No quantity varies, so there is nothing to draw.")
+    place = Wording(archive, units).place(archive, judged.at)
+    begins = paragraph(f"It begins where the verdict is decided: {place}.") if place else ""
     tries = 0
     while True:
-        content = embedded(archive, choices, room)
+        content = embedded(archive, choices, room, judged.at)
         figures, explored = key_figures(content), views(content)
         if any(key == "torsion" for key, *_ in made_sections["before"]):
             # What belongs to parts and modes of a shaft is drawn in its section.
             figures = [one for one in figures if not _of_shaft(archive, one["quantities"])]
         data = {**content.json(), "made": made, "figures": figures, "views": explored,
-                "start": starting_places(content), **charts(figures, explored)}  # fmt: skip
+                "start": starting_places(content),
+                "decides": [*content.start], **charts(figures, explored)}  # fmt: skip
         written = template.substitute(
             title=text(title), style=_resource("page.css"), code=code, data=_json(data),
-            before=parts["before"], after=parts["after"], left=_left(content),
+            before=parts["before"], after=parts["after"], left=begins + _left(content),
             figures="" if figures or made else nothing,
             contents=_contents(bool(judged.html), made_sections),
         )  # fmt: skip

@@ -414,7 +414,8 @@
 
   async function figure(parent, spec) {
     const cut = spec.cut.map((dim) => `${axes.get(dim).list ? "design" : dim} ${nameAt(dim, data.start[dim])}`)
-    const chart = await chartIn(card(parent, spec.title, cut.length ? `At ${cut.join(", ")}.` : ""), spec.kind)
+    const decides = spec.cut.some((dim) => data.decides.includes(dim)) ? ", where the verdict is decided" : ""
+    const chart = await chartIn(card(parent, spec.title, cut.length ? `At ${cut.join(", ")}${decides}.` : ""), spec.kind)
     KINDS[spec.kind](chart, spec)(data.start)
   }
 

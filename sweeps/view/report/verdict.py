@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -39,7 +39,7 @@ from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_fi
 from sweeps.view.texts.barred import HEADS, case_text, cases_text, notes, range_rows
 from sweeps.view.texts.optimised import decision_lines
 from sweeps.view.texts.reductions import counts_within
-from sweeps.view.texts.wording import REQUIRED, Wording
+from sweeps.view.texts.wording import REQUIRED, Wording, margin_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,10 +53,26 @@ MOST_DESIGNS = 12  # Largest number of designs in the table of a target
 
 @dataclass
 class Verdict:
-    """The section of a report, and its figures; both empty where nothing is limited."""
+    """The section of a report, and its figures; all empty where nothing is limited."""
 
     html: str = ""
     figures: list[Drawn] = field(default_factory=list)
+    at: Mapping[str, int] = field(default_factory=dict)  # Place of the point that decides
+
+    def decided_by(
+        self, archive: xr.Dataset, place: Mapping[str, int], conditions: Sequence[Constraint]
+    ) -> None:
+        """Keep the point of a design that is nearest to a limit, unless one is known."""
+        points = []
+        for one in conditions if not self.at else ():
+            data = archive[one.name].isel(place, missing_dims="ignore")
+            values = np.atleast_1d(data.values.astype(float))
+            if np.isfinite(values).any():
+                at = np.unravel_index(np.nanargmax(values if one.above else -values), values.shape)
+                worst = dict(zip(map(str, data.dims), map(int, at), strict=False))
+                points.append((margin_of(one, float(values[at])), {**place, **worst}))
+        if points:
+            self.at = min(points, key=lambda point: point[0])[1]
 
 
 def verdict(
@@ -76,6 +92,7 @@ def verdict(
     if REDUCTION not in archive.attrs:
         for name in (n for n in REQUIRED if n in archive and archive[n].size <= MOST_VALUES):
             found.html += _required(archive, name, say)
+            found.decided_by(archive, {}, conditions_of([f"{name} <= 1"], units_of(archive)))
         if limited_by(archive):
             _shaft(found, archive)
         elif archive.sizes.get("speed", 0) > 1 and archive["speed"].dtype.kind in "iuf":
@@ -133,7 +150,7 @@ def _targets(
         search = _search(archive, conditions, points, not_counted)
         for _ in search.judged():
             pass  # Designs are counted while they are read
-        lines = _lines(archive, search, targets, say)
+        lines = _lines(found, archive, search, targets, say)
         found.html += f"<h3>All {len(conditions)} targets</h3>"
         found.html += paragraph(lines[0], "verdict") + listed(lines[1:])
     for target, condition in zip(targets, conditions, strict=True):
@@ -183,7 +200,10 @@ def _target(
     for place, designs in search.judged():
         left[place] = sign * condition.limit - designs.worst[0]
         holds[place], lacking[place] = designs.fulfilling, designs.lacking
-    lines = _lines(archive, search, [target], say)
+    lines = _lines(found, archive, search, [target], say)
+    away = np.where(np.isfinite(left) & (holds | ~holds.any()), np.abs(left), np.inf)
+    nearest = map(int, np.unravel_index(away.argmin(), size)) if size else ()
+    found.decided_by(archive, dict(zip(search.own, nearest, strict=True)), [condition])
     found.html += f"<h3>{text(say.condition(condition))}</h3>"
     found.html += paragraph(lines[0], "verdict") + (listed(lines[1:]) if lines[1:] else "")
     if _may_resonate(archive, condition.name):
@@ -242,7 +262,7 @@ def _inertia(archive: xr.Dataset, own: Sequence[str]) -> str:
 
 
 def _lines(
-    archive: xr.Dataset, search: EveryPoint, targets: Sequence[str], say: Wording
+    verdict: Verdict, archive: xr.Dataset, search: EveryPoint, targets: Sequence[str], say: Wording
 ) -> list[str]:
     """What decides, in the words of `best`: the design of least inertia, or with the best value."""
     if not search.fulfilling:
@@ -264,6 +284,7 @@ def _lines(
         )  # fmt: skip
     except SceneError:  # Each design has a speed of its own, so that none is chosen
         return [search.text()]
+    verdict.decided_by(archive, found.place, conditions)
     return decision_lines(archive, found, say)
 
 
@@ -346,6 +367,15 @@ def _shaft(found: Verdict, archive: xr.Dataset) -> None:
         found.html += "".join(_unsolved(archive, command, one_line(error, 300)))
         return
     found.html += "".join(_barred(archive, solved))
+    worst = int(np.argmax([value if place else -1.0 for value, place, _ in solved.worst]))
+    _, part, speed = solved.worst[worst]
+    dims = dict.fromkeys(str(d) for name in solved.quantities for d in archive[name].dims)
+    others = [d for d in dims if d not in ("speed", "shaft")]
+    at = np.unravel_index(worst, [archive.sizes[d] for d in others]) if others else ()
+    near = int(np.abs(archive["speed"].values - speed).argmin())
+    shaft = [str(name) for name in archive["shaft_name"].values].index(part) if part else 0
+    place = dict(zip(others, map(int, at), strict=True))
+    found.at = found.at or {**place, "speed": near, "shaft": shaft}
     case = case_text(archive, solved.cases[0]) if solved.cases[0] else ""
     found.figures += [*barred_figure(archive, solved),
                       *campbell_figure(solved.modes, solved.speeds, case, solved)]  # fmt: skip
