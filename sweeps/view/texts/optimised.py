@@ -295,7 +295,8 @@ def _how(archive: xr.Dataset, about: Mapping[str, Any], wanted: int) -> list[str
         "other parameters were searched, so a better design may exist",
         "": "the best of all computed designs; a better one may exist",
     }
-    lines.append(certain[about["exact"]])
+    if about["fulfilling"] or about["exact"]:
+        lines.append(certain[about["exact"]])
     at = f" at {counted(about['points'], 'point')} each" if about["points"] > 1 else ""
     some = about["fulfilling"] != 1
     verb = ("meet" if some else "meets") if about["within"] else "have" if some else "has"

@@ -130,12 +130,15 @@ class Wording:
         return lines
 
     def margin(self, condition: Constraint, value: float) -> str:
-        """What a value leaves to a limit in words; empty where the limit is zero."""
+        """What a value leaves to a limit, or how far it is beyond; empty where that is zero."""
         margin = margin_of(condition, value)
         if not math.isfinite(margin):
             return ""
         near = abs(margin) < AT_LIMIT
-        return "at the limit" if near else f"a margin of {number_text(100.0 * margin, 2)} %"
+        share = f"{number_text(100.0 * abs(margin), 2)} %"
+        return (
+            "at the limit" if near else f"{'a margin of' if margin > 0.0 else 'beyond by'} {share}"
+        )
 
     def of_table(self, names: Sequence[str]) -> str | None:
         """What was asked of the units of some columns."""
