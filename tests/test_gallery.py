@@ -31,6 +31,7 @@ def test_the_page_is_current() -> None:
 MADE: dict[str, Callable[[], xr.Dataset]] = {
     "recorded_pressure": lambda: tool("recorded_figures").pressure(),
     "recorded_train": lambda: tool("recorded_figures").train(),
+    "torsiogram": lambda: tool("recorded_figures").torsiogram(),
     "cylinder_deviations": lambda: misfire_map.example(misfire_map.Motor("si_four_87x101")),
 }
 """What is drawn of recordings, by the tools of other pages, which simulate them."""

@@ -1,4 +1,4 @@
-"""Draw the figures of recorded cycles: docs/figures/recorded_pressure.png and recorded_train.png.
+"""Draw figures of recordings: recorded_pressure.png, recorded_train.png, torsiogram.png.
 
 The recordings are simulated here. Run it from the project's root:
 `python tools/recorded_figures.py`; it prints what the commands would say.
@@ -19,6 +19,7 @@ from engine_dyn.recordings.signal_checks import examine
 from engine_dyn.units import BAR, DEGREE
 from sweeps.lab.pressure.evaluation import evaluated
 from sweeps.scene.engine.engine_files import load_engine
+from sweeps.view.figures.measured_speeds import DISC_ORDERS
 from sweeps.view.texts.lab_texts import train_text
 
 
@@ -58,7 +59,32 @@ def train() -> xr.Dataset:
         })  # fmt: skip
 
 
+def torsiogram() -> xr.Dataset:
+    """Speed of a pulley at some twenty speeds, whose damper is weaker than the scene says."""
+    damped = {"engine": "diesel_105x137", "shaft": "diesel_105x137_damper"}
+    speeds = list(range(1200, 2351, 50))
+    names = ["disc_angle_order", "disc_angle_phase"]
+    found = sweeps.run(**damped, set={"damper_damping_1": 70.0}, axes={"speed": speeds},
+                       output={"quantities": names}).isel(disc=0)  # fmt: skip
+    theta = np.radians(found[names[0]]) * np.exp(1j * np.radians(found[names[1]]))
+    phi = np.radians(np.arange(-360.0, 720.0 * 4 - 360.0, 0.5))
+    waves = np.exp(1j * np.multiply.outer(found.order.values, phi))
+    noise = np.random.default_rng(3)
+    with tempfile.TemporaryDirectory() as folder:
+        files = [str(Path(folder) / f"{rpm}.csv") for rpm in speeds]
+        for file, rpm, own in zip(files, speeds, theta.values, strict=True):
+            swing = (1j * found.order.values * own) @ waves + 5e-4 * noise.standard_normal(phi.size)
+            table = [np.degrees(phi + (own @ waves).real), rpm * (1.0 + swing.real)]
+            heads = "crank angle [deg],speed [rpm]"
+            np.savetxt(file, np.transpose(table), delimiter=",", header=heads, comments="")
+        return sweeps.measured(
+            **damped, axes={"speed": speeds}, output={"quantities": ["delta"]},
+            measured={"file": files, "kind": "speed", "disc": "pulley", "at": {"speed": speeds}},
+        )[[*DISC_ORDERS]]  # fmt: skip
+
+
 if __name__ == "__main__":
+    keep_figure(torsiogram(), "torsiogram")
     keep_figure(pressure(), "recorded_pressure")
     found = train()
     print(train_text(found))

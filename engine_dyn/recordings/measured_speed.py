@@ -491,7 +491,11 @@ def _steady(
     steady = np.asarray(cycles * np.sqrt(own[:, None] / level))
     mean = steady.mean(axis=0)
     # A drift is removed if it changes the speed by more than this fraction of the remaining
-    # fluctuation in a cycle.
-    if drift is None or abs(drift.in_a_cycle) < 0.05 * float(np.ptp(mean) / mean.mean()):
-        return SteadySpeeds(cycles, None, left_out)
-    return SteadySpeeds(steady, drift, left_out)
+    # fluctuation in a cycle, or by the whole of it in all, as in a slow run-up.
+    fluctuation = float(np.ptp(mean) / mean.mean())
+    if drift is not None and (
+        abs(drift.in_a_cycle) >= 0.05 * fluctuation
+        or abs(drift.last / drift.first - 1.0) >= fluctuation
+    ):
+        return SteadySpeeds(steady, drift, left_out)
+    return SteadySpeeds(cycles, None, left_out)

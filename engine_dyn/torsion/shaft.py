@@ -108,6 +108,10 @@ class Shaft:
         free = _paths(last, [pair for pair in own if taken.isdisjoint(pair)])
         return max(sorted(free), key=lambda disc: len(free[disc]))
 
+    def turns_with_crank(self, disc: int) -> bool:
+        """Whether shafts without gears join a disc to the crankshaft."""
+        return disc in _paths(self.throws[0], self.shafts)
+
     def key_of(self, what: str, place: int) -> str:
         """Key of a number of a disc or shaft: `shaft_stiffness_2`, or `damper_stiffness_1`.
 

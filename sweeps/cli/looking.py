@@ -421,6 +421,12 @@ def plot(
     metavar="OUTCOMES",
     help="With --target: leave out points with these outcomes, such as no_steady_state (idle).",
 )
+@click.option(
+    "--torsiogram",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A file of `engine-dyn measured` of a disc of the same shaft: measured beside computed.",
+)
 @units_option(
     "Units of columns, such as brake_power=hp,omega_mean=rad/s; 'archive' keeps those of the "
     "archive. Default: kW, rpm, kN, kJ, mm and l."
@@ -431,7 +437,7 @@ def plot(
 @guarded
 def report(
     archive: Path, output: Path, limit: str, targets: tuple[str, ...], not_counted: str | None,
-    units: str | None, overwrite: bool, quiet: bool,
+    torsiogram: Path | None, units: str | None, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Write a report on ARCHIVE as one self-contained HTML file.
 
@@ -445,16 +451,20 @@ def report(
     if output.suffix.lower() not in (".html", ".htm"):
         raise SceneError(f"{output}: unknown extension; must be .html")
     check_file(archive)
-    check_output(output, overwrite, archive)
+    inputs = [archive] if torsiogram is None else [torsiogram, archive]
+    check_output(output, overwrite, *inputs)
+    from contextlib import ExitStack
+
     from sweeps.base.files.libraries import library
 
     library("bokeh", "bokeh", "report", extra="report")  # A missing one is said at once
     from sweeps.view.report.page import report as write
 
-    with opened(archive) as dataset, writing(output):
+    with ExitStack() as files, writing(output):
+        *more, dataset = [files.enter_context(opened(one)) for one in inputs]
         write(
-            dataset, output, limit=size, units=units, target=targets,
-            not_counted=names_of(not_counted) or (), overwrite=overwrite,
+            dataset, output, limit=size, units=units, target=targets, overwrite=overwrite,
+            not_counted=names_of(not_counted) or (), torsiogram=more[0] if more else None,
         )  # fmt: skip
     if not quiet:
         tell(f"{output}: {size_text(output.stat().st_size)}")

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
@@ -11,10 +12,8 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from engine_dyn.recordings.torsiogram import torsiogram
 from sweeps.base.errors import SceneError
 from sweeps.decide.explore.barred import BarredRange, Peak
-from sweeps.lab.speed.torsiogram import compared_torsiogram
 from sweeps.view.figures.drawing import Options, figures
 from sweeps.view.figures.shaft_system import placed
 from sweeps.view.report.page import page
@@ -195,54 +194,127 @@ def test_the_customary_width_of_a_barred_range() -> None:
 
 # ---- torsiograms ---------------------------------------------------------------------------------
 
+DAMPED = {"engine": "diesel_105x137", "shaft": "diesel_105x137_damper"}
 
-def recorded(found: xr.Dataset, disc: int) -> tuple[Any, Any, float]:
-    """Speed [rpm] of a disc in a run-up by 27 rpm a second, and a time of firing dead centre."""
+ANGLES = ["disc_angle_order", "disc_angle_phase"]
+
+
+def recorded(folder: Path, found: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Tables [measured] of the pulley in a run-up by 27 rpm a second, made of its orders."""
     time = np.arange(0.0, 12.0, 1.0 / 20_000.0)
     first, rise = 1200.0 * np.pi / 30.0, 27.0 * np.pi / 30.0
     angle = 1.0 + first * time + 0.5 * rise * time**2
-    one = found.isel(disc=disc)
-    theta = np.radians(one.disc_angle_order) * np.exp(1j * np.radians(one.disc_angle_phase))
-    at = (first + rise * time) * 30.0 / np.pi
+    theta = np.radians(found.disc_angle_order) * np.exp(1j * np.radians(found.disc_angle_phase))
+    at, theta = (first + rise * time) * 30.0 / np.pi, theta.isel(disc=0)
     swing = sum(
         (np.interp(at, found.speed, theta.sel(order=order)) * np.exp(1j * order * angle)).real
         for order in found.order.values
     )
-    speed = np.gradient(angle + swing, time) * 30.0 / np.pi
-    return time, speed, float(np.interp(40.0 * np.pi, angle, time))
+    own = angle + swing
+    speed = np.gradient(own, time) * 30.0 / np.pi
+    pitch = 2.0 * np.pi / 60.0
+    teeth = np.arange(np.ceil(own[0] / pitch), own[-1] / pitch)
+    teeth = np.interp(pitch * teeth[teeth % 60 < 58], own, time)
+    np.savetxt(folder / "teeth.csv", teeth, header="time [s]", comments="")
+    for name, head, column in (
+        ("time", "time [s]", time), ("angle", "crank angle [deg]", np.degrees(own))
+    ):  # fmt: skip
+        table = np.column_stack([column, speed])[::5]
+        np.savetxt(folder / f"{name}.csv", table, delimiter=",", header=f"{head},speed [rpm]",
+                   comments="")  # fmt: skip
+    tables: dict[str, dict[str, Any]] = {
+        "teeth": {"kind": "teeth", "wheel": "60-2", "gap_angle": 0.0},
+        "angle": {"kind": "speed"},
+        "time": {"kind": "speed", "time_column": 1, "angle_shift": float(np.degrees(own[0]))},
+    }
+    common = {"disc": "pulley", "part_cycles": 8}
+    return {
+        name: {"file": str(folder / f"{name}.csv"), **common, **table}
+        for name, table in tables.items()
+    }
 
 
-def test_a_torsiogram_has_the_orders_that_made_it() -> None:
-    found = run(
-        ["disc_angle_order", "disc_angle_phase"], "diesel_105x137_damper", set={},
-        axes={"speed": list(range(1150, 1601, 10))},
-    )  # fmt: skip
-    time, speed, zero = recorded(found, 0)
-    beside = compared_torsiogram(found, "pulley", time, speed, dead_centre=zero)
-    strong = beside.computed > 0.02
-    assert int(strong.sum()) > 50 and beside.attrs["disc"] == "pulley"
-    assert float(np.abs(beside.measured / beside.computed - 1.0).where(strong).max()) < 0.02
-    assert float(np.abs(beside.phase_difference).where(strong).max()) < 2.0
-    assert np.isnan(compared_torsiogram(found, "pulley", time, speed).phase_difference).all()
-    for match, wrong in (
-        ("no such disc", {"disc": "hub"}),
-        ("less than 8 cycles", {"time": time[:9000], "speed": speed[:9000]}),
-        ("too few samples for order 12", {"time": time[::100], "speed": speed[::100]}),
-        ("times must ascend", {"time": time[::-1]}),
-        ("must have disc_angle_order", {"archive": found.drop_vars("disc_angle_order")}),
+def test_a_torsiogram_has_the_orders_that_made_it(tmp_path: Path) -> None:
+    found = sweeps.run(**DAMPED, axes={"speed": list(range(1150, 1601, 10))},
+                       output={"quantities": ANGLES})  # fmt: skip
+    for table in recorded(tmp_path, found).values():
+        beside = sweeps.measured(**DAMPED, output={"quantities": ["delta"]}, measured=table)
+        # The measured speed is that of each part of the run-up
+        assert beside.sizes["recording"] == 16
+        assert_allclose(beside.speed.values[[0, -2]], [1212.0, 1482.0], rtol=2e-3)
+        assert float(beside.correlation.min()) > 0.9999
+        strong = beside.disc_angle_order > 0.02
+        assert int(strong.sum()) > 150
+        ratio = beside.disc_angle_measured_order / beside.disc_angle_order
+        assert float(np.abs(ratio - 1.0).where(strong).max()) < 0.02
+        turned = (beside.disc_angle_measured_phase - beside.disc_angle_phase + 180.0) % 360.0
+        assert float(np.abs(turned - 180.0).where(strong).max()) < 2.0
+        # Amplitudes over the disc's own angle are those of the archive but for their square
+        at_crank = found.disc_angle_order.isel(disc=0).interp(speed=beside.speed.values)
+        near = np.abs(beside.disc_angle_order.values / at_crank.values - 1.0)[1:-1]
+        assert near[at_crank.values[1:-1] > 0.1].max() < 0.05
+    pytest.importorskip("bokeh")
+    part = page(found, torsiogram=beside).partition("Measured torsiogram</h3>")[2]
+    assert 'alt="torsiogram"' in part
+    row = re.search(r'<tr><td class="number">6</td>(.*?)</tr>', part)
+    assert row is not None
+    cells = [float(cell) for cell in re.findall(r">([^<]+)</td>", row[1])]
+    assert cells[0] == pytest.approx(cells[2], rel=0.02) and abs(cells[3]) < 2.0
+    for wrong, archive, match in (
+        (found, found, "must be what `measured` makes"),
+        (beside.assign_attrs(disc="hub"), found, "disc 'hub': the archive has no such disc"),
     ):
-        given = {"archive": found, "disc": "pulley", "time": time, "speed": speed} | wrong
         with pytest.raises(SceneError, match=match):
-            compared_torsiogram(**given)
+            page(archive, torsiogram=wrong)
 
 
-def test_one_order_at_a_steady_speed_is_exact() -> None:
-    # The angle is the sum of trapezia of the speed: exact to the square of the phase of a step.
-    time = np.linspace(0.0, 2.0, 200_001)
-    angle = 150.0 * time
-    speed = 150.0 + 0.01 * 3.0 * 150.0 * -np.sin(3.0 * angle + 0.5)
-    found = torsiogram(time, speed, np.array([1.0, 3.0]), cycles=4, dead_centre=0.0)
-    assert_allclose(found.speed, 150.0, rtol=1e-6)
-    assert_allclose(found.amplitude[:, 1], 0.01, rtol=1e-5)
-    assert_allclose(found.amplitude[:, 0], 0.0, atol=1e-6)
-    assert_allclose(found.phase[:, 1], 0.5, atol=1e-4)
+def test_stiffness_and_damping_come_back_from_a_torsiogram(tmp_path: Path) -> None:
+    speeds = [1500, 1700, 1900]
+    true = {"damper_damping_1": 70.0, "shaft_stiffness_8": 1.8e6}
+    found = sweeps.run(**DAMPED, set=true, axes={"speed": speeds}, output={"quantities": ANGLES})
+    theta = np.radians(found.disc_angle_order) * np.exp(1j * np.radians(found.disc_angle_phase))
+    phi = np.radians(np.arange(-360.0, 720.0 * 12 - 360.0, 0.5))
+    waves = np.exp(1j * np.multiply.outer(found.order.values, phi))
+    noise = np.random.default_rng(1)
+    files = []
+    for rpm, own in zip(speeds, theta.isel(disc=0).values, strict=True):
+        speed = rpm * (1.0 + ((1j * found.order.values * own) @ waves).real)
+        speed *= 1.0 + 3e-4 * noise.standard_normal(phi.size)
+        files.append(str(tmp_path / f"{rpm}.csv"))
+        table = np.column_stack([np.degrees(phi + (own @ waves).real), speed])
+        np.savetxt(files[-1], table, delimiter=",", header="crank angle [deg],speed [rpm]",
+                   comments="")  # fmt: skip
+    fit = sweeps.identify(
+        **DAMPED, output={"quantities": ["delta"]}, axes={"speed": speeds}, vary=list(true),
+        measured={"file": files, "kind": "speed", "disc": "pulley", "at": {"speed": speeds}},
+        predict=False,
+    )  # fmt: skip
+    assert_allclose(fit.value, list(true.values()), rtol=3e-3)
+    assert fit.attrs["likelihood_of_noise"] > 0.01
+
+
+@pytest.mark.parametrize(
+    ("wrong", "match"),
+    [
+        ({"disc": "hub"}, r"\[measured\] disc = 'hub': no such disc"),
+        ({"disc": "propeller"}, "disc = 'propeller': must turn with the crank, without gears"),
+        ({"part_cycles": 1}, "part_cycles = 1: must be a whole number from 2"),
+        ({"angle_column": 1, "time_column": 1}, "time_column and angle_column: only one of them"),
+        ({"time_column": 1}, "line 3: times must ascend throughout"),
+    ],
+)  # fmt: skip
+def test_a_torsiogram_that_does_not_fit_is_refused(
+    tmp_path: Path, wrong: dict[str, Any], match: str
+) -> None:  # fmt: skip
+    (tmp_path / "back.csv").write_text("time [s],speed [rpm]\n0,1000\n0,1000\n1,1000\n")
+    table = {"file": str(tmp_path / "back.csv"), "kind": "speed", "disc": "throw 1", **wrong}
+    with pytest.raises(SceneError, match=match):
+        sweeps.measured(engine="diesel_105x137", shaft=GEARED, output={"quantities": ["delta"]},
+                        measured=table)  # fmt: skip
+    with pytest.raises(SceneError, match=r"disc: the engine has no \[shaft\]"):
+        sweeps.measured(
+            engine="ntua",
+            output={"quantities": ["delta"]},
+            measured=table
+            | {"disc": "pulley", "part_cycles": 2, "angle_column": None, "time_column": None},
+        )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.recordings.cylinder_geometry import RecordedCycles
 from engine_dyn.recordings.transient import TorqueTrain, train_of_cycles
 from engine_dyn.types import Floats
-from engine_dyn.units import BAR, DEGREE
+from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError, did_you_mean
 from sweeps.running.compute.in_memory import compute
@@ -53,6 +54,7 @@ class SpeedsOfRecordings:
     # Keys of the varied parameters; one recording's own parameter is ``key@number``
     keys: tuple[str, ...]
     count: int  # Number of recordings
+    disc: int | None = None  # Disc of the shaft whose speed it is; None for the rigid crankshaft
 
     @classmethod
     def of(
@@ -93,7 +95,8 @@ class SpeedsOfRecordings:
             quantities=("omega",), reference=None, fail_on=(),
             silenced_warnings=scene.silenced_warnings,
         )  # fmt: skip
-        return cls(with_part(made, measured.GIVEN.name, None), tuple(keys), len(places))
+        disc = None if scene.measured is None else scene.measured.disc
+        return cls(with_part(made, measured.GIVEN.name, None), tuple(keys), len(places), disc)
 
     def start(self, key: str) -> float:
         """Value that the scene has, the mean of its designs."""
@@ -124,6 +127,10 @@ class SpeedsOfRecordings:
             else:
                 (columns if plain in PARAMETERS else diagrams)[plain][:, where] = varied[:, None]
         diagrams["dead_centre_shift"] += recorded
+        cycle = math.degrees(self.scene.engine.period)
+        step = self.scene.angle_step
+        points = -0.5 * cycle + step * np.arange(round(cycle / step))
+        angle: Floats = np.asarray(points * DEGREE, dtype=np.float64)
         distinct, which = distinct_combinations(*(diagrams[key] for key in OF_DIAGRAM))
         results: dict[int, Floats] = {}
         refused: ValueError | None = None
@@ -131,16 +138,15 @@ class SpeedsOfRecordings:
             here = which.ravel() == place
             picked = {key: column.ravel()[here] for key, column in columns.items()}
             try:
-                results[place] = _run(_with_diagrams(replace(self.scene, designs=picked), *change))
+                changed = _with_diagrams(replace(self.scene, designs=picked), *change)
+                results[place] = (
+                    _run(changed) if self.disc is None else _of_disc(changed, self.disc, angle)
+                )
             # A step of the fit may go too far, such as to a negative pressure
             except ValueError as error:
                 refused = error
         if not results and refused is not None and first:
             raise refused
-        cycle = math.degrees(self.scene.engine.period)
-        step = self.scene.angle_step
-        points = -0.5 * cycle + step * np.arange(round(cycle / step))
-        angle = np.asarray(points * DEGREE, dtype=np.float64)
         speeds = np.full((number * self.count, angle.size), np.nan)
         for place, solved in results.items():
             speeds[which.ravel() == place] = solved
@@ -161,6 +167,31 @@ def _run(scene: Scene) -> Floats:
     plan = make_plan(scene)
     omega, dims = compute(plan)["omega"], plan.dims("omega")
     return np.asarray(np.moveaxis(omega, dims.index("crank_angle"), -1))
+
+
+def _of_disc(scene: Scene, disc: int, angle: Floats) -> Floats:
+    """Speed of a disc [rad/s] of each design over its own angle, by its stored orders.
+
+    A toothed wheel and an integrated speed count the disc's own angle phi + theta(phi), which is
+    solved for phi; theta' is far below 1.
+    """
+    plan = make_plan(replace(scene, quantities=("disc_harmonics",)))
+    found, dims = compute(plan)["disc_harmonics"], plan.dims("disc_harmonics")
+    ends = [dims.index("disc"), dims.index("order")]
+    harmonics = np.moveaxis(found, ends, [-2, -1])[..., disc, :].reshape(-1, found.shape[ends[1]])
+    orders = plan.points["order"]
+    mean = np.asarray(scene.designs["speed"])[:, None] * RPM
+
+    def sums(values: Any, phi: Floats) -> Floats:
+        total = np.zeros((len(values), angle.size))
+        for order, one in zip(orders, values.T, strict=True):
+            total += (one[:, None] * np.exp(1j * order * phi)).real
+        return total
+
+    phi = np.tile(angle, (len(harmonics), 1))
+    for _ in range(5):
+        phi = angle - sums(harmonics, phi)
+    return mean * (1.0 + sums(1j * orders * harmonics, phi))
 
 
 def _with_diagrams(scene: Scene, shift: float, pegging: float, factor: float) -> Scene:

@@ -266,11 +266,7 @@ class FittedRecordings(RecordedSpeeds):
                     f"{name}: [measured] {label}: one cycle has no scatter; a fit needs two or "
                     "more cycles"
                 )
-        places = []
-        for number, speeds in enumerate(read.cycles):
-            time = np.mean(np.sum(read.width / speeds, axis=1))
-            places.append({**_values_of(scene, number, name), "speed": float(period / time / RPM)})
-        return cls(**vars(read), places=places)
+        return cls(**vars(read), places=places_of(scene, read, name))
 
     def seen(
         self, recordings: Sequence[int], computed: SpeedsOfRecordings, angle: Floats,
@@ -325,6 +321,15 @@ class Seen:
         at = given.angle + start
         rows = [np.interp(at, angle, one, period=given.period) for one in speed]
         return np.array(rows).reshape(len(speed), -1)
+
+
+def places_of(scene: Scene, read: RecordedSpeeds, name: str) -> list[dict[str, float]]:
+    """For each recording, the values of all that varies in the scene, and the measured speed."""
+    places = []
+    for file, speeds in zip(read.of_file, read.cycles, strict=True):
+        time = np.mean(np.sum(read.width / speeds, axis=1))
+        places.append({**_values_of(scene, file, name), "speed": float(read.period / time / RPM)})
+    return places
 
 
 def _values_of(scene: Scene, number: int, name: str) -> dict[str, float]:

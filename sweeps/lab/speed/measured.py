@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -30,6 +31,8 @@ from engine_dyn.units import DEGREE
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import SceneError
 from sweeps.base.one_thread import linear_algebra_on_one_thread
+from sweeps.lab.speed.computed_speeds import SpeedsOfRecordings
+from sweeps.lab.speed.fit_results import places_of
 from sweeps.lab.speed.labelled import labelled_dataset, of_intervals, of_recordings
 from sweeps.lab.speed.measured_doubts import (
     INERTIA_STEP,
@@ -146,11 +149,19 @@ def measured(
     if table is None:
         raise SceneError(f"{name}: [measured] is missing; see the page 'Measured speed'")
     recorded = recorded_speeds(table, float(given.engine.period), name)
-    if computed is None:
-        from sweeps.running.compute.in_memory import run
+    from sweeps.running.compute.in_memory import run
 
-        computed = run(replace(given, quantities=("omega", "delta"), reference=None))
-    angle, speeds = computed_speeds(computed, table, len(recorded.labels), name, lacking=True)
+    if table.disc is not None:
+        task = SpeedsOfRecordings.of(given, places_of(given, recorded, name), ())
+        silenced = (*given.silenced_warnings, "rigid_shaft")  # Of omega, which is replaced
+        computed = run(replace(task.scene, quantities=("omega",), silenced_warnings=silenced))
+        table = replace(table, at={DESIGN: np.arange(len(recorded.labels), dtype=float)})
+        angle, (speeds,) = task.speeds(np.empty((1, 0)), first=True)
+    else:
+        table = replace(table, at={k: v[list(recorded.of_file)] for k, v in table.at.items()})
+        if computed is None:
+            computed = run(replace(given, quantities=("omega", "delta"), reference=None))
+        angle, speeds = computed_speeds(computed, table, len(recorded.labels), name, lacking=True)
     if not _known(speeds).any():
         table = replace(table, errors="none" if isinstance(table.errors, str) else table.errors)
     try:
@@ -331,8 +342,11 @@ def _dataset(
     raw_delta = [fluctuation(c[:, s]) for c, s in zip(curves.cycles, curves.sound, strict=True)]
     delta = [_corrected(one, curves, i) for i, one in enumerate(curves.cycles)]
     by_inertia = np.array([_by_inertia(one, curves, i) for i, one in enumerate(curves.cycles)])
-    most_orders = 0.5 * np.arange(1, 13)  # Orders of the crank's turn that are compared
-    orders = most_orders[most_orders * round(period / TURN) % 1 == 0]
+    # Orders of the crank's turn that are compared; those of a disc up to four intervals a wave
+    turns, highest = round(period / TURN), 6.0
+    if given.disc is not None:
+        highest = min(scene.highest_order, sound.sum() / (4.0 * turns))
+    orders = np.arange(1, math.floor(highest * turns + 1e-9) + 1) / turns
     size, phase = orders_of_samples(
         corrected[:, sound], curves.middle[sound], curves.width[sound], orders
     )
@@ -394,6 +408,25 @@ def _dataset(
         "omega_phase": (("recording", "order"), own_phase / DEGREE, "degree",
                         "phase of the computed speed"),
     }  # fmt: skip
+    if given.disc is not None:
+        # The speed of A cos(nu phi + psi) is -nu omega A sin(nu phi + psi)
+        for of, level, of_speed, lag in (
+            ("measured", mean.mean(axis=1), size, phase), ("", speeds.mean(axis=1), own, own_phase)
+        ):  # fmt: skip
+            said = of or "computed"
+            kind = f"disc_angle_{of}_".replace("__", "_")
+            data[kind + "order"] = (
+                ("recording", "order"),
+                of_speed / (orders * level[:, None]) / DEGREE,
+                "degree",
+                f"amplitude of the disc, {said}",
+            )
+            data[kind + "phase"] = (
+                ("recording", "order"),
+                np.degrees(np.angle(-1j * np.exp(1j * lag))),
+                "degree",
+                f"phase of the disc, {said}",
+            )
     if curves.of_wheel is not None:
         data["tooth_error"] = (("tooth",), curves.of_wheel.error, one,
                                "relative error of the wheel's interval")  # fmt: skip
@@ -517,6 +550,7 @@ def _attributes(
         **computed.attrs,
         "title": scene.title,
         "measured_kind": given.table.kind,
+        **({} if given.table.disc is None else {"disc": given.table.disc}),
         "recordings": recorded.listed,
         "remarks": "\n".join(remarks),
     }

@@ -303,7 +303,7 @@ def _column(
     listed = ", ".join(f"{i} {one_line(n, 40)}" for i, n in enumerate(names[:12], start=1))
     over_time = ""
     if key == "angle_column" and any(map(is_time_name, left)):
-        over_time = "; a speed over time must first be put over the crank angle"
+        over_time = "; of a speed over time, time_column in its place"
     raise SceneError(
         f"{recording.label}: {key}: ambiguous; give the name or number of one of these columns: "
         f"{listed}{over_time}"
@@ -410,9 +410,16 @@ def _time_column(recording: Recording, table: MeasuredTable) -> str:
 def _speed_over_angle(
     recording: Recording, table: MeasuredTable, period: float
 ) -> tuple[Floats, Floats, tuple[str, ...]]:
-    """Cycles of speed on uniform angles from -period/2; angles may count on over many cycles."""
+    """Cycles of speed on uniform angles from -period/2; angles may count on over many cycles.
+
+    Of a speed over time, the angles are its integral from the first sample on.
+    """
+    over_time = table.time_column is not None
     of_angle = ("angle", "crank", "°", "deg", "winkel", "角", "угол")
-    angle_name = _column(recording, table.angle_column, "angle_column", of_angle)
+    angle_name = _column(
+        recording, table.time_column if over_time else table.angle_column,
+        "time_column" if over_time else "angle_column", of_angle,
+    )  # fmt: skip
     of_speed = (
         "speed", "rpm", "omega", "drehzahl", "转速", "轉速", "回転", "оборот", "скорость",
         "частота",
@@ -420,8 +427,8 @@ def _speed_over_angle(
     column = _column(recording, table.column, "column", of_speed, (angle_name,))
     angle = _flat(recording, angle_name)
     angle_units = {"": DEGREE, **{unit: size * DEGREE for unit, size in ANGLES.items()}, "rad": 1.0}
-    angle = angle * _factor(recording, angle_name, (), None, angle_units, "angle")
-    angle = angle + table.angle_shift * DEGREE
+    over, what = (SECONDS, "time") if over_time else (angle_units, "angle")
+    angle = angle * _factor(recording, angle_name, (), None, over, what)
     units = {"": RPM, "rpm": RPM, "1/min": RPM, "min-1": RPM, "min^-1": RPM, "u/min": RPM,
              "r/min": RPM, "rad/s": 1.0, "rad s-1": 1.0, "1/s": TURN, "hz": TURN,
              "deg/s": DEGREE}  # fmt: skip
@@ -430,11 +437,16 @@ def _speed_over_angle(
         raise SceneError(
             f"{recording.label}: {angle.size} angles, {speed.shape[-1]} speeds in a cycle"
         )
+    if over_time:
+        angle = _integrated(recording, angle_name, angle, speed)
+    angle = angle + table.angle_shift * DEGREE
     if angle.size > 1 and np.median(np.diff(angle)) < 0.0:
         angle, speed = angle[::-1], speed[..., ::-1]
     several = angle.size > 1
     degrees = angle / DEGREE
-    running, again = unwrapped(degrees, period / DEGREE, recording) if several else (degrees, 0.0)
+    running, again = degrees, 0.0
+    if several and not over_time:
+        running, again = unwrapped(degrees, period / DEGREE, recording)
     if 0.0 < again < period / DEGREE - 1.0:
         raise SceneError(
             f"{recording.label}, column {shown(angle_name)}: begins again after {again:g} degrees; "
@@ -475,3 +487,16 @@ def _speed_over_angle(
     if whole < 1:
         return grid, np.interp(grid, angle, speed, period=period)[None, :], ()
     return grid, np.interp(grid + period * (first + np.arange(whole)[:, None]), angle, speed), ()
+
+
+def _integrated(recording: Recording, name: str, time: Floats, speed: Floats) -> Floats:
+    """Angle over the time [rad], by trapezia of the speed, from 0."""
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if back.size or speed.ndim != 1:
+        place = recording.place(int(back[0]) + 1) if back.size else "speeds"
+        raise SceneError(
+            f"{recording.label}, column {shown(name)}, {place}: times must ascend throughout, with "
+            "one speed each"
+        )
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(steps)])

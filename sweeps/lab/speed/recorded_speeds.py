@@ -49,6 +49,7 @@ class RecordedSpeeds:
     # Crank angle of the first tooth [rad], where the scene or marks give it.
     known_gap: float | None
     turn_known: bool  # Whether marks show the turn with which cycles begin
+    of_file: tuple[int, ...]  # Number of the file that each recording is, or is a part of
 
     @property
     def turns(self) -> int:
@@ -122,6 +123,28 @@ class RecordedSpeeds:
         used = np.tile(sound_intervals(_means(cycles), self.wheel), self.turns)
         return replace(self, cycles=cycles, used=used, remarks=self.remarks + said)
 
+    def parts(self, cycles: int) -> RecordedSpeeds:
+        """Parts of so many cycles of each recording, each a recording; a rest belongs to the last.
+
+        A recording that is shorter is one part.
+        """
+        made = [
+            (file, number, part)
+            for file, one in enumerate(self.cycles)
+            for number, part in enumerate(
+                np.split(one, cycles * np.arange(1, max(len(one) // cycles, 1)))
+            )
+        ]
+        files = [file for file, *_ in made]
+        return replace(
+            self,
+            labels=tuple(f"{self.labels[file]}, part {n + 1}" for file, n, _ in made),
+            sha256=tuple(self.sha256[file] for file in files),
+            cycles=[part for *_, part in made],
+            first_pulse=tuple(self.first_pulse[file] for file in files if self.first_pulse),
+            of_file=tuple(files),
+        )
+
     def middles(self, starts: Floats) -> Floats:
         """Middles of the intervals [rad], shape (recordings, intervals), within one cycle.
 
@@ -155,7 +178,7 @@ def recorded_speeds(
         cycles = [one.cycles for one in steady]
         width = np.tile(wheel.width, turns)
         used = np.tile(sound_intervals(_means(cycles), wheel), turns)
-    return RecordedSpeeds(
+    recorded = RecordedSpeeds(
         tuple(r.label for r in records), tuple(r.sha256 for r in records),
         tuple(
             f"{record.label}: {line}"
@@ -164,8 +187,9 @@ def recorded_speeds(
         ),
         cycles, width, used, period, wheel, angle, given.groups,
         tuple(r.teeth.first + 1 for r in records if r.teeth is not None),
-        _known_gap(records, name), all(r.turn_known for r in records),
+        _known_gap(records, name), all(r.turn_known for r in records), tuple(range(len(records))),
     )  # fmt: skip
+    return recorded if given.table.part_cycles is None else recorded.parts(given.table.part_cycles)
 
 
 def first_tooth(start: float, errors: Floats, wheel: Wheel, sound: Booleans) -> float:

@@ -21,7 +21,7 @@ from engine_dyn.types import Floats
 from sweeps.base.checks import Companions, check_companions, number
 from sweeps.base.columns.options import ReadingChoices
 from sweeps.base.dimensions import DESIGN
-from sweeps.base.errors import SceneError, shown
+from sweeps.base.errors import SceneError, not_known, shown
 from sweeps.base.files.regular_files import referred
 from sweeps.scene.features.feature import GivenFeature
 from sweeps.scene.values import GivenValues
@@ -54,7 +54,9 @@ class MeasuredTable(ReadingChoices):
         default=None, description="the name or number of the column with the crank angle"
     )
     time_column: str | int | None = Field(
-        default=None, description="the name or number of the column with the time of the samples"
+        default=None,
+        description="the name or number of the column with the time of the samples; of a speed, in "
+        "place of its angle, which is integrated from the first sample on",
     )
     unit: str | None = Field(
         default=None, description="a string: the unit of the column, such as 'rpm', 'rad/s' or 'ms'"
@@ -105,6 +107,17 @@ class MeasuredTable(ReadingChoices):
         description="'others' (estimated from the other recordings), 'all', 'none', or a list of "
         "relative errors of the wheel's intervals, from the first tooth after the gap",
     )
+    disc: str | None = Field(
+        default=None,
+        description="the name of a disc of [shaft], whose speed it is: a torsiogram",
+        min_length=1,
+    )
+    part_cycles: int | None = Field(
+        default=None,
+        description="a whole number from 2: each file is cut into parts of so many cycles, which "
+        "are compared one by one, as those of a run-up",
+        ge=2,
+    )
     at: dict[str, Any] = Field(
         default={}, description="a table of axes: for each file, the axis value to which it belongs"
     )
@@ -124,6 +137,7 @@ class Measured:
     at: Mapping[str, Floats]  # Values on axes at which each file was recorded
     # Number, from 0, of the pulse in each file that is the first tooth, where given.
     first: tuple[int | None, ...]
+    disc: int | None = None  # Number of the disc of the shaft, from 0
 
     @property
     def groups(self) -> int:
@@ -145,9 +159,8 @@ def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -
         ("gap_angle", "first_tooth", "reversed", "end", "tooth_errors"): {
             "kind": ("teeth", "encoder")
         },
-        ("time_column", "sample_rate", "threshold", "hysteresis", "edge", "mark_column"): {
-            "kind": ("encoder",)
-        },
+        ("sample_rate", "threshold", "hysteresis", "edge", "mark_column"): {"kind": ("encoder",)},
+        ("time_column",): {"kind": ("encoder", "speed")},
         ("mark_angle",): {"mark_column": ()},
     }
     check_companions(given, companions, where)
@@ -156,13 +169,32 @@ def _read(values: GivenValues, given: MeasuredTable, folder: Path, where: str) -
             raise SceneError(
                 f"{where} {key} and mark_column: both tell where the wheel is; give one"
             )
+    if given.kind == "speed" and None not in (given.time_column, given.angle_column):
+        raise SceneError(f"{where} time_column and angle_column: only one of them")
     for key in ("time_column", "unit"):  # Both keys describe the times of a signal
         if given.sample_rate is not None and getattr(given, key) is not None:
             raise SceneError(f"{where} sample_rate and {key}: only one of them")
     return Measured(
         given, paths, files, wheel, _errors(given, wheel, len(files), where),
         _places(given.at, values, len(files), where), _first(given, wheel, len(files), where),
+        _disc(given, values, where),
     )  # fmt: skip
+
+
+def _disc(given: MeasuredTable, values: GivenValues, where: str) -> int | None:
+    """Number of the disc whose speed was recorded, which turns with the crank."""
+    if given.disc is None:
+        return None
+    shaft, said = values.engine.shaft, f"{where} disc"
+    if shaft is None:
+        raise SceneError(f"{said}: the engine has no [shaft]")
+    if given.disc not in shaft.discs:
+        known = not_known(given.disc, shaft.discs)
+        raise SceneError(f"{said} = {shown(given.disc)}: no such disc{known}")
+    disc = shaft.discs.index(given.disc)
+    if not shaft.turns_with_crank(disc):
+        raise SceneError(f"{said} = {shown(given.disc)}: must turn with the crank, without gears")
+    return disc
 
 
 def _wheel(given: MeasuredTable, where: str) -> Wheel | None:

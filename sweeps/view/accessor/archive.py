@@ -366,7 +366,8 @@ class ArchiveAccessor:
     def report(
         self, path: str | Path, *, limit: float = 20e6,
         units: str | Mapping[str, str] | None = None, target: str | Sequence[str] = (),
-        not_counted: str | Sequence[str] = (), overwrite: bool = False,
+        not_counted: str | Sequence[str] = (), torsiogram: xr.Dataset | None = None,
+        overwrite: bool = False,
     ) -> Path:  # fmt: skip
         """Write one HTML file with tables, figures and an explorer; see `sweeps.report`.
 
@@ -383,7 +384,7 @@ class ArchiveAccessor:
         with said_in_python():
             return report(
                 self._archive, a_path(path, "path"), limit=limit, units=units_text(units),
-                target=target, not_counted=not_counted, overwrite=overwrite,
+                target=target, not_counted=not_counted, torsiogram=torsiogram, overwrite=overwrite,
             )  # fmt: skip
 
     def explore(self, *, units: str | Mapping[str, str] | None = None) -> Any:

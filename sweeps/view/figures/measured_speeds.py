@@ -149,7 +149,8 @@ def delta_figure(
         y = view.numbers(row.name)
         drawn = panel.errorbar(x, y, known, capsize=2.5, elinewidth=0.9, **style)
         entries[row.text] = drawn.lines[0]
-    panel.set_xticks(place, [recording_tag(view, i) for i in range(count)])
+    named = pick(count, MOST_PANELS)
+    panel.set_xticks(place[named], [recording_tag(view, i) for i in named])
     panel.set_xlim(-0.5, count - 0.5)
     panel.set_ylim(0.0, 1.03 * panel.get_ylim()[1])
     panel.grid(False, axis="x")
@@ -332,6 +333,32 @@ def _orders(view: View) -> Figure:
 def _has_errors(view: View) -> bool:
     return not str(view.data.attrs.get("tooth_errors", "not")).startswith("not")
 
+
+def torsiogram(study: Study, names: Sequence[str]) -> NamedFigures:
+    """Draw the strongest orders of a disc over the speed, measured and computed."""
+    view = with_recordings(study.view)
+    speed, orders = view.numbers("speed"), view.numbers("order")
+    measured, computed = (view.numbers(name) for name in DISC_ORDERS)
+    rank = np.argsort(speed, kind="stable")
+    figure, (panel,) = new_sheet(1, 1, 3.6)
+    entries: Entries = {}
+    strong = sorted(np.argsort(-measured.max(axis=0), kind="stable")[:5])
+    for number, one in enumerate(strong):
+        style = line_style(number, len(strong))
+        (line,) = panel.plot(speed[rank], measured[rank, one], **{**style, "linestyle": "none"})
+        panel.plot(speed[rank], computed[rank, one], color=style["color"], linewidth=1.0)
+        entries[f"order {orders[one]:g}"] = line
+    panel.set_ylim(bottom=0.0)
+    panel.set_xlabel(f"Mean speed{view.unit('speed')}")
+    y_label(panel, f"Amplitude{view.unit(DISC_ORDERS[0])}", 2.8)
+    title = f"Torsiogram of {shorten(str(view.data.attrs.get('disc', 'the disc')))}"
+    yield (
+        "torsiogram",
+        finish(figure, title, ["marks: measured; lines: computed"], entries, "", view.caption),
+    )
+
+
+DISC_ORDERS = ("disc_angle_measured_order", "disc_angle_order")
 
 NORMAL = 1.96  # Half width of a 95 % interval in standard deviations
 

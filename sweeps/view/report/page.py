@@ -22,6 +22,7 @@ from sweeps.view.report.html import listed, paragraph, text
 from sweeps.view.report.key_figures import key_figures, starting_places, views
 from sweeps.view.report.key_results import results
 from sweeps.view.report.sections import SECTIONS
+from sweeps.view.report.shaft_calculation import calculation, check_torsiogram
 from sweeps.view.report.verdict import verdict
 from sweeps.view.texts.wording import Wording
 
@@ -39,7 +40,8 @@ LEAST_ROOM = 10e3  # Smallest number of bytes for the numbers themselves
 def report(
     archive: str | Path | xr.Dataset, path: str | Path, *, limit: float = LIMIT,
     units: str | None = None, target: str | Sequence[str] = (),
-    not_counted: str | Sequence[str] = (), overwrite: bool = False,
+    not_counted: str | Sequence[str] = (), torsiogram: xr.Dataset | None = None,
+    overwrite: bool = False,
 ) -> Path:  # fmt: skip
     """Write a report on an archive: one HTML file that needs no network.
 
@@ -67,6 +69,8 @@ def report(
     not_counted : str or sequence of str
         Outcomes such as "no_steady_state" (of an engine at idle) whose points are left out, as
         `best` takes them.
+    torsiogram : Dataset, optional
+        Of `sweeps.measured` with a `disc`: a part of the calculation of the shaft.
     overwrite : bool
         Replace the file if it exists.
 
@@ -95,15 +99,15 @@ def report(
     path = Path(path)
     if path.exists() and not overwrite:
         raise SceneError(f"{path}: exists and is not overwritten")
+    how: dict[str, Any] = {"limit": limit, "units": units, "target": target,
+                           "not_counted": not_counted, "torsiogram": torsiogram}  # fmt: skip
     if isinstance(archive, str | Path):
         from sweeps.decide.explore.opening import open as open_any
 
         with open_any(archive) as dataset:
-            written = page(
-                dataset, limit=limit, units=units, target=target, not_counted=not_counted
-            )
+            written = page(dataset, **how)
     else:
-        written = page(archive, limit=limit, units=units, target=target, not_counted=not_counted)
+        written = page(archive, **how)
     with replaced(path) as partial:
         partial.write_text(written, encoding="utf-8", errors="replace")
     return path
@@ -112,16 +116,20 @@ def report(
 def page(
     archive: xr.Dataset, *, limit: float = LIMIT, units: str | None = None,
     target: str | Sequence[str] = (), not_counted: str | Sequence[str] = (),
+    torsiogram: xr.Dataset | None = None,
 ) -> str:  # fmt: skip
     """Return the report as a text of HTML; SceneError as `report`."""
     library("bokeh.models", "bokeh", "report", extra="report")
     choices = choices_of(archive, units)
     outcomes = names_given(not_counted, "not_counted")
     judged = verdict(archive, names_given(target, "target"), outcomes, units)
-    of_results = partial(results, judged=bool(judged.html))
+    if torsiogram is not None:
+        check_torsiogram(archive, torsiogram)
+    given = {results: partial(results, judged=bool(judged.html)),
+             calculation: partial(calculation, torsiogram=torsiogram)}  # fmt: skip
     made_sections = {
         place: [(key, title, html) for key, title, make in content
-                if (html := (of_results if make is results else make)(archive, choices))]
+                if (html := given.get(make, make)(archive, choices))]
         for place, content in SECTIONS.items()
     }  # fmt: skip
     parts = {

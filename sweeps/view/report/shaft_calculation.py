@@ -12,7 +12,7 @@ import numpy as np
 
 from engine_dyn.types import Floats
 from sweeps.base.dimensions import DESIGN, REDUCTION
-from sweeps.base.errors import one_line
+from sweeps.base.errors import SceneError, one_line, shown
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.shaft_extremes import Worst, worst_of_shaft
 from sweeps.view.figures.drawing import drawing, kinds_of
@@ -31,22 +31,45 @@ MOST_SPEEDS = 30  # Largest number of lines of the table over the speed, besides
 
 MODES = 4  # Largest number of modes with a Holzer table
 
+TORSIOGRAM = ("disc_angle_measured_order", "disc_angle_order", "disc_angle_measured_phase",
+              "disc_angle_phase")  # fmt: skip
+
 Parts = Iterator[str]
 
 
-def calculation(archive: xr.Dataset, choices: Any) -> str:
-    """Return the parts that the archive has quantities for; empty without a shaft."""
+def calculation(
+    archive: xr.Dataset, choices: Any, *, torsiogram: xr.Dataset | None = None
+) -> str:  # fmt: skip
+    """Return the parts that the archive has quantities for; empty without a shaft.
+
+    A `torsiogram` that `sweeps.measured` made adds a part.
+    """
     if not (numeric(archive, "disc") or numeric(archive, "shaft")):
         return ""
     values = sum(v.size for v in archive.data_vars.values())
     if REDUCTION in archive.attrs or values > MOST_VALUES or not _sound(archive):
         return "".join([*system(archive), *worst(archive)])
     written: list[str] = []
-    for title, make in _PARTS:
+    measured = ("Measured torsiogram", lambda _: _measured(archive, torsiogram))
+    for title, make in (*_PARTS, measured):
         html = "".join(make(archive))
         if html:
             written.append(f'<h3 class="part">{len(written) + 1}. {title}</h3>{html}')
     return "".join(written)
+
+
+def check_torsiogram(archive: xr.Dataset, torsiogram: xr.Dataset) -> None:
+    """Refuse a dataset that is no torsiogram, or that of a disc which the archive lacks."""
+    wanted = {name: torsiogram.get(name) for name in TORSIOGRAM}
+    if any(
+        one is None or one.dtype.kind != "f" or {*one.dims} != {"recording", "order"}
+        for one in wanted.values()
+    ):
+        raise SceneError("torsiogram: must be what `measured` makes of a scene whose [measured] "
+                         "has a disc")  # fmt: skip
+    disc, known = str(torsiogram.attrs.get("disc")), archive.get("disc_name")
+    if known is None or disc not in map(str, known.values):
+        raise SceneError(f"torsiogram: disc {shown(disc)}: the archive has no such disc")
 
 
 def _sound(archive: xr.Dataset) -> bool:
@@ -477,6 +500,35 @@ def _free_end(archive: xr.Dataset) -> Parts:
     yield paragraph("Largest amplitude of each order over the speed, healthy; orders of less than "
                     "2 % of the strongest are left out.", "note")  # fmt: skip
     yield table(("order", "amplitude [degree]", "at rpm"), rows, (0, 1, 2))
+
+
+def _measured(archive: xr.Dataset, torsiogram: xr.Dataset | None) -> Parts:
+    """Measured and computed amplitudes and phases of a disc, order by order."""
+    if torsiogram is None:
+        return
+    yield from drawn(torsiogram, [str(name) for name in torsiogram.data_vars], "torsiogram")
+    measured, computed, *phases = (
+        torsiogram[name].transpose("recording", "order").values for name in TORSIOGRAM
+    )
+    rpm = torsiogram["omega_mean_measured"].values * 30.0 / np.pi
+    largest = measured.max(axis=0)
+    rows = []
+    for i in np.flatnonzero(largest >= 0.02 * largest.max()):
+        at, other = int(np.argmax(measured[:, i])), computed[:, i]
+        turned = (phases[0][at, i] - phases[1][at, i] + 180.0) % 360.0 - 180.0
+        own = int(np.argmax(np.where(np.isfinite(other), other, -1.0)))
+        rows.append([f"{torsiogram['order'].values[i]:g}", _number(largest[i]), f"{rpm[at]:.5g}",
+                     _number(other[at]), f"{turned:.1f}" if np.isfinite(turned) else "",
+                     _number(other[own]), f"{rpm[own]:.5g}"])  # fmt: skip
+    disc = one_line(torsiogram.attrs.get("disc", ""), 60)
+    yield paragraph(
+        f"Disc {disc}, {rpm.size} recordings or parts of them; each is computed at its own mean "
+        "speed. Orders of less than 2 % of the strongest are left out.", "note",
+    )  # fmt: skip
+    heads = ("order", "measured [degree]", "at rpm", "computed there [degree]",
+             "phase, measured less computed [degree]", "largest computed [degree]",
+             "at rpm")  # fmt: skip
+    yield table(heads, rows, range(len(heads)))
 
 
 _PARTS: tuple[tuple[str, Callable[[Any], Parts]], ...] = (
