@@ -44,6 +44,8 @@ class Engine:
     own_cylinders: Cylinders | None = None
     # Torque over the crank angle that is given in place of indicator diagrams, with its mean.
     torque: TorqueOverAngle | None = None
+    # Its parts on the throws along the shaft, where it is the sum of that of each cylinder.
+    throw_torques: tuple[TorqueOverAngle, ...] = ()
     # Parts with a structure, such as a shaft, by the name of their feature;
     # `engine_dyn.quantities.features` lists the features.
     parts: Mapping[str, Any] = field(default_factory=dict)

@@ -19,7 +19,7 @@ itself was not compared), and SciPy's PchipInterpolator.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -222,6 +222,8 @@ class DrivenMachine:
     auxiliaries : TorqueOverAngle, optional
         Torque of the engine's auxiliaries over the crank angle, whose period is the cycle; its mean
         is part of the friction.
+    throw_torques : tuple of TorqueOverAngle
+        Parts of the engine's torque on the throws along the shaft, where it has several.
     """
 
     over_angle: TorqueOverAngle | None = None
@@ -231,6 +233,7 @@ class DrivenMachine:
     load_law: str = "power_law"
     engine_torque: TorqueOverAngle | None = None
     auxiliaries: TorqueOverAngle | None = None
+    throw_torques: tuple[TorqueOverAngle, ...] = ()
 
     @property
     def torques(self) -> tuple[TorqueOverAngle | None, ...]:
@@ -398,6 +401,26 @@ def torque_of_harmonics(
         slope = slope + exact * (sine * c - cosine * s)
     _check_points(theta, torque, "angle", math.degrees(1.0), "degree", FEWEST_POINTS)
     return TorqueOverAngle(theta, torque, slope, revolutions * REVOLUTION, own_angle)
+
+
+def superposed(one: TorqueOverAngle, phases: Sequence[float]) -> TorqueOverAngle:
+    """Sum of a torque at the angles theta + phase [rad], as of cylinders that fire in turn.
+
+    Knots are evenly spaced, as those of `torque_of_harmonics`, which then lose nothing.
+
+    Examples
+    --------
+    >>> cylinder = torque_of_harmonics(10.0, {1: (0.0, 5.0), 2: (3.0, 0.0)})
+    >>> both = superposed(cylinder, [0.0, math.pi])
+    >>> both.mean.round(9), both(np.pi / 4).round(9)
+    (20.0, 26.0)
+    """
+    turns = round(one.period / REVOLUTION)
+    count = max(one.angle.size, 720 * turns)
+    theta = one.angle[0] + np.arange(count) * (one.period / count)
+    torque = sum((one(theta + phase) for phase in phases), np.zeros(count))
+    slope = sum((one.slope_at(theta + phase) for phase in phases), np.zeros(count))
+    return TorqueOverAngle(theta, torque, slope, one.period, one.own_angle)
 
 
 def torque_over_speed(

@@ -62,9 +62,12 @@ def _of_given_torque(
     shaft: Shaft, *, driven: Any, torque_factor: Any, every_order: Any, curve_period: float,
     **_: Any,
 ) -> list[tuple[tuple[int, ...], Any, Any]]:  # fmt: skip
-    """As `_of_cylinders`, of an engine that gives its torque, on its one throw."""
-    harmonics = harmonics_of_load(driven.engine_torque, np.ravel(every_order), curve_period)
-    return [(shaft.throws, harmonics[None, :], torque_factor)]
+    """As `_of_cylinders`, of an engine that gives its torque, on its one throw or on each."""
+    harmonics = [
+        harmonics_of_load(torque, np.ravel(every_order), curve_period)
+        for torque in driven.throw_torques or (driven.engine_torque,)
+    ]
+    return [(shaft.throws, np.array(harmonics), torque_factor)]
 
 
 _Engine = Callable[..., list[tuple[tuple[int, ...], Any, Any]]]
@@ -380,9 +383,10 @@ NODES: tuple[Node, ...] = (
         ), when="by_pressure",
     ),
     hidden(
-        "throw_torque_mean", "N m", "mean torque on the throw, as given",
-        lambda driven, torque_factor, throw:
-        torque_factor * driven.engine_torque.mean + 0.0 * throw, when="by_torque",
+        "throw_torque_mean", "N m", "mean torque on each throw, as given",
+        lambda driven, torque_factor, throw: torque_factor * np.array(
+            [torque.mean for torque in driven.throw_torques or (driven.engine_torque,)]
+        )[np.asarray(throw, dtype=np.int64) - 1], when="by_torque",
     ),
     *(
         Node(

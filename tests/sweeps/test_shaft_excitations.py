@@ -74,6 +74,59 @@ def test_a_given_torque_excites_the_shaft_at_its_throw(tmp_path: Path) -> None:
     assert_allclose(found["shaft_torque_mean"], [-25e3, -25e3])
 
 
+def of_cylinder(folder: Path, head: str = "firing_order = [1, 3, 2]") -> str:
+    """An engine of three cylinders, each with the torque of a maker's table of orders."""
+    rows = ["0.5,3000,200", "1.5,-1000,1700", "2,500,-700"]
+    (folder / "table.csv").write_text("order,sine,cosine\n" + "\n".join(rows), encoding="utf-8")
+    path = folder / "of_cylinder.toml"
+    path.write_text(
+        f'title = "A table"\ncycle = "four-stroke"\n{head}\n[values]\ncylinders = 3\n'
+        "inertia = 115\nspeed = 420\nload_exponent = 0\nload_offset = 0\n"
+        '[[diagram]]\nkind = "torque"\nof = "cylinder"\nmean = 2500\nfile = "table.csv"\n',
+        encoding="utf-8",
+    )
+    return str(path)
+
+
+def test_the_table_of_a_cylinder_excites_each_throw_in_step(tmp_path: Path) -> None:
+    shaft = {
+        "reciprocating": "included", "load_damping": 0.0,
+        "discs": [*({"name": f"throw {i}", "throw": i, "inertia": 5.0} for i in (1, 2, 3)),
+                  {"name": "flywheel", "inertia": 100.0, "damping": 30.0}],
+        "shafts": [{"stiffness": 1e6, "loss_factor": 0.02}] * 3,
+    }  # fmt: skip
+    quantities = ["shaft_torque_order", "shaft_torque_phase", "shaft_torque_mean", "torque"]
+    path = of_cylinder(tmp_path)
+    found = of_torque(path, quantities, shaft)
+    fires = np.radians([0.0, 480.0, 240.0])
+    table = {0.5: 200.0 - 3000j, 1.5: 1700.0 + 1000j, 2.0: -700.0 - 500j}
+    angle = np.radians(found.crank_angle.values)[:, None] - fires
+    torque = np.full(angle.shape, 2500.0)
+    for order in found.order.values:
+        wave = table.get(order, 0.0)
+        torque = torque + (wave * np.exp(1j * order * angle)).real
+        forces = np.append(wave * np.exp(-1j * order * fires), 0.0)
+        _, want = dense(
+            order * 420.0 * RPM, forces, [5.0, 5.0, 5.0, 100.0], [1e6] * 3,
+            loss_factor=[0.02] * 3, disc_damping=[0.0, 0.0, 0.0, 30.0],
+        )  # fmt: skip
+        one = found.sel(order=order)
+        mine = one["shaft_torque_order"] * np.exp(1j * DEGREE * one["shaft_torque_phase"])
+        assert_allclose(mine, want, rtol=1e-8, atol=1e-6)
+    assert_allclose(found["torque"], torque.sum(axis=1), atol=1e-5)
+    assert_allclose(found["shaft_torque_mean"], [-2500.0, -5000.0, -7500.0])
+    with pytest.raises(SceneError, match="cylinders: the engine of_cylinder gives the torque of"):
+        sweeps.run(engine=path, set={"cylinders": 4}, output={"quantities": ["delta"]})
+    whole = engine(tmp_path, "[{ order = 3, sine = -8000 }]")
+    with pytest.raises(SceneError, match="shaft: has 3 throws, but the engine torque"):
+        of_torque(whole, ["natural_frequency"], shaft)
+    unknown = of_cylinder(tmp_path, "")
+    text = Path(unknown).read_text(encoding="utf-8").replace("cylinders = 3", "cylinders = 13")
+    Path(unknown).write_text(text, encoding="utf-8")
+    with pytest.raises(SceneError, match="firing_order: missing"):
+        sweeps.run(engine=unknown, output={"quantities": ["delta"]})
+
+
 def test_an_excitation_on_the_throw_is_a_part_of_the_engines_torque(tmp_path: Path) -> None:
     both = engine(
         tmp_path, "[{ order = 3, sine = -8000 }, { order = 2, amplitude = 700, phase = 40 }]"

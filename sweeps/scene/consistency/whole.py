@@ -170,7 +170,23 @@ def check_shaft(scene: Scene, name: str) -> None:
         For the first key that has no shaft, disc or damper, or whose values a shaft cannot have;
         for a shaft with other throws than the engine, and for a disc of auxiliaries without any.
     """
-    shaft = scene.engine.shaft
+    shaft, torques = scene.engine.shaft, scene.engine.throw_torques
+    if torques and scene.engine.own_cylinders is not None:
+        own = [member.phase for member in scene.engine.own_cylinders.members]
+        if any([member.phase for member in one.members] != own for one in scene.all_cylinders):
+            raise SceneError(
+                f"{name}: cylinders: the engine {scene.engine.name} gives the torque of each of "
+                "its own, which must not be changed"
+            )
+    if (
+        shaft is not None
+        and scene.engine.torque is not None
+        and len(shaft.throws) > 1 > len(torques)
+    ):
+        raise SceneError(
+            f"{name}: shaft: has {len(shaft.throws)} throws, but the engine {scene.engine.name} "
+            "gives its whole torque; must have one, or the [[diagram]] of = 'cylinder'"
+        )
     given = [key for key in scene.given if key in OF_SHAFT or key in SHAFT_KEYS]
     if shaft is None:
         if given:

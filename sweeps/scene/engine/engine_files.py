@@ -25,7 +25,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius
-from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.loads.driven_machine import TorqueOverAngle, superposed
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
@@ -187,6 +187,11 @@ def _read_engine(path: Path, name: str) -> Engine:
         _check_own_point(values, family, scale, name)
     if torque is not None and not count:
         order, own = read_cylinders(given, values["cylinders"], period, name)
+    throw_torques: tuple[TorqueOverAngle, ...] = ()
+    if torque is not None and given.diagram[0].get("of") == "cylinder":
+        own = own or even_cylinders(int(values["cylinders"]), period, order)
+        throw_torques = _of_throws(torque, own, name)
+        torque = superposed(torque, [member.phase for member in own.members])
     _check_bores(values, name)
     for key in INERTIA_KEYS if raw.get("shaft") is not None else ():
         if key in values:
@@ -208,6 +213,7 @@ def _read_engine(path: Path, name: str) -> Engine:
         firing_order=order,
         own_cylinders=own,
         torque=torque,
+        throw_torques=throw_torques,
         assumed=dict(given.assumed),
         uncertainty=dict(given.uncertainty),
         sources=tuple(source.text for source in given.source),
@@ -277,6 +283,19 @@ def _torque(given: EngineFile, name: str, folder: Path) -> TorqueOverAngle | Non
     if given.pressure_scale is not None:
         raise SceneError(f"{name}: [pressure_scale]: not allowed: the file gives a torque")
     return read_torque_diagram(given.diagram[0], where, folder)
+
+
+def _of_throws(
+    torque: TorqueOverAngle, cylinders: Cylinders, name: str
+) -> tuple[TorqueOverAngle, ...]:  # fmt: skip
+    """Torque on each throw along the shaft, from that of one cylinder."""
+    if cylinders.along_shaft is None:
+        raise SceneError(f"{name}: firing_order: missing; [[diagram]] of = 'cylinder' needs it, or "
+                         "arrangement")  # fmt: skip
+    return tuple(
+        superposed(torque, [cylinders.members[i].phase for i in throw])
+        for throw in cylinders.along_shaft
+    )
 
 
 def _check_complete(given: EngineFile, values: Mapping[str, float], name: str) -> None:

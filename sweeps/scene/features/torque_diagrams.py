@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -57,6 +57,11 @@ class TorqueDiagram(Strict):
     """[[diagram]] with kind = 'torque': one of `file`, `harmonics` and `areas`."""
 
     kind: str
+    of: Literal["engine", "cylinder"] = Field(
+        default="engine",
+        description="'engine', or 'cylinder': that of each cylinder, over the angle from its own "
+        "firing dead centre",
+    )
     file: str | None = Field(
         default=None,
         description="a string: the path of a file with angle and torque, or with a table of orders",

@@ -123,6 +123,7 @@ def driven_machine(values: GivenValues) -> DrivenMachine:
         motor=driver is None and (values.gives(*MOTOR_KEYS) or values.engine_gives(*MOTOR_KEYS)),
         load_law=_load_law(values),
         engine_torque=engine.torque,
+        throw_torques=engine.throw_torques,
         auxiliaries=None if given is None else given.torque,
     )
 

@@ -417,7 +417,12 @@ def _far_from_rigid(plan: Plan, shaft: Shaft, system: ShaftSystem) -> list[str]:
             [sum(np.exp(1j * orders * phase) for phase in throw) for throw in phases]
         )
     else:
-        vectors = harmonics_of_load(torque, orders, scene.engine.period)[None, :]
+        vectors = np.array(
+            [
+                harmonics_of_load(one, orders, scene.engine.period)
+                for one in scene.engine.throw_torques or (torque,)
+            ]
+        )
     # In strong orders the phase vectors of half of the cylinders add up; of a torque that is given,
     # these are half as large as the largest.
     size = np.abs(vectors.sum(axis=0))
