@@ -36,8 +36,8 @@ from engine_dyn.types import Floats
 REVOLUTION = 2.0 * math.pi
 MOST_REVOLUTIONS = 64  # Largest number of revolutions in the period of a torque over an angle
 FEWEST_POINTS = 8
-# Highest order, and largest number of orders, of a torque in closed form
-HIGHEST_ORDER, MOST_ORDERS = 64.0, 200
+# Of a torque in closed form: highest order, largest number of orders, most periods of the highest
+HIGHEST_ORDER, MOST_ORDERS, MOST_PERIODS = 256.0, 200, 4096
 
 LARGEST = 1e12  # Largest torque and speed of a table, far above those of any machine
 
@@ -388,6 +388,11 @@ def torque_of_harmonics(
         raise ValueError(
             f"orders repeat together after {revolutions} revolutions: must be at most "
             f"{MOST_REVOLUTIONS}"
+        )
+    if revolutions * max(harmonics, default=0.0) > MOST_PERIODS:
+        raise ValueError(
+            f"order = {max(harmonics):g}: has more than {MOST_PERIODS} periods in the "
+            f"{revolutions} revolutions after which all orders repeat"
         )
     # At least 720 knots in a revolution, and 480 in a period of the highest harmonic.
     count = revolutions * max(720, math.ceil(480 * max(harmonics, default=0.0)))

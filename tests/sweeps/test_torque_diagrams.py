@@ -211,7 +211,11 @@ def test_known_swing_and_coefficient_of_energy(tmp_path: Path) -> None:
         ("mean = 1\nharmonics = [{order = 3}, {order = 3}]", "order = 3: given twice"),
         ("mean = 1\nharmonics = [{order = 3}]", "order = 3: sine, cosine: missing"),
         ("mean = 1\nharmonics = [{order = 2, sine = 1}, {order = 3}]", "order = 3: sine, cosine"),
-        ("mean = 1\nharmonics = [{order = -1}]", "order = -1: must be above 0 and at most 64"),
+        ("mean = 1\nharmonics = [{order = -1}]", "order = -1: must be above 0 and at most 256"),
+        (
+            "mean = 1\nharmonics = [{order = 0.015625, sine = 1}, {order = 65, sine = 1}]",
+            "order = 65: has more than 4096 periods in the 64 revolutions",
+        ),
         ("mean = 1\nharmonics = [{sine = 1}]", "order: missing"),
         ("mean = 1\nareas = [130, -128.5]", "to at most 2.58 J with rounded = true"),
         ("mean = 1\nareas = [130, -127]\nrounded = true", "at most 2.57 J .1 percent of the sum"),
