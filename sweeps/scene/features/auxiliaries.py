@@ -21,14 +21,14 @@ from sweeps.base.checks import check_structure, mentioned
 from sweeps.base.errors import SceneError
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.features.torque_diagrams import (
-    TorqueDiagram,
+    GivenTorque,
     read_torque_diagram,
     torque_warnings,
 )
 from sweeps.scene.values import GivenValues
 
 
-class AuxiliaryTable(TorqueDiagram):
+class AuxiliaryTable(GivenTorque):
     """Torque of one auxiliary at its own shaft over its own angle, as of a torque diagram."""
 
     kind: Literal["torque"] = Field(default="torque", description="'torque'")

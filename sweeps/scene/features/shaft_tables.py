@@ -14,7 +14,7 @@ from engine_dyn.torsion.shaft import (
     MOST_OF_SCENE,
 )
 from sweeps.base.checks import Strict
-from sweeps.scene.features.torque_diagrams import TorqueDiagram
+from sweeps.scene.features.torque_diagrams import GivenTorque
 
 NAME = "a string: its name, which tells it from the others"
 
@@ -25,7 +25,7 @@ MOST_SPEEDS = 1000
 SPEED = "a number in rpm above 0: of the crank"
 
 
-class TorqueOfDisc(TorqueDiagram):
+class TorqueOfDisc(GivenTorque):
     """A torque over the angle of its disc, as of a torque diagram."""
 
     kind: str = Field(default="torque", description="'torque'", pattern="torque")

@@ -53,15 +53,10 @@ class Harmonic(Strict):
         return -self.amplitude * math.sin(psi), self.amplitude * math.cos(psi)
 
 
-class TorqueDiagram(Strict):
-    """[[diagram]] with kind = 'torque': one of `file`, `harmonics` and `areas`."""
+class GivenTorque(Strict):
+    """A torque over an angle: one of `file`, `harmonics` and `areas`."""
 
     kind: str
-    of: Literal["engine", "cylinder"] = Field(
-        default="engine",
-        description="'engine', or 'cylinder': that of each cylinder, over the angle from its own "
-        "firing dead centre",
-    )
     file: str | None = Field(
         default=None,
         description="a string: the path of a file with angle and torque, or with a table of orders",
@@ -100,6 +95,16 @@ class TorqueDiagram(Strict):
         default=None, ge=1, le=MOST_REVOLUTIONS,
         description="a whole number: revolutions that equally wide areas take together",
     )  # fmt: skip
+
+
+class TorqueDiagram(GivenTorque):
+    """[[diagram]] with kind = 'torque'."""
+
+    of: Literal["engine", "cylinder"] = Field(
+        default="engine",
+        description="'engine', or 'cylinder': that of each cylinder, over the angle from its own "
+        "firing dead centre",
+    )
 
 
 _BESIDE = {
