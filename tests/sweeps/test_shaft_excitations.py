@@ -419,6 +419,7 @@ TABLE: dict[str, Any] = {"speed": [1000, 2000], "damping": [1, 5]}
         (changed(excitations=[BLADES] * 9), "excitations"),
         (changed(excitations=[{**BLADES, "name": "a"}] * 2), "'a' is given twice"),
         (changed(excitations=[{"on": "wheel", "mean": 0, "file": "no.csv"}]), "no.csv"),
+        (changed(excitations=[{**BLADES, "file": "no.csv"}]), "has both file and harmonics"),
         (changed(modal_damping=[]), "modal_damping: 0 numbers: must be 1 to 12"),
         (changed(modal_damping=-0.1), "modal_damping number 1 = -0.1: must be"),
         (changed(modal_damping=[0.1, 1.0]), "modal_damping number 2 = 1: must be"),

@@ -126,20 +126,11 @@ class _Values:
         check_range(self.numbers[key], where, node)
 
 
-def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
-    names = [disc.name for disc in given.discs]
-    rings = [d.name or f"ring of damper {i}" for i, d in enumerate(given.dampers, start=1)]
-    hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
-    _check_different([*names, *rings, *hung], where)
-    values, over_speed = _Values(), dict[str, OverSpeed]()
-    # A common value is checked even if no shaft takes it
-    for name in ("loss_factor", "shear_modulus"):
-        if getattr(given, name) is not None:
-            _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
-    for i, disc in enumerate(given.discs, start=1):
-        at = f"{where} discs number {i}"
-        values.take(disc, "disc", i, at, ("name", "throw", "damping_over_speed"))
-        over_speed |= _over_speed(disc, f"disc_damping_{i}", at)
+def _shafts(
+    given: ShaftTable, names: list[str], values: _Values, over_speed: dict[str, OverSpeed],
+    where: str,
+) -> tuple[list[tuple[int, int]], dict[int, Table]]:  # fmt: skip
+    """Ends of the shafts, and couplings over their torque."""
     pairs: list[tuple[int, int]] = []
     tables: dict[int, Table | Coupling] = {}
     for i, piece in enumerate(given.shafts, start=1):
@@ -164,6 +155,12 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
             if common is not None and not own and wanted:
                 values.set(f"shaft_{name}_{i}", common, f"{where} {name}")
         _check_stiffness(piece, values.numbers, i, at)
+    return pairs, tables
+
+
+def _gears(
+    given: ShaftTable, names: list[str], values: _Values, where: str
+) -> list[tuple[int, int]]:  # fmt: skip
     gears = []
     for i, gear in enumerate(given.gears, start=1):
         at = f"{where} gears number {i}"
@@ -171,6 +168,14 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
         values.set(f"shaft_gear_ratio_{i}", gear.ratio, f"{at} ratio")
         if values.numbers[f"shaft_gear_ratio_{i}"] == 0.0:
             raise SceneError(f"{at} ratio = 0: must not be 0")
+    return gears
+
+
+def _held(
+    given: ShaftTable, names: list[str], values: _Values, where: str
+) -> list[tuple[int, int]]:  # fmt: skip
+    """Disc and ring of the dampers, then those of the pendulums."""
+    pairs = []
     for i, damper in enumerate(given.dampers, start=1):
         at = f"{where} dampers number {i}"
         pairs.append((_place(damper.on, names, f"{at} on"), len(names) + i - 1))
@@ -180,12 +185,15 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
             raise SceneError(f"{at}: has neither damping nor stiffness; nothing holds its ring")
     for i, pendulum in enumerate(given.pendulums, start=1):
         at = f"{where} pendulums number {i}"
-        place = len(names) + len(rings) + i - 1
+        place = len(names) + len(given.dampers) + i - 1
         pairs.append((_place(pendulum.on, names, f"{at} on"), place))
         values.take(pendulum, "pendulum", i, at, ("name", "on"))
-    damped = _modal_damping(given, where)
-    for i, ratio in enumerate(damped, start=1):
-        values.set(f"modal_damping_{i}", ratio, f"{where} modal_damping number {i}")
+    return pairs
+
+
+def _excitations(
+    given: ShaftTable, names: list[str], values: _Values, folder: Path, where: str
+) -> list[Excitation]:  # fmt: skip
     exciting = [one.name or f"excitation {i}" for i, one in enumerate(given.excitations, start=1)]
     _check_different(exciting, f"{where} excitations")
     excitations = []
@@ -195,6 +203,30 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
         if excitation.factor is not None:
             values.set(f"excitation_factor_{i}", excitation.factor, f"{at} factor")
         excitations.append(_read_excitation(excitation, place, exciting[i - 1], folder, at))
+    return excitations
+
+
+def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
+    names = [disc.name for disc in given.discs]
+    rings = [d.name or f"ring of damper {i}" for i, d in enumerate(given.dampers, start=1)]
+    hung = [p.name or f"pendulum {i}" for i, p in enumerate(given.pendulums, start=1)]
+    _check_different([*names, *rings, *hung], where)
+    values, over_speed = _Values(), dict[str, OverSpeed]()
+    # A common value is checked even if no shaft takes it
+    for name in ("loss_factor", "shear_modulus"):
+        if getattr(given, name) is not None:
+            _Values().set(f"shaft_{name}_1", getattr(given, name), f"{where} {name}")
+    for i, disc in enumerate(given.discs, start=1):
+        at = f"{where} discs number {i}"
+        values.take(disc, "disc", i, at, ("name", "throw", "damping_over_speed"))
+        over_speed |= _over_speed(disc, f"disc_damping_{i}", at)
+    pairs, tables = _shafts(given, names, values, over_speed, where)
+    gears = _gears(given, names, values, where)
+    pairs += _held(given, names, values, where)
+    damped = _modal_damping(given, where)
+    for i, ratio in enumerate(damped, start=1):
+        values.set(f"modal_damping_{i}", ratio, f"{where} modal_damping number {i}")
+    excitations = _excitations(given, names, values, folder, where)
     if given.load_damping is not None and given.load_damping_factor is not None:
         raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
     for name in ("load_damping", "load_damping_factor"):
@@ -252,19 +284,19 @@ def _read_excitation(
             "proportional to (speed/reference_speed)^power"
         )
     torque = given.model_dump(exclude_unset=True, exclude=set(_OWN))
+    beside_file = {"harmonics", "areas", "angle_column", "torque_column"}
     if not {"file", "areas", "over_speed"} & given.model_fields_set:
         torque = {"harmonics": [], **torque}
     speeds, torques, of_file = list[float](), list[TorqueOverAngle](), None
-    if given.file is not None and given.mean is not None:
+    if given.file is not None and given.mean is not None and not beside_file & torque.keys():
         from sweeps.scene.features.torque_files import torques_of_file
 
         path = referred(folder, given.file, f"{where} file")
         label = f"{where} {given.file}"
         of_file = torques_of_file(path, label, given.torque_unit, given.mean)
-    if of_file is not None:
+    if of_file is not None and given.over_speed is None:
         speeds, torques = of_file
-        speeds = speeds if len(speeds) > 1 else []  # One speed says nothing of others
-        if powered:
+        if powered and speeds:
             raise SceneError(f"{where} power: not allowed: {given.file} has speeds")
     elif given.over_speed is None:
         torques = [read_torque_diagram({**torque, "kind": "torque"}, where, folder)]

@@ -61,16 +61,22 @@ def torque_of_file(
 def torques_of_file(
     path: Path, label: str, torque_unit: str | None, mean: float
 ) -> tuple[list[float], list[TorqueOverAngle]] | None:
-    """Speeds [rpm] and torques of a table of orders over the speed; None of any other file."""
+    """Speeds [rpm] and torques of a table of orders; None of a file without orders.
+
+    A table of one speed, or without a column of it, has no speeds and one torque.
+    """
     recording = read_recording(path, label)
-    if not {ORDER, SPEED} <= recording.columns.keys():
+    if ORDER not in recording.columns:
         return None
+    if SPEED not in recording.columns:
+        return [], [_of_orders(recording, torque_unit, mean)]
     unit = recording.columns[SPEED].unit
     if unit not in ("", None, "rpm", "1/min", "min-1"):
         raise SceneError(f"{recording.where(SPEED)}, in {unit}: must be in rpm")
     of_rows = recording.numbers(SPEED)
     speeds = np.unique(of_rows).tolist()
-    return speeds, [_of_orders(recording, torque_unit, mean, of_rows == speed) for speed in speeds]
+    torques = [_of_orders(recording, torque_unit, mean, of_rows == speed) for speed in speeds]
+    return speeds if len(speeds) > 1 else [], torques
 
 
 def _of_orders(
