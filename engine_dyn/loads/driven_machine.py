@@ -417,7 +417,7 @@ def superposed(one: TorqueOverAngle, phases: Sequence[float]) -> TorqueOverAngle
     --------
     >>> cylinder = torque_of_harmonics(10.0, {1: (0.0, 5.0), 2: (3.0, 0.0)})
     >>> both = superposed(cylinder, [0.0, math.pi])
-    >>> both.mean.round(9), both(np.pi / 4).round(9)
+    >>> round(both.mean, 9), round(float(both(math.pi / 4)), 9)
     (20.0, 26.0)
     """
     turns = round(one.period / REVOLUTION)
