@@ -192,7 +192,7 @@ def test_bad_input_is_one_line(teeth: Path, keys: dict[str, Any], said: str) -> 
         (
             "time [s],speed [rpm]\n" + "0,1500\n" * 5,
             "speed",
-            "angle_column: ambig.*over the crank angle",
+            "angle_column: ambig.*time_column in its place",
         ),
         ("time [s],encoder\n0,1\n1,1\n5,1\n", "encoder", "equally far apart"),
         ("angle [deg],speed\n0,1\n1,1\n2,1\n", "speed", "must span a cycle"),
