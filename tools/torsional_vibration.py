@@ -205,11 +205,43 @@ def draw(found: xr.Dataset) -> None:
             panel.legend()
 
 
+ARC_SPRINGS: dict[str, Any] = {
+    "name": "arc springs", "loss_factor": 0.05,
+    "torque_over_twist": {"twist": [0, 20, 45, 60], "torque": [0, 100, 350, 800]},
+    "friction_torque": 8.0, "friction_stiffness": 2000.0,
+}  # fmt: skip
+"""Two stages and a stop, with dry friction; all values are assumed."""
+
+
+def draw_nonlinear() -> None:
+    """The torque in the arc springs of a car's dual-mass flywheel, linearised and as it is."""
+    known = tomllib.loads(Path(__file__).with_name("car_shafts.toml").read_text(encoding="utf-8"))
+    shaft = known["dual-mass flywheel"]
+    shaft["shafts"][5] = ARC_SPRINGS
+    speeds = np.arange(500.0, 2501.0, 20.0)
+    found = sweeps.run(
+        engine="si_four_87x101", shaft=shaft, axes={"speed": speeds.tolist()},
+        silenced_warnings=["all"], set={"load": 100},
+        output={"quantities": ["shaft_torque_nonlinear", "shaft_torque_half_range"]},
+    ).isel(shaft=5)  # fmt: skip
+    with sheet("torsional_nonlinear", (5.0, 3.2)) as (_, ((panel,),)):
+        panel.plot(speeds, found.shaft_torque_nonlinear, color="black", label="as it is")
+        panel.plot(
+            speeds, found.shaft_torque_half_range, color=shade(0.5), linestyle=DASHES[1],
+            label="linearised",
+        )  # fmt: skip
+        panel.set_xlabel("Engine speed (rpm)")
+        panel.set_ylabel("Vibratory torque (N m)")
+        panel.set_ylim(0.0, 500.0)
+        panel.legend()
+
+
 if __name__ == "__main__":
     wanted = figures_wanted("Write docs/torsional_response.md.")
     over_speed = diesel()
     write(documents(over_speed))
     if wanted:
         draw(over_speed)
+        draw_nonlinear()
         handed_in = ["system_inertia", "system_stiffness", "system_speed_ratio"]
         keep_figure(sweeps.run("torsion_hand_in")[handed_in], "mass_elastic")

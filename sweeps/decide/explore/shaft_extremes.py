@@ -171,7 +171,8 @@ def _quantities_of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
     not_worst = ("shaft_stress_limit", "shaft_torque_limit", "shaft_torque_mean", "mode_shape",
                  "mode_node", "mode_torque", "mode_stress", "system_inertia", "system_stiffness",
                  "system_speed_ratio", "propulsion_stress_limit", "propulsion_stress_limit_passing",
-                 "disc_angle_largest_order", "shaft_torque_largest_order")  # fmt: skip
+                 "disc_angle_largest_order", "shaft_torque_largest_order", "coupling_contact",
+                 "coupling_departure")  # fmt: skip
     return {
         str(name): data for name, data in archive.data_vars.items()
         if any(place in data.dims and f"{place}_name" in archive.coords for place in PLACES)

@@ -147,7 +147,7 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
         "responses of shafts": 1.5e-5,
         "responses in modes of shafts": 6e-4,
         "cycles of shafts": 4e-5,
-        "nonlinear responses of shafts": 2e-2,
+        "nonlinear responses of shafts": 5e-2,
     }
     # Extremes of the load of one pin or journal of a four, likewise: 2.0e-5 and 2.6e-5 s
     of_loads = {"extremes of loads": 2.2e-5}

@@ -33,8 +33,8 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
     (
         (TORSION,),
         "",
-        "Torsional vibration is computed as linear, at constant mean speed; passing a range of "
-        "speeds, and couplings that are not linear, have functions of their own "
+        "Torsional vibration is computed as linear, but for quantities with nonlinear in their "
+        "names, at constant mean speed; passing a range of speeds has functions of its own "
         "(engine_dyn.torsion). The variable part of the reciprocating inertia (secondary "
         "resonance), bending and axial vibration are not included. Stress is nominal.",
     ),
