@@ -129,7 +129,7 @@ class _Values:
 def _shafts(
     given: ShaftTable, names: list[str], values: _Values, over_speed: dict[str, OverSpeed],
     where: str,
-) -> tuple[list[tuple[int, int]], dict[int, Table]]:  # fmt: skip
+) -> tuple[list[tuple[int, int]], dict[int, Table | Coupling]]:  # fmt: skip
     """Ends of the shafts, and couplings over their torque."""
     pairs: list[tuple[int, int]] = []
     tables: dict[int, Table | Coupling] = {}
