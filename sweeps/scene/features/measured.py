@@ -109,7 +109,7 @@ class MeasuredTable(ReadingChoices):
     )
     disc: str | None = Field(
         default=None,
-        description="the name of a disc of [shaft], whose speed it is: a torsiogram",
+        description="the name of a disc of the shaft, whose speed it is: a torsiogram",
         min_length=1,
     )
     part_cycles: int | None = Field(
@@ -187,7 +187,7 @@ def _disc(given: MeasuredTable, values: GivenValues, where: str) -> int | None:
         return None
     shaft, said = values.engine.shaft, f"{where} disc"
     if shaft is None:
-        raise SceneError(f"{said}: the engine has no [shaft]")
+        raise SceneError(f"{said}: the engine has no shaft")
     if given.disc not in shaft.discs:
         known = not_known(given.disc, shaft.discs)
         raise SceneError(f"{said} = {shown(given.disc)}: no such disc{known}")
