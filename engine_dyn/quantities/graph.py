@@ -370,6 +370,9 @@ SOURCES: Mapping[str, str] = {
     "textbooks of electrical machines give it",
     "Kundur": "P. Kundur, Power System Stability and Control, McGraw-Hill, 1994; example 12.2, a "
     "generator on an infinite bus, as others reprint its numbers",
+    "Lewis": "F. M. Lewis, Vibration during acceleration through a critical speed, Transactions of "
+    "the American Society of Mechanical Engineers, volume 54, 1932, paper APM-54-24; not compared "
+    "page by page",
     "Mosakowski": "R. Mosakowski, Zależności na parametry kinematyczne mechanizmu korbowego w "
     "nowym ujęciu (New form of relations for calculating kinematic parameters of crank mechanism), "
     "Gdańsk University of Technology, Department of Internal Combustion Engines and Compressors; "

@@ -66,6 +66,9 @@ _PATTERNS = (
     _numbered("shaft_stress_limit", r"\tau_{N}", "MPa",
               "largest allowed half range of the nominal shear stress in shaft N", _SHAFTS, si=MPA,
               high=3e3, **_POSITIVE),
+    _numbered("shaft_transient_stress_limit", r"\tau_{T,N}", "MPa",
+              "largest allowed half range of the nominal shear stress in shaft N in passing",
+              _SHAFTS, si=MPA, high=3e3, **_POSITIVE),
     _numbered("shaft_torque_limit", "T_{N}", "N m",
               "largest allowed half range of the torque in shaft N", _SHAFTS, **_POSITIVE),
     _numbered("shaft_clearance", r"\psi_{c,N}", "degree",
@@ -174,8 +177,8 @@ PENDULUMS = ("pendulum_mass", "pendulum_distance", "pendulum_length")
 """Kinds of numbers of a pendulum."""
 
 NAN_WITHOUT = frozenset({
-    "shaft_diameter", "shaft_stress_limit", "shaft_torque_limit", "shaft_tensile_strength",
-    "pendulum_mass", "pendulum_stop_angle", "damper_surface",
+    "shaft_diameter", "shaft_stress_limit", "shaft_transient_stress_limit", "shaft_torque_limit",
+    "shaft_tensile_strength", "pendulum_mass", "pendulum_stop_angle", "damper_surface",
 })  # fmt: skip
 """Kinds of numbers of a shaft without any of which quantities of limits are NaN."""
 
@@ -263,6 +266,13 @@ def _propulsion_limit(which: int) -> Any:
     return make
 
 
+def _limit_in_passing(*, speed_in_passing: Any, **values: Any) -> Any:
+    given = _limit("shaft_transient_stress_limit")(
+        **{name: one for name, one in values.items() if name != "rated_speed"}
+    )
+    return np.where(np.isnan(given), _propulsion_limit(1)(speed=speed_in_passing, **values), given)
+
+
 def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: float) -> Any:
     """Values along the axis of shafts; given values have that axis with the length 1."""
     return joined([np.atleast_1d(value) for value in shaft.along(what, values, default)])
@@ -333,6 +343,31 @@ LIMIT_NODES: tuple[Node, ...] = (
         "where it is exceeded", "IACS UR M68",
         make=lambda shaft_stress_half_range, propulsion_stress_limit: shaft_stress_half_range
         / propulsion_stress_limit,
+    ),
+    _stress_node(
+        "shaft_stress_in_passing", r"\hat\tau_p", "MPa",
+        "largest half range of the nominal shear stress in each shaft while the speed passes a "
+        "range", "shaft_torque_in_passing",
+    ),
+    Node(
+        "shaft_stress_limit_in_passing", r"\tau_T", "MPa",
+        "permissible half range of the nominal shear stress in passing, as given", WILSON, si=MPA,
+        needs=("shaft_system", "shaft"), make=_limit("shaft_transient_stress_limit"),
+        of_shaft=("shaft_transient_stress_limit",), when="transient_limits_given",
+    ),
+    Node(
+        "shaft_stress_limit_in_passing", r"\tau_T", "MPa",
+        "permissible half range of the nominal shear stress in passing, as given, or of "
+        "propulsion shafts up to 0.8 of the rated speed", "IACS UR M68", si=MPA,
+        needs=("shaft_system", "speed_in_passing", "rated_speed", "shaft"), make=_limit_in_passing,
+        of_shaft=("shaft_transient_stress_limit", "shaft_diameter", "shaft_tensile_strength",
+                  "shaft_shape_factor"), when="transient_limits_of_rule",
+    ),
+    Node(
+        "shaft_stress_in_passing_over_limit", r"\hat\tau_p/\tau_T", "1",
+        "half range of the nominal shear stress in passing over its limit, above 1 where it is "
+        "exceeded", "IACS UR M68", make=lambda shaft_stress_in_passing,
+        shaft_stress_limit_in_passing: shaft_stress_in_passing / shaft_stress_limit_in_passing,
     ),
     Node(
         "pendulum_swing_half_range", r"\hat\psi", "degree",

@@ -5,15 +5,15 @@ The formulas are those of `engine_dyn.torsion`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from engine_dyn.forces.torque import piston_area
 from engine_dyn.loads.driven_machine import harmonics_of_load
-from engine_dyn.quantities.node import Node, formula, hidden, variants
+from engine_dyn.quantities.node import Node, formula, hidden, power, variants
 from engine_dyn.quantities.orders import EVERY
 from engine_dyn.quantities.shaft_numbers import WILSON
 from engine_dyn.quantities.torsion import OF_ALL, OF_SYSTEM, system_of
@@ -37,59 +37,106 @@ _RESULTS = {
 """Results of the stage, each with the result of `engine_dyn.torsion.forced` that it comes from."""
 
 
+class Acting(NamedTuple):
+    """A part of the torques on discs: harmonics times a factor times a power of the speed.
+
+    Parts are added up later: a node of their sum would keep an array for each design.
+    """
+
+    discs: tuple[int, ...]
+    harmonics: Any  # With axes of discs and orders
+    factor: Any  # Of each design
+    power: float = 0.0  # Power of the crank's speed [rad/s]
+
+
 def _of_cylinders(
-    shaft: Shaft, *, speed: Any, every_throw_gas_sum: Any, every_throw_speed_sum: Any,
+    shaft: Shaft, *, every_throw_gas_sum: Any, every_throw_speed_sum: Any,
     every_throw_inertia_sum: Any, every_throw_friction_sum: Any, pressure_scale: Any,
     crankcase_pressure: Any, bore: Any, reciprocating_mass: Any, double_radius: Any, **_: Any,
-) -> list[tuple[tuple[int, ...], Any, Any]]:  # fmt: skip
-    """Torques on throws: discs, harmonics with axes of throws and orders, factor of each design.
-
-    They are added up later: a node of their sum would keep an array for each design.
-    """
+) -> list[Acting]:  # fmt: skip
+    """Torques on throws."""
     radius = 0.5 * double_radius
     lever = piston_area(bore) * radius
     parts = (
-        (every_throw_gas_sum, lever * pressure_scale),
-        (every_throw_speed_sum, -lever * crankcase_pressure),
-        (every_throw_inertia_sum, reciprocating_mass * (radius * speed) ** 2),
-        (every_throw_friction_sum, -lever),
+        (every_throw_gas_sum, lever * pressure_scale, 0.0),
+        (every_throw_speed_sum, -lever * crankcase_pressure, 0.0),
+        (every_throw_inertia_sum, reciprocating_mass * radius**2, 2.0),
+        (every_throw_friction_sum, -lever, 0.0),
     )
     # A torque part that does not act is the number 0.
-    return [(shaft.throws, harmonics, factor) for harmonics, factor in parts if np.ndim(harmonics)]
+    return [Acting(shaft.throws, part[0], *part[1:]) for part in parts if np.ndim(part[0])]
 
 
 def _of_given_torque(
     shaft: Shaft, *, driven: Any, torque_factor: Any, every_order: Any, curve_period: float,
     **_: Any,
-) -> list[tuple[tuple[int, ...], Any, Any]]:  # fmt: skip
+) -> list[Acting]:  # fmt: skip
     """As `_of_cylinders`, of an engine that gives its torque, on its one throw or on each."""
     harmonics = [
         harmonics_of_load(torque, np.ravel(every_order), curve_period)
         for torque in driven.throw_torques or (driven.engine_torque,)
     ]
-    return [(shaft.throws, np.array(harmonics), torque_factor)]
+    return [Acting(shaft.throws, np.array(harmonics), torque_factor)]
 
 
-_Engine = Callable[..., list[tuple[tuple[int, ...], Any, Any]]]
+EXCITED: Mapping[str, tuple[Callable[..., list[Acting]], tuple[str, ...]]] = {
+    "by_pressure": (_of_cylinders, (
+        *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
+        "pressure_scale", "crankcase_pressure", "bore", "reciprocating_mass", "double_radius",
+    )),
+    "by_torque": (_of_given_torque, ("driven", "torque_factor")),
+}  # fmt: skip
+"""Torques of the engine in scenes of each word, and what they need."""
+
+NEEDS = (
+    *OF_SYSTEM, "load_damping", "every_order", "curve_period", f"{EVERY}load_harmonics",
+    f"{EVERY}auxiliary_harmonics", "load_swing",
+)  # fmt: skip
+"""What the vibration of a shaft needs besides the torques of the engine."""
+
+OF_NUMBERS = (*OF_ALL, "excitation_factor")
 
 
-def _excited(
-    engine: _Engine, *, speed: Any, every_order: Any, curve_period: float,
-    every_load_harmonics: Any, every_auxiliary_harmonics: Any, load_swing: Any, **values: Any,
-) -> tuple[ShaftSystem, Any, list[tuple[tuple[int, ...], Any, Any]], list[Any]]:  # fmt: skip
-    """System, designs without one, what excites it, and what does not repeat with the cycle."""
-    shaft: Shaft = values["shaft_system"]
-    system, bad = system_of(values)
-    orders, ratios = np.ravel(every_order), shaft.speed_ratios(values)
-    acting = engine(
-        shaft, speed=speed, every_order=every_order, curve_period=curve_period, **values
-    )
+def acting_torques(
+    when: str, shaft: Shaft, ratios: list[Any], *, every_load_harmonics: Any,
+    every_auxiliary_harmonics: Any, load_swing: Any, **values: Any,
+) -> list[Acting]:  # fmt: skip
+    """Torques of engine, load and auxiliaries, whose discs have these speed ratios."""
+    acting = EXCITED[when][0](shaft, **values)
     for disc, harmonics, factor in (
         (shaft.load, every_load_harmonics, -load_swing / ratios[shaft.load]),
         (shaft.auxiliaries, every_auxiliary_harmonics, -1.0 / ratios[shaft.auxiliaries]),
     ):
         if np.ndim(harmonics):
-            acting.append(((disc,), np.expand_dims(harmonics, -2), factor))
+            acting.append(Acting((disc,), np.expand_dims(harmonics, -2), factor))
+    return acting
+
+
+def with_outcome(
+    results: dict[str, Any], status: Any, bad: Any, load_damping: Any
+) -> tuple[dict[str, Any], Any]:
+    """Results and outcomes of designs of which some, `bad`, have no system: these get NaN."""
+    if not bad.any():
+        return results, status
+    for name, array in results.items():
+        own = array.ndim - status.ndim
+        results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
+    status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
+    return results, np.where(np.isneginf(load_damping), NO_STEADY_STATE, status)
+
+
+def _excited(
+    when: str, *, speed: Any, **values: Any
+) -> tuple[ShaftSystem, Any, list[Acting], list[Any]]:
+    """System, designs without one, what excites it, and what does not repeat with the cycle."""
+    shaft: Shaft = values["shaft_system"]
+    system, bad = system_of(values)
+    orders, ratios = np.ravel(values["every_order"]), shaft.speed_ratios(values)
+    curve_period = values["curve_period"]
+    acting = [
+        part._replace(factor=part.factor * power(speed, part.power) if part.power else part.factor)
+        for part in acting_torques(when, shaft, ratios, **values)
+    ]
     drifting = []
     for one, factor in zip(shaft.excitations, shaft.excitation_factors(values), strict=True):
         ratio, known = ratios[one.disc], np.isfinite(one.mean(speed))
@@ -98,14 +145,15 @@ def _excited(
         in_step = one.in_step(ratio, curve_period)
         if np.any(in_step):
             harmonics = one.harmonics(orders, within, np.where(in_step, ratio, 0.0))
-            acting.append(((one.disc,), harmonics[..., None, :], np.sign(ratio) * factor * in_step))
+            factors = np.sign(ratio) * factor * in_step
+            acting.append(Acting((one.disc,), harmonics[..., None, :], factors))
         if not np.all(in_step):
             drifting.append((one, factor * ~in_step, within, ratio))
     return system, bad, acting, drifting
 
 
 def _respond(
-    engine: _Engine, *, order: Any, wanted: tuple[str, ...], threads: int | None = None,
+    when: str, *, order: Any, wanted: tuple[str, ...], threads: int | None = None,
     progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.excitation import add_drifting
@@ -114,12 +162,12 @@ def _respond(
 
     shaft: Shaft = values["shaft_system"]
     speed, orders = values["speed"], np.ravel(values["every_order"])
-    system, bad, acting, drifting = _excited(engine, **values)
-    discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
+    system, bad, acting, drifting = _excited(when, **values)
+    discs = list(dict.fromkeys(disc for part in acting for disc in part.discs))
     pairs = [*shaft.shafts, (0, shaft.flywheel)]
     response = forced_response(
-        system, orders, speed, discs, [_on_discs(*part[:2], discs) for part in acting],
-        [part[2] for part in acting], kept=np.searchsorted(orders, np.ravel(order) - 1e-9),
+        system, orders, speed, discs, [on_discs(part, discs) for part in acting],
+        [part.factor for part in acting], kept=np.searchsorted(orders, np.ravel(order) - 1e-9),
         wanted=tuple(dict.fromkeys(_RESULTS[name] for name in wanted if name in _RESULTS)),
         twist=pairs, speed_of=(shaft.flywheel,), period=values["curve_period"], threads=threads,
         progress=progress,
@@ -146,18 +194,12 @@ def _respond(
         return half_range(result) if name.endswith("half_range") else result
 
     results = {name: value(name) for name in wanted if name in _RESULTS}
-    status = response["status"]
-    if bad.any():
-        for name, array in results.items():
-            own = array.ndim - status.ndim
-            results[name] = np.where(bad[(..., *(None,) * own)], np.nan, array)
-        status = np.where(bad & (status == CONVERGED), INVALID_INPUT, status)
-        status = np.where(np.isneginf(values["load_damping"]), NO_STEADY_STATE, status)
+    results, status = with_outcome(results, response["status"], bad, values["load_damping"])
     return {**results, "torsion_status": status.astype(float)}
 
 
 def _respond_nonlinear(
-    engine: _Engine, *, shaft_torque_mean: Any, wanted: tuple[str, ...],
+    when: str, *, shaft_torque_mean: Any, wanted: tuple[str, ...],
     threads: int | None = None, progress: Any = None, **values: Any,
 ) -> dict[str, Any]:  # fmt: skip
     from engine_dyn.torsion.nonlinear import nonlinear_response
@@ -165,12 +207,12 @@ def _respond_nonlinear(
 
     del wanted
     shaft: Shaft = values["shaft_system"]
-    system, bad, acting, drifting = _excited(engine, **values)
+    system, bad, acting, drifting = _excited(when, **values)
     for _, factor, *_ in drifting:  # No cycle repeats
         bad = bad | (factor != 0.0)
-    discs = list(dict.fromkeys(disc for part in acting for disc in part[0]))
+    discs = list(dict.fromkeys(disc for part in acting for disc in part.discs))
     torque = sum(
-        _on_discs(*part[:2], discs) * np.asarray(part[2])[..., None, None] for part in acting
+        on_discs(part, discs) * np.asarray(part.factor)[..., None, None] for part in acting
     )
     couplings = shaft.couplings(values)
     found = nonlinear_response(
@@ -209,13 +251,13 @@ def _departure(
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
-def _on_discs(own: Sequence[int], harmonics: Any, discs: list[int]) -> Any:
-    """Harmonics of torques on some discs, extended to more discs, which get 0."""
-    given = np.asarray(harmonics)[..., : len(own), :]
-    if list(own) == discs:
+def on_discs(part: Acting, discs: list[int]) -> Any:
+    """Harmonics of a part, extended to more discs, which get 0."""
+    given = np.asarray(part.harmonics)[..., : len(part.discs), :]
+    if list(part.discs) == discs:
         return given
     torques = np.zeros((*given.shape[:-2], len(discs), given.shape[-1]), dtype=np.complex128)
-    torques[..., [discs.index(disc) for disc in own], :] = given
+    torques[..., [discs.index(disc) for disc in part.discs], :] = given
     return torques
 
 
@@ -298,11 +340,8 @@ NODES: tuple[Node, ...] = (
     *(
         Node(
             name, "", "", long_name, kind="stage", public=False, can_fail=True, source=source,
-            make=partial(respond, engine), of_shaft=(*OF_ALL, "excitation_factor", *own),
-            gives=gives, width=width, when=when,
-            needs=(*OF_SYSTEM, "load_damping", "damping_speed", "speed", "every_order",
-                   "curve_period", f"{EVERY}load_harmonics", f"{EVERY}auxiliary_harmonics",
-                   "load_swing", more, *needs),
+            make=partial(respond, when), of_shaft=(*OF_NUMBERS, *own), gives=gives, width=width,
+            when=when, needs=(*NEEDS, "damping_speed", "speed", more, *needs),
         )
         for name, long_name, source, respond, own, gives, width, more in (
             ("torsional_response", "steady torsional vibration of the shaft", WILSON, _respond, (),
@@ -312,14 +351,7 @@ NODES: tuple[Node, ...] = (
              ("shaft_torque_nonlinear", "coupling_contact", "nonlinear_error", "nonlinear_status"),
              100_000, "shaft_torque_mean"),
         )
-        for when, engine, needs in (
-            ("by_pressure", _of_cylinders, (
-                *(f"{EVERY}throw_{part}_sum" for part in ("gas", "speed", "inertia", "friction")),
-                "pressure_scale", "crankcase_pressure", "bore", "reciprocating_mass",
-                "double_radius",
-            )),
-            ("by_torque", _of_given_torque, ("driven", "torque_factor")),
-        )
+        for when, (_, needs) in EXCITED.items()
     ),
     _result("disc_harmonics", "", "rad", f"harmonics of the {_DISC_ANGLE}", ("disc", "order"),
             public=False, width=COMPLEX),

@@ -55,14 +55,20 @@ QUASI, FAINT = 1e-3, 3e-5
 """beta/|d|^2 below which a pair may be taken as steady, and the torque of a pair that is left out,
 over the largest of all pairs in each shaft."""
 
-AT_ONCE = 64  # Number of cases that a thread takes at once
+AT_ONCE, HARMONICS = 64, 1 << 14
+"""Largest numbers of cases that a thread takes at once, and of their harmonics at one speed."""
 
 
-class OverSpeed(NamedTuple):
-    """Harmonics known at some speeds; between them the cubic through the four nearest holds."""
+class AtNodes(NamedTuple):
+    """Harmonics that follow no power of the speed, at the speeds of `node_speeds`."""
 
-    speed: Any  # Rising [rad/s]; shape (R,)
-    torque: Any  # [N m]; shape (..., R, T, orders)
+    torque: Any  # [N m]; shape (..., NODES, T, orders)
+
+
+def node_speeds(start: Any, end: Any) -> Floats:
+    """Speeds from `start` to `end` between which torques are cubic; shape (..., NODES)."""
+    first, last = (np.asarray(speed, dtype=float)[..., None] for speed in (start, end))
+    return np.asarray(first + (last - first) * np.linspace(0.0, 1.0, NODES))
 
 
 class History(NamedTuple):
@@ -107,7 +113,7 @@ def passing(
         Change of speed over time [rad/s2], above 0.
     throws : sequence of int
         Disc on which each torque acts.
-    torque : array_like of complex, or OverSpeed
+    torque : array_like of complex, or AtNodes
         Harmonics of the torque on each of them [N m], shape (..., T, orders).
     factors : sequence of array_like, optional
         With them, `torque` is a sequence of as many, whose sum acts, each times its factor.
@@ -143,6 +149,7 @@ def passing(
     nu, count = passes.orders, math.prod(shape)
     table = synthesis(nu, period)
     found = np.full((2, count, system.node_of_shaft.size), np.nan)
+    at_once = max(min(AT_ONCE, HARMONICS // max(nu.size * found.shape[-1], 1)), 1)
     status = np.full(count, CONVERGED, dtype=np.int8)
 
     def solve(some: Integers) -> int:
@@ -153,7 +160,7 @@ def passing(
         status[some] = np.where(bad, NO_STEADY_STATE, CONVERGED)
         return some.size
 
-    pieces = (np.arange(i, min(i + AT_ONCE, count)) for i in range(0, count, AT_ONCE))
+    pieces = (np.arange(i, min(i + at_once, count)) for i in range(0, count, at_once))
     for done in map_on_threads(solve, pieces, threads):
         if progress:
             progress(done)
@@ -184,7 +191,7 @@ class _Given(NamedTuple):
     orders: Floats
     ramp: Floats  # Start, end, rate; shape (3, cases)
     throws: list[int]
-    parts: list[tuple[Floats | None, Complexes, Integers, Floats, float]]
+    parts: list[tuple[Complexes, Integers, Floats, float]]
 
 
 def _passes(
@@ -212,17 +219,16 @@ def _passes(
     for name, some in (("factors", scales), ("powers", exponents)):
         if len(some) != len(each):
             raise ValueError(f"{name}: {len(some)}: must be as many as torques, {len(each)}")
-    low, high = (float(f([f(v) for v in ramp[:2]])) for f in (np.min, np.max))
-    tables = [_table(one, (len(throws), nu.size), low, high) for one in each]
-    axes = [v.shape[: v.ndim - (2 if at is None else 3)] for at, v in tables]
+    tables = [_table(one, (len(throws), nu.size)) for one in each]
+    axes = [v.shape[: -3 if many else -2] for many, v in tables]
     shape = np.broadcast_shapes(
         system.shape, *(v.shape for v in ramp), *(v.shape for v in scales), *axes
     )
     parts = []
-    for (at, given), own, scale, power in zip(tables, axes, scales, exponents, strict=True):
+    for (many, given), own, scale, power in zip(tables, axes, scales, exponents, strict=True):
         lines = np.broadcast_to(np.arange(math.prod(own)).reshape(own), shape).flatten()
-        rows = given.reshape((-1, *given.shape[len(own) :]))
-        parts.append((at, rows, lines, np.broadcast_to(scale, shape).flatten(), power))
+        rows = given.reshape((-1, NODES if many else 1, *given.shape[-2:]))
+        parts.append((rows, lines, np.broadcast_to(scale, shape).flatten(), power))
     size = math.prod(system.shape)
     flat = _each(system, lambda values: values.reshape((size, values.shape[-1])))
     design = np.arange(size).reshape(system.shape)
@@ -232,39 +238,29 @@ def _passes(
     ), shape  # fmt: skip
 
 
-def _table(
-    torque: Any, own: tuple[int, ...], low: float, high: float
-) -> tuple[Floats | None, Complexes]:
-    """Speeds of a torque, unless it is the same at all, and its harmonics, after checks."""
-    at = None
-    if isinstance(torque, OverSpeed):
-        at = given_array("torque.speed", torque.speed, finite=True).reshape(-1)
-        torque, own = torque.torque, (at.size, *own)
-    harmonics = np.asarray(torque, dtype=np.complex128)
-    if harmonics.shape[-len(own) :] != own:
+def _table(torque: Any, own: tuple[int, int]) -> tuple[bool, Complexes]:
+    """Whether a torque is given at each node, and its harmonics, after checks."""
+    many = isinstance(torque, AtNodes)
+    ends = (NODES, *own) if many else own
+    harmonics = np.asarray(torque.torque if many else torque, dtype=np.complex128)
+    if harmonics.shape[-len(ends) :] != ends:
         raise ValueError(
-            f"torque: shape {harmonics.shape}: must end with {', '.join(map(str, own))}, throws "
-            "and orders, before them the speeds of a table"
+            f"torque: shape {harmonics.shape}: must end with {', '.join(map(str, ends))}, throws "
+            "and orders, before them the nodes if it is `AtNodes`"
         )
-    if at is not None and not (at[0] <= low and high <= at[-1] and (np.diff(at) > 0.0).all()):
-        raise ValueError(
-            f"torque.speed: from {at[0]:g} to {at[-1]:g} rad/s: must rise, and reach from {low:g} "
-            f"to {high:g}"
-        )
-    return at, harmonics
+    return many, harmonics
 
 
 def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
     """Numbers of some cases for the kernel, and which of them have no steady state at the start."""
     start, end, rate = given.ramp[:, some]
     lines, design = np.unique(given.design[some], return_inverse=True)
-    at = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, NODES)
+    at = node_speeds(start, end)
     alpha, apart = np.copysign(rate, end - start), (end - start) / (NODES - 1)
     torque: Any = 0.0
-    for table, values, line, factor, power in given.parts:
-        own = values[line[some]]
-        own = own[:, None] if table is None else _over_speed(table, own, at)
-        torque = torque + (factor[some, None] * at**power)[..., None, None] * own
+    for values, line, factor, power in given.parts:
+        scale = (factor[some, None] * at**power)[..., None, None]
+        torque = torque + scale * values[line[some]]
     # The torques (cases, nodes, T, V), and their second derivatives over the speed
     acting = np.stack([torque, _bent(torque, apart)])
     root, left, right = (
@@ -331,19 +327,3 @@ def _each(system: ShaftSystem, change: Callable[[Floats], Floats]) -> ShaftSyste
     names -= {"shafts", "node_of_disc", "node_of_shaft", "parent"}
     changed: dict[str, Any] = {name: change(getattr(system, name)) for name in names}
     return dataclasses.replace(system, **changed)
-
-
-def _over_speed(speed: Floats, values: Complexes, at: Floats) -> Complexes:
-    """Table (C, R, T, V) at speeds (C, P), by the polynomial through up to four neighbours."""
-    size = min(speed.size, 4)
-    first = np.clip(np.searchsorted(speed, at) - size // 2, 0, speed.size - size)
-    near = first[..., None] + np.arange(size)
-    result: Any = 0.0
-    for i in range(size):
-        weight: Any = 1.0
-        for j in (j for j in range(size) if j != i):
-            apart = speed[near[..., i]] - speed[near[..., j]]
-            weight = weight * (at - speed[near[..., j]]) / apart
-        rows = values[np.arange(len(values))[:, None], near[..., i]]
-        result = result + np.asarray(weight)[..., None, None] * rows
-    return np.asarray(result)

@@ -114,8 +114,9 @@ whether it is a result, and whether it fulfils the conditions."""
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
 STATUS, TORSION_STATUS, NONLINEAR_STATUS = "status", "torsion_status", "nonlinear_status"
-"""Variables with the outcome of each design: of its speed, of the vibration of its shaft, and of
-that with couplings that are not linear."""
+OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, "passing_status")
+"""Variables with the outcome of each design: of its speed, of the vibration of its shaft, of that
+with couplings that are not linear, and of that while it passes a range of speeds."""
 
 COMPARED = "_compared"
 """Ending of the variables of a second archive that is compared with the first."""

@@ -113,6 +113,8 @@ BLADES = [
 ]  # fmt: skip
 """One that drifts against the engine, behind a gear, and one that keeps step."""
 
+RAMP = {"passing_start": 1800.0, "passing_end": 1600.0, "speed_ramp": 200.0}
+
 PENDULUM = {"on": "flywheel", "mass": 1.0, "distance": 0.1, "length": 0.02}
 
 FRAGMENTS: dict[str, list[Fragment]] = {
@@ -208,7 +210,8 @@ FRAGMENTS: dict[str, list[Fragment]] = {
     "grid": [{"set": {"synchronising_power": 60e3}},
              {"set": {"synchronising_torque": 3e3, "damping_torque": 20.0}}],
     "shaft": [{"shaft": shaft()}, {"shaft": shaft(6e5, loss_factor=0.02)},
-              {"shaft": shaft(excitations=BLADES)}, {"shaft": shaft(modal_damping=[0.02, 0.05])}],
+              {"shaft": shaft(excitations=BLADES, **RAMP)},
+              {"shaft": shaft(modal_damping=[0.02, 0.05])}],
     "dampers": [{"shaft": shaft(dampers=[DAMPER])},
                 {"shaft": shaft(dampers=[{**DAMPER, "stiffness": 1e4, "loss_factor": 0.1}])}],
     "pendulums": [{"shaft": shaft(pendulums=[PENDULUM])}],

@@ -89,6 +89,12 @@ NOT_OF_AN_ENGINE: dict[str, Any] = {
 }  # fmt: skip
 """Tables of a scene that asks for every quantity: what engines of the catalogue do not give."""
 
+IN_PASSING = (
+    "shaft_torque_in_passing", "speed_in_passing", "passing_status", "shaft_stress_in_passing",
+    "shaft_stress_limit_in_passing", "shaft_stress_in_passing_over_limit",
+)  # fmt: skip
+"""Quantities of a shaft that must have no pendulums, as `shafts.passing_shaft`."""
+
 CURVES = ["torque", "load_torque", "torque_after_throw"]
 
 IN_BLOCKS: dict[str, dict[str, Any]] = {

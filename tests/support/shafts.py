@@ -16,6 +16,7 @@ __all__ = [
     "complete_shaft",
     "dense",
     "diesel_torques",
+    "passing_shaft",
     "shaft_with",
 ]
 
@@ -83,6 +84,14 @@ def complete_shaft(throws: int) -> dict[str, Any]:
             {"on": "flywheel", "mass": 1.0, "distance": 0.1, "length": 0.02, "stop_angle": 30.0},
         ],
     }  # fmt: skip
+
+
+def passing_shaft(throws: int) -> dict[str, Any]:
+    """The same without pendulums, which passes a range of speeds."""
+    shaft = {key: value for key, value in complete_shaft(throws).items() if key != "pendulums"}
+    limited = [{**one, "transient_stress_limit": 60.0} for one in shaft["shafts"]]
+    ramp = {"passing_start": 900.0, "passing_end": 1100.0, "speed_ramp": 50.0}
+    return {**shaft, "shafts": limited, **ramp}
 
 
 def shaft_with(key: str) -> dict[str, Any]:

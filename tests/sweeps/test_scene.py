@@ -24,8 +24,8 @@ from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES
 from sweeps.scene.variants import OF_EXTREMES
-from tests.support.scenes import NOT_OF_AN_ENGINE, refusal
-from tests.support.shafts import shaft_with
+from tests.support.scenes import IN_PASSING, NOT_OF_AN_ENGINE, refusal
+from tests.support.shafts import passing_shaft, shaft_with
 
 
 def scene(**tables: Any) -> dict[str, Any]:
@@ -161,7 +161,8 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
             with pytest.raises(SceneError, match=r"whole|even|one of"):
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
-        read_scene(scene(output={"quantities": [quantity]}, **NOT_OF_AN_ENGINE))
+        given = {"shaft": passing_shaft(1)} if quantity in IN_PASSING else {}
+        read_scene(scene(output={"quantities": [quantity]}, **{**NOT_OF_AN_ENGINE, **given}))
 
 
 TWO = '[designs]\ncase = ["a", "b"]\ninertia = [1, 2]\n'

@@ -1,15 +1,16 @@
-"""The shaft that twists; physics in `engine_dyn.torsion`, nodes in three files of quantities."""
+"""The shaft that twists; physics in `engine_dyn.torsion`, nodes in four files of quantities."""
 
 from __future__ import annotations
 
-from engine_dyn.quantities import shaft_numbers, shaft_response, torsion
+from engine_dyn.quantities import shaft_numbers, shaft_passing, shaft_response, torsion
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Dimension
 from engine_dyn.torsion.shaft import Shaft
 
 FEATURE: Feature[Shaft] = Feature(
     "shaft", "discs and shafts that twist", "torsional vibration of the shaft",
-    (*torsion.NODES, *shaft_response.NODES, *shaft_numbers.LIMIT_NODES), constant="shaft_system",
+    (*torsion.NODES, *shaft_response.NODES, *shaft_passing.NODES, *shaft_numbers.LIMIT_NODES),
+    constant="shaft_system", parameters=shaft_passing.PARAMETERS,
     dimensions=(
         Dimension(
             "disc", "", "1", "disc of the shaft, counted from 1; rings of dampers come last",
@@ -42,6 +43,10 @@ FEATURE: Feature[Shaft] = Feature(
         {
             "no_excitations": "nothing but engine, load and auxiliaries excites the shaft",
             "excitations": "other torques excite the shaft, too",
+        },
+        {
+            "transient_limits_given": "limits of stresses in passing are those given",
+            "transient_limits_of_rule": "of propulsion shafts a rule gives those that are missing",
         },
         {
             "damping_of_law": "the load damps the shaft by the slope of its torque over the speed",

@@ -32,15 +32,7 @@ import numpy.typing as npt
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
 from engine_dyn.types import Booleans, Floats
 from sweeps.base.arguments import check_dataset, names_given
-from sweeps.base.dimensions import (
-    DESIGN,
-    LABELS,
-    NONLINEAR_STATUS,
-    PARAMETER,
-    REDUCTION,
-    STATUS,
-    TORSION_STATUS,
-)
+from sweeps.base.dimensions import DESIGN, LABELS, OUTCOMES, PARAMETER, REDUCTION
 from sweeps.base.errors import SceneError, counted, shown
 from sweeps.base.files.libraries import library
 from sweeps.base.naming import made_from, meaning_of
@@ -153,12 +145,7 @@ def sensitivities(
         return _reduced(archive, quantities, confidence)
     study = _study_of(archive)
     asked = chosen_quantities(archive, quantities)
-    names = [
-        n
-        for n in asked
-        if n not in (STATUS, TORSION_STATUS, NONLINEAR_STATUS)
-        and set(study.dims) & set(archive[n].dims)
-    ]
+    names = [n for n in asked if n not in OUTCOMES and set(study.dims) & set(archive[n].dims)]
     missing = [n for n in asked if n not in names] if quantities is not None else []
     if missing or not names:
         what = missing[0] if missing else "no quantity"

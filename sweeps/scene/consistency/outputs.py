@@ -109,6 +109,10 @@ _NOT_OF_SHAFT: dict[str, tuple[Callable[[Shaft], Any], str]] = {
         lambda shaft: shaft.damping_over_speed, "needs damping that does not depend on the speed, "
         "unlike damping_over_speed; damped_natural_frequency over the speed is computed",
     ),
+    "torsional_passing": (
+        lambda shaft: shaft.pendulums, "is not computed for a shaft with pendulums, whose modes "
+        "follow the speed",
+    ),
 }  # fmt: skip
 """Nodes that some shafts lack: whether a shaft does, and why."""
 

@@ -205,6 +205,9 @@ def check_shaft(scene: Scene, name: str) -> None:
         )
     _check_sections(scene, name)
     _check_friction(scene, name)
+    start, end = (scene.known.get(key) for key in ("passing_start", "passing_end"))
+    if start is not None and end is not None and np.unique([*start.si.flat, *end.si.flat]).size < 2:
+        raise SceneError(f"{name}: passing_end = {end.data:g}: must differ from passing_start")
     for engine in scene.all_cylinders:
         along = engine.along_shaft
         count = engine.count if along is None else len(along)

@@ -54,7 +54,9 @@ SHAFT = (
 
 INERTIA_KEYS = ("inertia", *INERTIA_PARTS)  # Parameters that the discs of a shaft replace
 
-SHAFT_KEYS = ("load_damping", "load_damping_factor")
+SHAFT_KEYS = (
+    "load_damping", "load_damping_factor", "passing_start", "passing_end", "speed_ramp"
+)  # fmt: skip
 """Parameters of a shaft that belong to no single disc."""
 
 _NOT_NUMBERS = (
@@ -229,7 +231,7 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
     excitations = _excitations(given, names, values, folder, where)
     if given.load_damping is not None and given.load_damping_factor is not None:
         raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
-    for name in ("load_damping", "load_damping_factor"):
+    for name in SHAFT_KEYS:
         if getattr(given, name) is not None:
             values.set(name, getattr(given, name), f"{where} {name}")
     every = [*names, *rings, *hung]
@@ -253,7 +255,7 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
         dampers=len(rings),
         pendulums=len(hung),
         includes_reciprocating=given.reciprocating == "included",
-        keys=tuple(key for key in values.numbers if not key.startswith("load_")),
+        keys=tuple(key for key in values.numbers if key not in SHAFT_KEYS),
         alloy=frozenset(i for i, piece in enumerate(given.shafts) if piece.steel == "alloy"),
         tables=tables,
         excitations=tuple(excitations),
@@ -516,6 +518,9 @@ def _words(values: GivenValues) -> tuple[str, ...]:
         if shaft is not None and shaft.damping_over_speed
         else "steady_damping",
         "excitations" if shaft is not None and shaft.excitations else "no_excitations",
+        "transient_limits_of_rule"
+        if shaft is not None and any("tensile_strength" in key for key in shaft.keys)
+        else "transient_limits_given",
         "damping_by_factor" if by_factor else "damping_of_law",
     )
 

@@ -131,6 +131,7 @@ class ShaftPiece(Strict):
     bore: float | None = Field(default=None, description="a number in m")
     shear_modulus: float | None = Field(default=None, description="a number in GPa")
     stress_limit: float | None = Field(default=None, description="a number in MPa")
+    transient_stress_limit: float | None = Field(default=None, description="a number in MPa")
     torque_limit: float | None = Field(default=None, description="a number in N m")
     tensile_strength: float | None = Field(default=None, description="a number in MPa")
     shape_factor: float | None = Field(default=None, description="a number, at most 1")
@@ -264,6 +265,9 @@ class ShaftTable(Strict):
     )
     load_damping: float | None = Field(default=None, description="a number in N m s/rad")
     load_damping_factor: float | None = Field(default=None, description="a number")
+    passing_start: float | None = Field(default=None, description=SPEED)
+    passing_end: float | None = Field(default=None, description=f"{SPEED}, or below its start")
+    speed_ramp: float | None = Field(default=None, description="a number in rpm/s above 0")
 
 
 class ShaftFile(Strict):

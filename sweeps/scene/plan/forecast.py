@@ -148,6 +148,7 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
         "responses in modes of shafts": 6e-4,
         "cycles of shafts": 4e-5,
         "nonlinear responses of shafts": 5e-2,
+        "passes of shafts, for each order and disc": 1.5e-5,
     }
     # Extremes of the load of one pin or journal of a four, likewise: 2.0e-5 and 2.6e-5 s
     of_loads = {"extremes of loads": 2.2e-5}
@@ -205,6 +206,9 @@ def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:
     if not stage.node.can_fail:
         damped = any(name.startswith("damp") for name in plan.wanted(stage))
         return {"damped modes of shafts" if damped else "modes of shafts": count}
+    if "speed_ramp" in stage.node.needs:
+        parts = plan.sizes["every_order"] * plan.sizes["disc"]
+        return {"passes of shafts, for each order and disc": count * parts}
     cycles = any(
         not plan.dims(name) or "order" not in plan.dims(name)
         for name in plan.wanted(stage)

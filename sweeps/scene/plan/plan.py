@@ -22,7 +22,7 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
-from sweeps.base.dimensions import DESIGN, NONLINEAR_STATUS, STATUS, TORSION_STATUS
+from sweeps.base.dimensions import DESIGN, OUTCOMES, STATUS
 from sweeps.base.errors import SceneError, one_line, size_text
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene, SeveralEngines
@@ -214,8 +214,7 @@ def make_plan(scene: Scene) -> Plan:
         ancestors.visit(name)
     outputs = list(scene.quantities)
     for stage in tuple(ancestors.stages.values()):
-        of_shaft = (TORSION_STATUS, NONLINEAR_STATUS)
-        outcome = next((name for name in of_shaft if name in stage.node.gives), STATUS)
+        outcome = next((name for name in OUTCOMES if name in stage.node.gives), STATUS)
         if stage.node.can_fail and outcome not in outputs:
             outputs.append(outcome)
             ancestors.visit(outcome)

@@ -330,10 +330,10 @@ def shaft_warnings(plan: Plan, off: frozenset[str]) -> list[str]:
     """
     scene = plan.scene
     shaft = scene.engine.shaft
-    of_share = "torsional_response" in plan.computed and RECIPROCATING_SHARE not in off
+    forced = not plan.computed.keys().isdisjoint(("torsional_response", "torsional_passing"))
+    of_share = forced and RECIPROCATING_SHARE not in off
     of_rigid = "speed_solution" in plan.computed and RIGID_SHAFT not in off
-    of_shaft = not plan.computed.keys().isdisjoint(("torsional_modes", "torsional_response"))
-    of_section = of_shaft and SHAFT_SECTION not in off
+    of_section = (forced or "torsional_modes" in plan.computed) and SHAFT_SECTION not in off
     of_linear = "coupling_departure" not in plan.computed and LINEAR_COUPLING not in off
     of_linear &= "torsional_response" in plan.computed
     if shaft is None or not (of_share or of_rigid or of_section or of_linear):

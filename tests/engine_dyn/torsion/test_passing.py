@@ -13,7 +13,7 @@ from scipy.special import wofz
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.modes import modal_roots, natural_modes
-from engine_dyn.torsion.passing import OverSpeed, passing, passing_history
+from engine_dyn.torsion.passing import AtNodes, node_speeds, passing, passing_history
 from engine_dyn.torsion.ramp import advanced
 from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.synthesis import half_range
@@ -284,8 +284,7 @@ def test_designs_broadcast_and_do_not_depend_on_their_company() -> None:
 @pytest.mark.compiled
 def test_a_table_over_speed_is_the_power_that_it_has() -> None:
     system, torque = shaft_system(**THREE), some_torques(2, SIX)
-    speeds = np.array([50.0, 120.0, 170.0, 260.0])
-    table = OverSpeed(speeds, torque * 1e-4 * speeds[:, None, None] ** 2)
+    table = AtNodes(torque * 1e-4 * node_speeds(60.0, 250.0)[:, None, None] ** 2)
     found = passing(system, SIX, 60.0, 250.0, 50.0, [0, 1], table)
     powers = passing(system, SIX, 60.0, 250.0, 50.0, [0, 1], [torque], [1e-4], [2])
     assert found["half_range"] == pytest.approx(powers["half_range"], rel=1e-9)
@@ -335,9 +334,7 @@ def test_wrong_input_is_named() -> None:
         "must end with 1, 2": (system, [1.0, 2.0], 1.0, 2.0, 1.0, [0], torque),
         "factors: 1: must be as many": (system, [1.0], 1.0, 2.0, 1.0, [0], [torque] * 2, [1.0]),
         "speed_stiffness: must be 0": (swinging, [1.0], 1.0, 2.0, 1.0, [0], torque),
-        "torque.speed: from 1 to 3": (
-            system, [1.0], 1.0, 4.0, 1.0, [0], OverSpeed([1.0, 3.0], [torque] * 2)
-        ),
+        "must end with 17, 1, 1": (system, [1.0], 1.0, 4.0, 1.0, [0], AtNodes([torque] * 2)),
     }.items():  # fmt: skip
         with pytest.raises(ValueError, match=message):
             passing(*given)  # type: ignore[arg-type]
