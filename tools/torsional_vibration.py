@@ -25,6 +25,8 @@ from pages import (
 from published_shafts import SYSTEMS, comparisons, exceptions, sources, table
 
 import sweeps
+from engine_dyn.torsion.passing import passing_history
+from engine_dyn.units import RPM
 from sweeps.view.figures.marks import DASHES, shade
 
 TEMPLATE = Path(__file__).with_name("torsional_response.md.in")
@@ -236,6 +238,44 @@ def draw_nonlinear() -> None:
         panel.legend()
 
 
+def passed() -> tuple[xr.Dataset, Any]:
+    """The built-in scene of a run-up, and the orders of its coupling's torque over time."""
+    scene = sweeps.read_scene("torsion_passing")
+    shaft = scene.engine.shaft
+    assert shaft is not None
+    system = shaft.system({key: scene.known[key].si for key in scene.shaft_keys})
+    one = sweeps.run(
+        engine=ENGINE, set={"speed": 1000}, silenced_warnings=["all"],
+        output={"quantities": ["throw_torque_order", "throw_torque_phase"]},
+    )  # fmt: skip
+    torque = one.throw_torque_order * np.exp(1j * np.radians(one.throw_torque_phase))
+    start = float(scene.known["passing_start"].si)
+    history = passing_history(
+        system, one.order.values, start, 600.0 * RPM, 100.0 * RPM, shaft.throws, torque
+    )
+    return one, history
+
+
+def draw_passing() -> None:
+    """Torque of the coupling over time while the engine runs up, and its envelope."""
+    one, history = passed()
+    orders, lines = one.order.values, history.torque[:, -1]
+    cycle = (lines @ np.exp(1j * orders[:, None] * np.linspace(0.0, 4.0 * np.pi, 721))).real
+    time = np.linspace(0.0, history.time[-1], 6000)
+    start, rate = history.speed[0], (history.speed[-1] - history.speed[0]) / history.time[-1]
+    angle = (start + 0.5 * rate * time) * time
+    part = np.array([np.interp(time, history.time, line.real) for line in lines.T])
+    part = part + 1j * np.array([np.interp(time, history.time, line.imag) for line in lines.T])
+    torque = (part * np.exp(1j * orders[:, None] * angle)).real.sum(axis=0)
+    with sheet("torsion_passing", (7.0, 3.0)) as (_, ((panel,),)):
+        panel.plot(time, torque, color=shade(0.6), linewidth=0.4, label="torque over time")
+        for edge, label in ((cycle.max(axis=1), "extremes of the cycle"), (cycle.min(axis=1), "")):
+            panel.plot(history.time, edge, color="black", label=label or None)
+        panel.set_xlabel("Time from 150 rpm on, at 100 rpm/s (s)")
+        panel.set_ylabel("Vibratory torque of the coupling (N m)")
+        panel.legend()
+
+
 if __name__ == "__main__":
     wanted = figures_wanted("Write docs/torsional_response.md.")
     over_speed = diesel()
@@ -243,5 +283,6 @@ if __name__ == "__main__":
     if wanted:
         draw(over_speed)
         draw_nonlinear()
+        draw_passing()
         handed_in = ["system_inertia", "system_stiffness", "system_speed_ratio"]
         keep_figure(sweeps.run("torsion_hand_in")[handed_in], "mass_elastic")

@@ -18,6 +18,7 @@ from sweeps.decide.explore.shaft_extremes import worst_of_shaft
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
 from sweeps.scene.plan.plan import make_plan
+from sweeps.view.report import shaft_calculation
 from tests.support.archives import interrupted
 from tests.support.scenes import refusal
 from tests.sweeps.test_shaft_excitations import DISCS, engine, of_torque, three
@@ -262,6 +263,29 @@ def test_what_quantities_of_a_pass_need_is_named(tmp_path: Path) -> None:
     )
     scene = {"engine": path, "set": UP, "output": {"quantities": ["delta"]}}
     assert "the scene has no shaft" in refusal(scene)
+
+
+def test_a_report_says_whether_a_pass_is_within_its_limit() -> None:
+    names = ["shaft_stress_in_passing_over_limit", SPEED, TORQUE]
+    table = three(**UP)
+    harmonics = [{"order": 1.5, "amplitude": 8000.0}]
+    table["excitations"] = [{"on": "propeller", "mean": 0.0, "harmonics": harmonics}]
+    table["discs"] = [{"name": f"throw {i}", "throw": i, "inertia": 0.05} for i in range(1, 7)]
+    table["discs"] += [{"name": "flywheel", "inertia": 2.0}, {"name": "propeller", "inertia": 5.0}]
+    table["shafts"] = [
+        *({"stiffness": 1e6, "diameter": 0.08} for _ in range(6)),
+        {"stiffness": 3e4, "diameter": 0.06, "transient_stress_limit": 20.0, "loss_factor": 0.02},
+    ]
+    table |= {"passing_start": 300.0, "passing_end": 1000.0}
+    found = run(names, shaft=table, axes={"speed_ramp": [20, 2000]})
+    over = found[names[0]].max("shaft").values
+    found[names[0]] = found[names[0]] / over.mean()  # Above at the first ramp, within at the second
+    assert over[0] > over[1]
+    html = "".join(shaft_calculation.calculation(found, None))
+    part = html.partition("Passing a range of speeds")[2]
+    assert "Above the limit in passing" in part and "2000 rpm/s is enough" in part
+    html = "".join(shaft_calculation.calculation(found.isel(speed_ramp=[1]), None))
+    assert "Within the limit in passing" in html
 
 
 @pytest.mark.compiled

@@ -172,7 +172,8 @@ def _quantities_of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
                  "mode_node", "mode_torque", "mode_stress", "system_inertia", "system_stiffness",
                  "system_speed_ratio", "propulsion_stress_limit", "propulsion_stress_limit_passing",
                  "disc_angle_largest_order", "shaft_torque_largest_order", "coupling_contact",
-                 "coupling_departure", "speed_in_passing", "shaft_stress_limit_in_passing")  # fmt: skip
+                 "coupling_departure", "speed_in_passing",
+                 "shaft_stress_limit_in_passing")  # fmt: skip
     return {
         str(name): data for name, data in archive.data_vars.items()
         if any(place in data.dims and f"{place}_name" in archive.coords for place in PLACES)

@@ -445,6 +445,45 @@ def _over_speed(archive: xr.Dataset) -> Parts:
     yield table(("rpm", *(head for head, *_ in columns)), rows, range(1 + len(columns)))
 
 
+def _passing(archive: xr.Dataset) -> Parts:
+    """The worst of each shaft while the speed passes a range, with limit and verdict."""
+    over, torque = "shaft_stress_in_passing_over_limit", "shaft_torque_in_passing"
+    ranked = [over, "shaft_stress_in_passing", torque]
+    ranked = [n for n in ranked if n in archive and "shaft" in archive[n].dims]
+    if not ranked:
+        return
+    shown = [n for n in (*ranked[::-1], "shaft_stress_limit_in_passing", "speed_in_passing")
+             if n in archive]  # fmt: skip
+    axes = sorted({str(d) for n in ranked for d in archive[n].dims} - {"shaft"})
+    axes = [d for d in axes if archive.sizes[d] > 1]
+    rows, worst = [], (-np.inf, "")
+    for i, name in enumerate(_names(archive, "shaft")):
+        part = archive[shown].isel(shaft=i)
+        rank = next((n for n in ranked if np.isfinite(part[n].values).any()), "")
+        if not rank:
+            continue
+        values = part[rank].values
+        at = zip(part[rank].dims, np.unravel_index(np.nanargmax(values), values.shape), strict=True)
+        here = part.isel(dict(at), missing_dims="ignore")
+        cells = [value_text(archive[d], here[d].values[()], None) for d in axes]
+        rows.append([name, *(_number(float(here[n])) for n in shown), *cells])
+        if rank == over:
+            known = shown[-1] == "speed_in_passing"
+            speed = f", at {_number(float(here[shown[-1]]))} rpm" if known else ""
+            worst = max(worst, (float(here[over]), f"{name}{speed}"))
+    if np.isfinite(worst[0]):
+        what = "Above" if worst[0] > 1.0 else "Within"
+        said = f"{what} the limit in passing: at most {worst[0]:.3g} of it, {worst[1]}."
+        yield paragraph(said, "verdict")
+    if worst[0] > 1.0 and "speed_ramp" in axes:
+        most = archive[over].max([d for d in archive[over].dims if d != "speed_ramp"])
+        fine = archive["speed_ramp"].values[most.values <= 1.0]
+        said = f"{fine.min():g} rpm/s is enough" if fine.size else "none is enough"
+        yield paragraph(f"Of the ramps computed, {said}.")
+    yield table(("shaft", *(_head(archive, n) for n in shown), *axes), rows,
+                range(1, 1 + len(shown) + len(axes)))  # fmt: skip
+
+
 def _couplings(archive: xr.Dataset) -> Parts:
     """Torque, twist and heat of couplings and dampers over the speed."""
     crank = of_crank(archive)
@@ -537,6 +576,7 @@ _PARTS: tuple[tuple[str, Callable[[Any], Parts]], ...] = (
     ("Vector sums and firing diagram", _vector_sums),
     ("Excitation by order", _excitation),
     ("Stresses and torques", _stresses),
+    ("Passing a range of speeds", _passing),
     ("Couplings and dampers", _couplings),
     ("Free end of the crankshaft", _free_end),
 )

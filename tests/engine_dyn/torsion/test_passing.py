@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import cumulative_simpson, simpson, solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.special import wofz
 
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
@@ -21,6 +22,7 @@ from engine_dyn.torsion.system import ShaftSystem, matrices, shaft_system
 from tests.support.shafts import DIESEL, DIESEL_NODES
 
 ERROR = 1e-3  # Of the largest half range: what the docstring of `passing` states
+ENERGY = 5e-3  # Of the loss: five times the stated error, since it adds up over the pass
 
 ONE: dict[str, Any] = {"inertia": [1e6, 1.0], "stiffness": [1e4], "damping": [2.0]}
 """A disc of 1 kg m2 at 100 rad/s, damping ratio 0.01, on one that hardly moves."""
@@ -121,6 +123,37 @@ def test_torques_over_time_are_those_of_an_integration(
     largest = 0.5 * np.ptp((history.torque @ cycle).real, axis=-1).max(axis=0)
     assert found["half_range"] == pytest.approx(largest, rel=0.02)
     assert (found["half_range"] > (1.0 - ERROR) * largest).all()
+
+
+@pytest.mark.parametrize("upwards", [True, False], ids=["up", "down"])
+@pytest.mark.compiled
+def test_energy_is_balanced_in_passing(upwards: bool) -> None:
+    """Work of the excitation = change of energy + loss, with speeds from the torques alone."""
+    system, torque = shaft_system(**THREE), some_torques(2, SIX)
+    start, end = (60.0, 260.0) if upwards else (260.0, 60.0)
+    history = passing_history(system, SIX, start, end, 50.0, [0, 1], torque, samples=3.0)
+    time = np.linspace(0.0, history.time[-1], 200_001)
+    angle = (start + math.copysign(25.0, end - start) * time) * time
+    turning = np.exp(1j * angle[:, None] * SIX)
+    within = CubicSpline(history.time, history.torque)(time)
+    held = np.einsum("tsv,tv->ts", within, turning).real
+    acting = np.zeros((time.size, 3))
+    acting[:, :2] = (turning @ torque.T).real
+    inertia, stiffness, damping = (np.array(THREE[k]) for k in ("inertia", "stiffness", "damping"))
+    first = forced_response(system, SIX, start, [0, 1], torque, wanted=("angle",))["angle"]
+    # A shaft pulls its first disc, and the second one back.
+    pull = np.pad(held, [(0, 0), (0, 1)]) - np.pad(held, [(0, 0), (1, 0)])
+    rate = (1j * SIX * start * first).sum(axis=1).real
+    rate = rate + cumulative_simpson((acting + pull) / inertia, x=time, axis=0, initial=0.0)
+    turned = np.diff(rate, axis=1)
+    stored = 0.5 * (held - damping * turned) ** 2 / stiffness
+    energy = 0.5 * (inertia * rate**2).sum(axis=1) + stored.sum(axis=1)
+    work, loss = (
+        simpson(power, x=time)
+        for power in ((acting * rate).sum(axis=1), (damping * turned**2).sum(axis=1))
+    )
+    assert loss > 0.0
+    assert abs(work - (energy[-1] - energy[0]) - loss) < ENERGY * loss
 
 
 def test_steps_are_of_fourth_order_and_the_exact_function() -> None:
