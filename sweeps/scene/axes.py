@@ -17,10 +17,9 @@ from sweeps.base.dimensions import ENGINE, INERTIA_MODEL, LABELS, METHOD
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.files.regular_files import referred
 from sweeps.scene import cylinders, firing_patterns
-from sweeps.scene.design_files.design_columns import DesignTable
 from sweeps.scene.engine.cylinder_keys import CYLINDER_KEYS, CylinderKeys
 from sweeps.scene.features import KEYS_OF_SET
-from sweeps.scene.toml_tables import LARGEST_AXIS, Range, SceneFile
+from sweeps.scene.toml_tables import LARGEST_AXIS, DesignTable, Range, SceneFile
 from sweeps.scene.whole_keys import check_of_designs
 from sweeps.scene.word_keys import WordKey
 

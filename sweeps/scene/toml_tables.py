@@ -7,7 +7,7 @@ table is read. The JSON schema (`sweeps.scene.json_schema`) is made from these m
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -15,6 +15,7 @@ from engine_dyn import status
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import SOLVER_COLUMNS
 from engine_dyn.speed.fields import CLOSURES, INERTIA_MODELS, METHOD_NAMES, STEPPING
+from engine_dyn.types import Floats
 from sweeps.base.checks import Strict, check_range, number
 from sweeps.base.dimensions import INERTIA_MODEL, METHOD
 from sweeps.base.errors import SceneError, not_known, shown
@@ -194,3 +195,11 @@ def _check_solver(
                 f"{where} {key} = {value:g}: has no effect with method '{', '.join(methods)}'; "
                 f"allowed with {' and '.join(STEPPING)}"
             )
+
+
+class DesignTable(NamedTuple):
+    """Numbers of parameters in the units of files, texts, and names of results, left out."""
+
+    columns: dict[str, Floats]
+    labels: dict[str, tuple[str, ...]]
+    results: tuple[str, ...] = ()

@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import sweeps
 from sweeps.base import checks
-from sweeps.base.errors import SceneError
+from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.csv_tables import find_header, rows_below
 from sweeps.running.archive import netcdf
 from sweeps.scene.design_files import design_files
@@ -283,7 +283,7 @@ def carefully(text: str) -> Any:
         columns = {}
         for key in header:
             if key == "case":
-                columns[key] = [" ".join(text.split()) for text in table.texts(key)]
+                columns[key] = [one_line(text) for text in table.texts(key)]
                 continue
             columns[key] = table.numbers(key)
             for value, number in zip(columns[key], table.lines, strict=True):

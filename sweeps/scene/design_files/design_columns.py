@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,17 +21,10 @@ from sweeps.base.checks import allowed, check_range, is_ratio, known_key, number
 from sweeps.base.dimensions import DESIGN, EXPLAINED, HIGH, LABELS, LOW, PUBLISHED, SEARCHED
 from sweeps.base.errors import SceneError, counted, did_you_mean, not_known, one_line, shown
 from sweeps.base.files.numbers_with_units import number_with_unit
+from sweeps.scene.toml_tables import DesignTable
 from sweeps.scene.whole_keys import check_of_designs
 
 ROWS = 1 << 18  # Rows of a netCDF or Parquet file that are read at a time
-
-
-class DesignTable(NamedTuple):
-    """Numbers of parameters in the units of files, texts, and names of results, left out."""
-
-    columns: dict[str, Floats]
-    labels: dict[str, tuple[str, ...]]
-    results: tuple[str, ...] = ()
 
 
 @dataclass

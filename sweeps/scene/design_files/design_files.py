@@ -35,7 +35,6 @@ from sweeps.base.netcdf.netcdf_files import TEXT_REFERENCE, check_chunks, opened
 from sweeps.scene.design_files.design_columns import (
     ROWS,
     DesignColumns,
-    DesignTable,
     check_kind,
     check_units,
     factor_of,
@@ -44,6 +43,7 @@ from sweeps.scene.design_files.design_columns import (
     name_and_unit,
     take_numbers,
 )
+from sweeps.scene.toml_tables import DesignTable
 
 MOST = 1 << 28  # Largest number of bytes of a file with designs
 
