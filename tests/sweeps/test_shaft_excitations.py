@@ -248,7 +248,8 @@ def test_a_table_over_the_speed_and_a_file_of_orders(tmp_path: Path) -> None:
     assert_allclose(found[0][HALF].sel(speed=1600), alone[HALF], rtol=1e-9)
 
 
-def test_orders_of_an_archive_are_an_excitation(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["csv", "uff"])
+def test_orders_of_an_archive_are_an_excitation(tmp_path: Path, kind: str) -> None:
     """Export of an engine's orders, on the throw of another engine: both engines add up."""
     from tests.support.commands import ok
 
@@ -257,8 +258,8 @@ def test_orders_of_an_archive_are_an_excitation(tmp_path: Path) -> None:
         engine=path, output={"quantities": ["torque_order", "torque_phase", "order_frequency"]}
     )
     made.to_netcdf(tmp_path / "a.nc")
-    ok("export", tmp_path / "a.nc", "--orders", "torque", "-o", tmp_path / "orders.csv")
-    second = {"on": "throw", "mean": 25e3, "file": str(tmp_path / "orders.csv")}
+    ok("export", tmp_path / "a.nc", "--orders", "torque", "-o", tmp_path / f"orders.{kind}")
+    second = {"on": "throw", "mean": 25e3, "file": str(tmp_path / f"orders.{kind}")}
     found = of_torque(path, [HALF], three(excitations=[second]))
     twice = of_torque(path, [HALF], three(), set={"torque_factor": 2.0})
     assert_allclose(found[HALF], twice[HALF], rtol=1e-7)
