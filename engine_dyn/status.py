@@ -13,6 +13,10 @@ INVALID_INPUT = 4
 TOLERANCE_NOT_MET = 5
 PASSES_DONE = 6
 TORQUE_NOT_REACHED = 7
+FOLLOWED = 8
+STOPPED = 9
+NOT_STARTED = 10
+RUNAWAY = 11
 
 MEANINGS = (
     "converged",
@@ -23,10 +27,17 @@ MEANINGS = (
     "tolerance_not_met",
     "passes_done",
     "torque_not_reached",
+    "followed",
+    "stopped",
+    "not_started",
+    "runaway",
 )
 
 OF_SPEED = MEANINGS[:TORQUE_NOT_REACHED]
 """Outcomes of designs whose load is given; those that hold a torque have the last one too."""
+
+OF_STEADY = MEANINGS[:FOLLOWED]
+"""All outcomes of designs whose speed repeats; those that follow are of speeds that do not."""
 
 WITH_NUMBERS = (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
 """Outcomes whose designs keep their numbers; those of all others are NaN."""

@@ -1,0 +1,335 @@
+"""Many designs of one engine followed in time, on threads; the same bits on any number of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from engine_dyn.given_numbers import given_array
+from engine_dyn.plain_arrays import plain
+from engine_dyn.speed.mechanisms import map_on_threads
+from engine_dyn.transient.fields import (
+    AT,
+    CYCLE_RESULTS,
+    FIELDS,
+    MARK_RESULTS,
+    RUN_RESULTS,
+    Found,
+    Given,
+)
+from engine_dyn.transient.kernel import FASTEST, follow
+from engine_dyn.transient.tables import STEPS, Tables, TransientEngine
+from engine_dyn.transient.work import SWITCH, make_work
+from engine_dyn.types import Floats, Integers
+
+MOST_CYCLES = 100_000
+MOST_WAITING = 100_000
+SHORTEST_SAMPLING = 1e-4  # Time between samples [s] at least
+BLOCK = 16  # Designs of one piece of work
+READY = 0.95  # Ready speed over the nominal one, unless given
+
+ESTIMATE = 0.1
+"""Error of a run over its difference from one with half as many steps, set by measurement: of
+random designs, it was never more than 0.05."""
+
+
+@dataclass(frozen=True, eq=False)
+class Transients:
+    """Designs that were followed in time, SI units.
+
+    Attributes
+    ----------
+    outcome : ndarray of int, shape (designs,)
+        See `engine_dyn.status`: followed, stopped, not started, runaway, not converged, invalid.
+    cycles : dict of str to ndarray, shape (designs, cycles)
+        `fields.CYCLE_RESULTS`; NaN behind the end of a run.
+    delta : ndarray, shape (designs, cycles)
+        Coefficient of speed fluctuation of each cycle.
+    marks : dict of str to ndarray, shape (designs, marks)
+        `fields.MARK_RESULTS`.
+    run : dict of str to ndarray, shape (designs,)
+        `fields.RUN_RESULTS`.
+    error : ndarray, shape (designs,)
+        Estimated largest relative error of the speed at the ends of cycles while above a tenth of
+        the nominal speed; infinite where half as many steps have another outcome; NaN if not asked.
+    curves : dict of str to ndarray, shape (designs, points)
+        crank_angle [rad] since the beginning, time [s], omega [rad/s], load_torque [N m] and
+        command [percent], at the ends of the steps of the recorded cycles.
+    """
+
+    outcome: Integers
+    cycles: dict[str, Floats]
+    marks: dict[str, Floats]
+    run: dict[str, Floats]
+    error: Floats
+    curves: dict[str, Floats]
+
+    @property
+    def delta(self) -> Floats:
+        """Coefficient of speed fluctuation, (omega_max - omega_min)/omega_mean."""
+        found = self.cycles
+        return (found["speed_highest"] - found["speed_lowest"]) / found["speed_mean"]
+
+
+def follow_designs(
+    engine: TransientEngine, cycles: int, *,
+    load: tuple[npt.ArrayLike, npt.ArrayLike] = (0.0, 0.0),
+    command: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    missed: npt.ArrayLike = (), marks: npt.ArrayLike | None = None,
+    record: tuple[int, int] = (0, 0), steps: int = STEPS, estimate: bool = True,
+    threads: int | None = None, **numbers: npt.ArrayLike,
+) -> Transients:  # fmt: skip
+    """Follow the speed of designs from crank angle 0 for some cycles.
+
+    Parameters
+    ----------
+    engine : TransientEngine
+        From `tables.transient_engine`: what all designs have in common.
+    cycles : int
+        Cycles to follow at most; `duration` may end a run before.
+    load : pair of array_like, shapes (points,) or (designs, points)
+        Times [s], not descending, and the load's torque at nominal speed [N m]. Lines join the
+        points, two points at one time are a step; constant before the first and after the last.
+    command : pair of array_like, optional
+        Times [s] and fuel command [percent of load], in the same way, where there is no governor;
+        `start_command` for ever if not given.
+    missed : array_like of int, shape (count, 2) or (designs, count, 2)
+        Cycles and cylinders, both from 0, of firings without fuel; the cycle is that in which the
+        cylinder's firing angle lies. A negative cycle is none.
+    marks : array_like, shape (count,) or (designs, count), optional
+        Times [s], ascending, from which deviations and the time of recovery are measured up to the
+        next; the times of the load's points if not given.
+    record : pair of int
+        First cycle whose curves are kept, and the one behind the last.
+    steps : int
+        Steps a cycle at least.
+    estimate : bool
+        Whether the error is estimated, from a run with half as many steps.
+    threads : int, optional
+        One a processor unless given.
+    **numbers : array_like, broadcasting to shape (designs,)
+        `fields.FIELDS`, SI units, commands in percent of load.
+
+    Returns
+    -------
+    Transients
+
+    Raises
+    ------
+    ValueError
+        One line for a missing or unknown number, a value outside its range, times that descend or
+        are not finite. A design that cannot be followed is no error; its outcome says so.
+
+    Notes
+    -----
+    The fuel command of a cylinder is a place on the load axis of the diagrams. Load and friction
+    are the torque (T_load, T_fr) of E' = T_gas - T_load - T_fr; see `step` and `fields`.
+    """
+    cycles = _whole("cycles", cycles, 1, MOST_CYCLES)
+    steps = _whole("steps", steps, 4, 10_000)
+    table = _numbers(numbers)
+    designs = len(table)
+    load_time, load_torque = _points("load", *load, designs)
+    governed = bool((table[:, AT["governed"]] > 0.0).any())
+    if command is None:
+        command = (0.0, table[:, AT["start_command"]][:, None])
+    elif governed:
+        raise ValueError("command: not allowed with a governor, which gives the fuel command")
+    command_time, commands = _points("command", *command, designs)
+    marked = load_time if marks is None else _of_designs("marks", marks, designs)
+    if not np.isfinite(marked).all() or (np.diff(marked, axis=1) < 0.0).any():
+        raise ValueError("marks: times must be finite and must not descend")
+    missing = _missed(missed, designs, engine.cylinders.count)
+    begin, end = record
+    if not 0 <= begin <= end <= cycles:
+        raise ValueError(f"record = {record}: must be cycles from 0 to {cycles}, not descending")
+    given = Given(
+        table, load_time, load_torque, command_time, commands, missing, marked, begin, end
+    )
+    tables = engine.tables(steps)
+    found = _followed(tables, given, cycles, threads)
+    error = np.full(designs, np.nan)
+    if estimate:
+        rough = _followed(
+            engine.tables(max(4, steps // 2)), given._replace(first_recorded=0, last_recorded=0),
+            cycles, threads,
+        )  # fmt: skip
+        error = _error(found, rough, table[:, AT["speed"]])
+    names = "crank_angle", "time", "omega", "load_torque", "command"
+    return Transients(
+        found.outcome, _by_name(CYCLE_RESULTS, found.cycles), _by_name(MARK_RESULTS, found.marks),
+        _by_name(RUN_RESULTS, found.run), error,
+        {name: found.curves[..., i] for i, name in enumerate(names)},
+    )  # fmt: skip
+
+
+def _by_name(results: tuple[tuple[str, str, str], ...], values: Floats) -> dict[str, Floats]:
+    return {name: values[..., i] for i, (name, _, _) in enumerate(results)}
+
+
+def _followed(tables: Tables, given: Given, cycles: int, threads: int | None) -> Found:
+    """Arrays of results, filled block by block."""
+    designs, points = len(given.numbers), 0
+    if given.last_recorded > given.first_recorded:
+        points = (given.last_recorded - given.first_recorded) * len(tables.fires) + 1
+    found = Found(
+        np.zeros(designs, np.int64), np.empty((designs, cycles, len(CYCLE_RESULTS))),
+        np.empty((designs, given.marks.shape[1], len(MARK_RESULTS))),
+        np.empty((designs, len(RUN_RESULTS))), np.empty((designs, points, 5)),
+    )  # fmt: skip
+    waiting = _waiting(given.numbers, tables)
+    firings = cycles * int(tables.fires.sum()) + 1
+    seen: Any = plain(tables)
+    designs_seen, filled = plain(given), plain(found)
+
+    def do(first: int) -> None:
+        work = make_work(tables.cylinders, len(tables.fires), waiting, firings)
+        last = min(first + BLOCK, designs)
+        follow(first, last, cycles, seen, designs_seen, work, filled)
+
+    def blocks() -> Iterator[int]:
+        yield from range(0, designs, BLOCK)
+
+    for _ in map_on_threads(do, blocks(), threads):
+        pass
+    return found
+
+
+def _waiting(table: Floats, tables: Tables) -> int:
+    """Outputs of the governor that may be on their way to the actuator at once."""
+    fire = tables.nodes[:-1][tables.fires > 0]
+    gap = float(np.diff(fire, append=fire[0] + tables.period).min())
+    dead, every = table[:, AT["dead_time"]], table[:, AT["sampling_time"]]
+    shortest = np.where(every > 0.0, every, gap / (2.0 * FASTEST * table[:, AT["speed"]]))
+    most = float(np.max(dead / shortest, initial=0.0)) + 4.0
+    if not most <= MOST_WAITING:
+        raise ValueError(
+            f"dead_time = {dead.max():g} s: must be below {MOST_WAITING} times between samples"
+        )
+    return int(most)
+
+
+def _error(found: Found, rough: Found, nominal: Floats) -> Floats:
+    """Estimated error of the speed at the ends of cycles."""
+    speed, other = found.cycles[:, :, 1], rough.cycles[:, :, 1]
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(other / speed - 1.0)
+    apart[~(speed > SWITCH * nominal[:, None])] = 0.0
+    both = np.nan_to_num(apart, nan=np.inf).max(axis=1)
+    error = np.where(found.outcome == rough.outcome, ESTIMATE * both, np.inf)
+    return np.where(np.isnan(speed[:, 0]) & (found.outcome == rough.outcome), np.nan, error)
+
+
+def _numbers(numbers: dict[str, npt.ArrayLike]) -> Floats:
+    """Table of the numbers of designs, shape (designs, fields)."""
+    unknown = sorted(numbers.keys() - AT.keys())
+    if unknown:
+        raise ValueError(f"{unknown[0]}: unknown; must be one of {', '.join(AT)}")
+    arrays: dict[str, Floats] = {}
+    for field in FIELDS:
+        if field.name in numbers:
+            arrays[field.name] = given_array(field.name, numbers[field.name])
+        elif field.name == "start_speed" and "speed" in arrays:
+            arrays[field.name] = arrays["speed"]
+        elif field.default is None:
+            raise ValueError(f"{field.name}: missing; must be given [{field.unit}]")
+        else:
+            arrays[field.name] = np.array(field.default)
+    if "ready_speed" not in numbers:
+        arrays["ready_speed"] = READY * arrays["speed"]
+    for field in FIELDS:
+        value = arrays[field.name]
+        above = value >= field.low if field.low_included else value > field.low
+        wrong = ~((above & (value <= field.high)) | np.isnan(value))
+        if wrong.any():
+            start = "at least" if field.low_included else "above"
+            to = f" and at most {field.high:g}" if field.high < math.inf else ""
+            raise ValueError(
+                f"{field.name} = {value[wrong].flat[0]:g}: must be {start} {field.low:g}{to}"
+            )
+    _check_together(arrays, numbers)
+    wide = np.broadcast_arrays(*arrays.values())
+    if wide[0].ndim > 1:
+        raise ValueError("numbers of designs: must be numbers, or lists of one number a design")
+    return np.stack([np.atleast_1d(one) for one in wide], axis=1).astype(np.float64)
+
+
+def _check_together(arrays: dict[str, Floats], numbers: dict[str, npt.ArrayLike]) -> None:
+    """Refuse numbers that do not fit together; ValueError names them."""
+    governed = arrays["governed"] > 0.0
+    if governed.any() and "reference_speed" not in numbers:
+        raise ValueError("reference_speed: missing; a governor needs it")
+    if (arrays["starter_torque"] > 0.0).any() and "starter_speed" not in numbers:
+        raise ValueError("starter_speed: missing; a starter needs it")
+    resting = (arrays["start_speed"] == 0.0) & (arrays["starter_torque"] == 0.0)
+    if resting.any():
+        raise ValueError("start_speed = 0: must be above 0 without starter_torque")
+    every = arrays["sampling_time"]
+    if ((every > 0.0) & (every < SHORTEST_SAMPLING)).any():
+        raise ValueError(
+            f"sampling_time = {every[every > 0.0].min():g}: must be 0 or at least "
+            f"{SHORTEST_SAMPLING:g} s"
+        )
+    if (arrays["lowest_command"] > arrays["highest_command"]).any():
+        raise ValueError("lowest_command: must not be above highest_command")
+
+
+def _whole(name: str, value: Any, least: int, most: int) -> int:
+    number = float(given_array(name, value))
+    if not (number == round(number) and least <= number <= most):
+        raise ValueError(f"{name} = {number:g}: must be a whole number from {least} to {most}")
+    return int(number)
+
+
+def _of_designs(name: str, given: npt.ArrayLike, designs: int) -> Floats:
+    """Numbers of each design, or of all, shape (designs or 1, numbers)."""
+    value = np.atleast_1d(given_array(name, given))
+    value = value[None] if value.ndim == 1 else value
+    if value.ndim != 2 or len(value) not in {1, designs}:
+        raise ValueError(f"{name}: must be a list of numbers, or one for each of {designs} designs")
+    return np.ascontiguousarray(value)
+
+
+def _points(
+    name: str, times: npt.ArrayLike, values: npt.ArrayLike, designs: int
+) -> tuple[Floats, Floats]:
+    """Points over the time of each design, or of all."""
+    time, value = (
+        _of_designs(f"{name}, {part}", given, designs)
+        for part, given in (("times", times), ("values", values))
+    )
+    if time.shape[1] != value.shape[1] or time.shape[1] == 0:
+        raise ValueError(
+            f"{name}: {time.shape[1]} times for {value.shape[1]} values: must be one for each"
+        )
+    for part, array in (("times", time), ("values", value)):
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name}, {part}: must be finite numbers")
+    fall = np.diff(time, axis=1) < 0.0
+    if fall.any():
+        row, place = np.argwhere(fall)[0]
+        raise ValueError(
+            f"{name}: time {time[row, place + 1]:g} s after {time[row, place]:g} s: times must not "
+            "descend"
+        )
+    return time, value
+
+
+def _missed(missed: npt.ArrayLike, designs: int, cylinders: int) -> Integers:
+    value = np.asarray(missed)
+    value = value.reshape(1, 0, 2) if value.size == 0 else value
+    value = value[None] if value.ndim == 2 else value
+    if value.ndim != 3 or value.shape[2] != 2 or len(value) not in {1, designs}:
+        raise ValueError("missed: must be pairs of a cycle and a cylinder, both from 0")
+    if value.size and (value != np.round(value)).any():
+        raise ValueError("missed: must be whole numbers")
+    wrong = (value[..., 0] >= 0) & ((value[..., 1] < 0) | (value[..., 1] >= cylinders))
+    if wrong.any():
+        bad = int(value[..., 1][wrong].flat[0])
+        raise ValueError(f"missed, cylinder {bad}: must be from 0 to {cylinders - 1}")
+    return value.astype(np.int64)
