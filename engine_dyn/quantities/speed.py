@@ -283,13 +283,13 @@ NODES: tuple[Node, ...] = (
     ),
     Node(
         "status", "", "1", "outcome of the design", "this project", when="given_inertia held",
-        make=_held_status, meanings=status.MEANINGS,
+        make=_held_status, meanings=status.OF_STEADY,
     ),
     Node(
         "status", "", "1", "outcome of the design", "this project", when="wanted_delta held",
         make=lambda outcome, search_status, held_load, diagram_scale: _held_status(
             _both_statuses(outcome, search_status), held_load, diagram_scale
         ),
-        meanings=status.MEANINGS,
+        meanings=status.OF_STEADY,
     ),
 )  # fmt: skip

@@ -13,24 +13,8 @@ from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.transient import slow
 from engine_dyn.transient.fields import AT, CYCLE_RESULTS, FIELDS, Found, Given
-from engine_dyn.transient.governor import (
-    ACTUATOR,
-    actuator_at,
-    begin_governor,
-    sample,
-    take,
-)
-from engine_dyn.transient.lobatto import (
-    INTEGRALS,
-    dot,
-    fit,
-    integral_at,
-    largest,
-    largest_of_both,
-    reaches,
-    value_at,
-    weigh,
-)
+from engine_dyn.transient.governor import ACTUATOR, actuator_at, begin_governor, sample, take
+from engine_dyn.transient.lobatto import dot, fit, integral_at, largest, reaches, value_at, weigh
 from engine_dyn.transient.step import solve
 from engine_dyn.transient.tables import Tables
 from engine_dyn.transient.work import SWITCH, Law, Work, begin_series
@@ -46,21 +30,16 @@ MOST_PIECES = 200  # Pieces of time in a step, mean of a cycle
 COLUMNS = len(FIELDS)
 RESULTS = len(CYCLE_RESULTS)
 
-INERTIA, RECIPROCATING, LEVER, SPEED = (
-    AT["inertia"], AT["reciprocating_inertia"], AT["lever"], AT["speed"]
-)  # fmt: skip
-START_SPEED, START_COMMAND = AT["start_speed"], AT["start_command"]
-EXPONENT, OFFSET = AT["load_exponent"], AT["load_offset"]
+INERTIA, RECIPROCATING, LEVER = AT["inertia"], AT["reciprocating_inertia"], AT["lever"]
+SPEED, START_SPEED, START_COMMAND = AT["speed"], AT["start_speed"], AT["start_command"]
+EXPONENT, OFFSET, DURATION = AT["load_exponent"], AT["load_offset"], AT["duration"]
 CONSTANT, PEAK_SHARE = AT["friction_constant"], AT["friction_peak_share"]
-LINEAR, SQUARE = AT["friction_linear"], AT["friction_square"]
-GOVERNED, SAMPLING_TIME = AT["governed"], AT["sampling_time"]
-STARTER, STARTER_SPEED, RELEASE = (
-    AT["starter_torque"], AT["starter_speed"], AT["starter_release"]
-)  # fmt: skip
-FUEL_FROM, FUEL_CUT, READY = AT["fuel_from"], AT["fuel_cut"], AT["ready_speed"]
-CLUTCH_TIME, CLUTCH_INERTIA = AT["clutch_time"], AT["clutch_inertia"]
-CLUTCH_SPEED, CLUTCH_TORQUE = AT["clutch_speed"], AT["clutch_torque"]
-DURATION, BAND = AT["duration"], AT["recovery_band"]
+LINEAR, SQUARE, BAND = AT["friction_linear"], AT["friction_square"], AT["recovery_band"]
+GOVERNED, SAMPLING_TIME, STARTER = AT["governed"], AT["sampling_time"], AT["starter_torque"]
+STARTER_SPEED, RELEASE, READY = AT["starter_speed"], AT["starter_release"], AT["ready_speed"]
+FUEL_FROM, FUEL_CUT, CLUTCH_TIME = AT["fuel_from"], AT["fuel_cut"], AT["clutch_time"]
+CLUTCH_INERTIA, CLUTCH_SPEED = AT["clutch_inertia"], AT["clutch_speed"]
+CLUTCH_TORQUE = AT["clutch_torque"]
 
 OPEN, SLIPPING, LOCKED = range(3)
 SYNCHRONOUS, IS_READY = slow.KINDS, slow.KINDS + 1  # Ends of a piece of the crank angle besides
@@ -128,14 +107,10 @@ def _other_speed(time: float, slip: float, numbers: Floats) -> float:
 
 
 @inlined
-def _torques(n: int, inertia: float, numbers: Floats, tables: Tables, work: Work) -> None:
-    """Work of the gas of all cylinders, and inertia, at the points of a step."""
-    mass = numbers[RECIPROCATING]
-    work.gas[0] = 0.0
-    for k in range(4):
-        work.gas[k + 1] = work.all_gas[9 * n + k]
+def _inertia(n: int, inertia: float, numbers: Floats, tables: Tables, work: Work) -> None:
+    """Put 2 over the inertia at the points of a step into `work`."""
     for k in range(5):
-        work.inverse[k] = 2.0 / (inertia + mass * tables.squares[n, k])
+        work.inverse[k] = 2.0 / (inertia + numbers[RECIPROCATING] * tables.squares[n, k])
 
 
 @inlined
@@ -265,24 +240,16 @@ def _extremes(
     # Between points an extreme lies beyond them by less than this.
     beyond = 0.5 * (fast - calm)
     if fast + beyond >= highest or calm - beyond <= lowest:
-        whole = end == 1.0 and place == 0.0
-        if whole:
-            for k in range(5):
-                torque = work.all_gas[9 * n + 4 + k] + work.rate[k]
-                torque -= 0.5 * square[k] * numbers[RECIPROCATING] * tables.squares[n, 5 + k]
-                work.slope[k] = width * work.inverse[k] * torque
-        else:
-            fit(square, work.power)
-        for side in range(2):
-            sign = 1.0 - 2.0 * side
-            if whole:
-                best = largest_of_both(square, work.slope, work.power10, sign)
-            else:
-                best = largest(place, end, work.power, sign)
-            if side == 0:
+        for k in range(5):
+            torque = work.all_gas[9 * n + 4 + k] + work.rate[k]
+            torque -= 0.5 * square[k] * numbers[RECIPROCATING] * tables.squares[n, 5 + k]
+            work.slope[k] = width * work.inverse[k] * torque
+        for sign in (1.0, -1.0):
+            best = sign * largest(place, end, square, work.slope, work.power10, sign)
+            if sign > 0.0:
                 highest = max(highest, best)
             else:
-                lowest = min(lowest, -best)
+                lowest = min(lowest, best)
     return highest, lowest
 
 
@@ -300,7 +267,7 @@ def _run(
     slowest = SWITCH * nominal
     load_times = given.load_time[d if given.load_time.shape[0] > 1 else 0]
     loads = given.load_torque[d if given.load_torque.shape[0] > 1 else 0]
-    half, mass = 0.5 * numbers[EXPONENT], numbers[RECIPROCATING]
+    half = 0.5 * numbers[EXPONENT]
     begin_series(half, work)
     begin_governor(numbers[START_COMMAND], numbers[START_SPEED], work)
     governed, every = numbers[GOVERNED] > 0.0, numbers[SAMPLING_TIME]
@@ -328,8 +295,7 @@ def _run(
     friction = 0.0
     highest = lowest = square
     turned, pieces = 0.0, 0
-    law_changed, load, ramp, since = True, 0.0, 0.0, 0.0
-    next_time = -math.inf
+    load, ramp, since, next_time = 0.0, 0.0, 0.0, -math.inf
     while outcome == GOING:
         width = tables.nodes[n + 1] - tables.nodes[n]
         angle = cycle * period + tables.nodes[n]
@@ -351,7 +317,9 @@ def _run(
                 _commands(d, cycle, n, beginning, time, square, tables, given, work)
                 friction = _friction(numbers, tables, work)
             beginning = False
-        _torques(n, inertia, numbers, tables, work)
+        for k in range(4):
+            work.gas[k + 1] = work.all_gas[9 * n + k]
+        _inertia(n, inertia, numbers, tables, work)
         by_time = place > 0.0 or not square > slowest * slowest
         energy = square / work.inverse[0] if place == 0.0 else 0.0
         y, events, end_of_step = 0.0, 0, False
@@ -387,15 +355,11 @@ def _run(
                         both = (own * omega + more * numbers[CLUTCH_SPEED]) / (own + more)
                         y += 0.5 * (own + more) * both * both - 0.5 * own * omega * omega
                         clutch, omega, square = LOCKED, both, both * both
-                        inertia += more
-                        fitted = False
-                        for k in range(5):
-                            work.inverse[k] = 2.0 / (inertia + mass * tables.squares[n, k])
+                        inertia, fitted = inertia + more, False
+                        _inertia(n, inertia, numbers, tables, work)
                 elif clutch == OPEN:
                     next_time = min(next_time, numbers[CLUTCH_TIME])
-                law_changed = True
-            if law_changed:
-                law_changed, work.series[12] = False, 0.0
+                work.series[12] = 0.0
             dry = friction + numbers[OFFSET]
             if clutch == SLIPPING:
                 dry += slip * numbers[CLUTCH_TORQUE]
@@ -422,29 +386,15 @@ def _run(
                         outcome = status.STOPPED
                         break
                 dt = width / (slow.SUBSTEPS * max(abs(omega), 0.2 * slowest))
-                if time + dt >= next_time:
-                    dt = next_time - time
+                dt = next_time - time if time + dt >= next_time else dt
                 s1, w1, dt, kind = _piece_of_time(
-                    place,
-                    omega,
-                    later,
-                    dt,
-                    way,
-                    width,
-                    starter,
-                    overrun,
-                    slowest,
-                    law,
-                    numbers,
+                    place, omega, later, dt, way, width, starter, overrun, slowest, law, numbers,
                     work,
-                )
+                )  # fmt: skip
                 if not abs(w1) <= FASTEST * nominal:
                     outcome = status.RUNAWAY
                     break
-                if time + dt >= next_time:
-                    time = next_time
-                else:
-                    time += dt
+                time = next_time if time + dt >= next_time else time + dt
                 turned += 0.5 * (omega + w1) * (s1 - place) * width
                 place, omega = s1, w1
                 if kind == slow.STANDSTILL:
@@ -454,12 +404,10 @@ def _run(
                 highest, lowest = max(highest, square), min(lowest, square)
                 if not started and omega >= numbers[READY]:
                     started, found.run[d, 0] = True, time
-                if clutch == SLIPPING:
-                    if slip * (omega - _other_speed(time, slip, numbers)) <= 0.0:
-                        clutch, inertia = LOCKED, inertia + numbers[CLUTCH_INERTIA]
-                        fitted = False
-                        for k in range(5):
-                            work.inverse[k] = 2.0 / (inertia + mass * tables.squares[n, k])
+                behind = slip * (omega - _other_speed(time, slip, numbers))
+                if clutch == SLIPPING and behind <= 0.0:
+                    clutch, inertia, fitted = LOCKED, inertia + numbers[CLUTCH_INERTIA], False
+                    _inertia(n, inertia, numbers, tables, work)
                 if kind == slow.OVERRUN:
                     overrun, omega = not overrun, top
                 elif kind == slow.RELEASED:
@@ -494,21 +442,13 @@ def _run(
                 end, kind = _passed_speed(
                     place, end, starter, overrun, clutch == SLIPPING, slip, started, numbers, work
                 )
-            whole = end == 1.0 and place == 0.0
-            if not whole:
-                weigh(end, work.end_integral, work.end_value)
+            weigh(end, work.end_integral, work.end_value)
             highest, lowest = _extremes(
                 n, place, end, width, highest, lowest, tables, numbers, work
             )
-            if whole:
-                last = INTEGRALS[3]
-                turned += width * (last[0] * work.omega[0] + last[1] * work.omega[1]
-                                   + last[2] * work.omega[2] + last[3] * work.omega[3]
-                                   + last[4] * work.omega[4])  # fmt: skip
-            else:
-                turned += width * dot(work.end_integral, work.omega)
-                if place > 0.0:
-                    turned -= width * dot(work.begin_integral, work.omega)
+            turned += width * dot(work.end_integral, work.omega)
+            if place > 0.0:
+                turned -= width * dot(work.begin_integral, work.omega)
             if end == 1.0:
                 y, square, time = y4, work.square[4], work.time[4]
             else:
@@ -519,23 +459,21 @@ def _run(
                 time = next_time
             place, omega = end, math.sqrt(square)
             if kind == slow.OVERRUN:
-                overrun, law_changed = not overrun, True
+                overrun, work.series[12] = not overrun, 0.0
             elif kind == slow.RELEASED:
-                starter, overrun, law_changed = 0.0, False, True
+                starter, overrun, work.series[12] = 0.0, False, 0.0
             elif kind == IS_READY:
                 started, found.run[d, 0] = True, time
             elif kind == SYNCHRONOUS:
                 more = numbers[CLUTCH_INERTIA]
                 clutch, inertia, y = LOCKED, inertia + more, y + 0.5 * more * square
-                for k in range(5):
-                    work.inverse[k] = 2.0 / (inertia + mass * tables.squares[n, k])
+                _inertia(n, inertia, numbers, tables, work)
             if place >= 1.0:
                 n, place, fresh, end_of_step = n + 1, 0.0, True, True
         if outcome == GOING and square > (FASTEST * nominal) ** 2:
             outcome = status.RUNAWAY
         if outcome == GOING and n == steps:
-            mean = turned / period
-            _store(d, cycle, time, omega, mean, highest, lowest, work, found)
+            _store(d, cycle, time, omega, turned / period, highest, lowest, work, found)
             cycle, n, turned, highest, lowest, pieces = cycle + 1, 0, 0.0, square, square, 0
             if cycle == cycles or time >= numbers[DURATION]:
                 outcome = status.FOLLOWED

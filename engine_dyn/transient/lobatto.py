@@ -117,28 +117,6 @@ def reaches(level: float, a: float, b: float, power: Floats, sign: float) -> flo
     return 3.0
 
 
-@inlined
-def largest(a: float, b: float, power: Floats, sign: float) -> float:
-    """Largest value of sign times the polynomial in [a, b]: at an end, or within.
-
-    Within, it is looked for between the neighbours of the largest of nine samples.
-    """
-    best, place = -math.inf, a
-    step = (b - a) / 8.0
-    for k in range(9):
-        here = sign * value_at(a + k * step, power)
-        if here > best:
-            best, place = here, a + k * step
-    low, high = max(place - step, a), min(place + step, b)
-    for _ in range(30):  # golden section would need more values
-        middle = 0.5 * (low + high)
-        if sign * slope_at(middle, power) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return max(best, sign * value_at(low, power))
-
-
 _slopes = np.array(POINTS)[:, None] ** np.maximum(np.arange(10.0) - 1.0, 0.0) * np.arange(10.0)
 _of_both = np.linalg.inv(np.concatenate([np.array(POINTS)[:, None] ** np.arange(10.0), _slopes]))
 BOTH = tuple(tuple(row) for row in _of_both.tolist())
@@ -146,40 +124,46 @@ BOTH = tuple(tuple(row) for row in _of_both.tolist())
 
 
 @inlined
-def largest_of_both(values: Floats, slopes: Floats, power: Floats, sign: float) -> float:
-    """Largest value of sign times the polynomial of degree 9 with these values and slopes.
+def largest(
+    a: float, b: float, values: Floats, slopes: Floats, power: Floats, sign: float
+) -> float:
+    """Largest value in [a, b] of sign times the polynomial with these values and slopes.
 
-    Between the points where sign times the slope changes from above to below 0, and which have the
-    largest value; by Newton's method. `power` is scratch of length 10.
+    At an end or a point, or between the points where sign times the slope turns from above to below
+    0 and the values are largest; by Newton's method. `power` is scratch of length 10.
     """
-    best, left = sign * values[0], -1
-    for k in range(1, 5):
-        best = max(best, sign * values[k])
-    top = -math.inf
-    for k in range(4):
-        if sign * slopes[k] > 0.0 >= sign * slopes[k + 1]:
+    best, top, left = -math.inf, -math.inf, -1
+    for k in range(5):
+        if a <= POINTS[k] <= b:
+            best = max(best, sign * values[k])
+        if k < 4 and sign * slopes[k] > 0.0 >= sign * slopes[k + 1]:
             higher = max(sign * values[k], sign * values[k + 1])
-            if higher > top:
+            if higher > top and POINTS[k] < b and POINTS[k + 1] > a:
                 top, left = higher, k
-    if left < 0:
+    if left < 0 and a == 0.0 and b == 1.0:
         return best
     for j in range(1, 10):
         row, total = BOTH[j], 0.0
         for k in range(5):
             total += row[k] * (values[k] - values[0]) + row[5 + k] * slopes[k]
         power[j] = total
-    low, high = POINTS[left], POINTS[left + 1]
-    at = low + (high - low) * slopes[left] / (slopes[left] - slopes[left + 1])
-    value = 0.0
-    for _ in range(8):
-        value, slope, bend = power[9], 0.0, 0.0
-        for j in range(8, 0, -1):
-            bend = bend * at + slope
-            slope = slope * at + value
-            value = value * at + power[j]
-        # value is the polynomial over its place, less the constant; its derivatives follow.
-        bend, slope, value = 2.0 * (bend * at + slope), slope * at + value, value * at
-        if not sign * bend < 0.0:
-            break
-        at = min(max(at - slope / bend, low), high)
-    return max(best, sign * (values[0] + value))
+    for way in range(3):  # both ends, and the place between points
+        at, low, high = (a, a, a) if way == 0 else (b, b, b)
+        if way == 2:
+            if left < 0:
+                break
+            low, high = max(POINTS[left], a), min(POINTS[left + 1], b)
+            at = min(max(0.5 * (POINTS[left] + POINTS[left + 1]), low), high)
+        for _ in range(8):
+            value, slope, bend = power[9], 0.0, 0.0
+            for j in range(8, 0, -1):
+                bend = bend * at + slope
+                slope = slope * at + value
+                value = value * at + power[j]
+            # Horner's sum lacks the factor of its place.
+            bend, slope, value = 2.0 * (bend * at + slope), slope * at + value, value * at
+            best = max(best, sign * (values[0] + value))
+            if low == high or not sign * bend < 0.0:
+                break
+            at = min(max(at - slope / bend, low), high)
+    return best

@@ -35,7 +35,7 @@ ROW_STEP = 2.5
 BURNING = (0.5, 1.0)
 """Angles before and after the firing dead centre [rad] where the pressure changes most."""
 
-LOWEST_CLOSED = math.pi
+CLOSED = math.pi
 """Angle before a firing [rad] back to which a cylinder that stops may be turned by its charge."""
 
 GAUSS = np.polynomial.legendre.leggauss(6)
@@ -252,7 +252,7 @@ def _divided(events: Floats, fire: Floats, period: float, steps: int) -> Floats:
     """
     begin, end = fire - BURNING[0], fire + BURNING[1]
     some = fire.size * (BURNING[0] + BURNING[1]) < 0.5 * period
-    marks = np.concatenate([events, [0.0], *((begin, end) if some else ())])
+    marks = np.concatenate([events, [0.0], fire - CLOSED, *((begin, end) if some else ())])
     ends = np.append(np.unique(np.round(marks / period % 1.0, 12) % 1.0), 1.0)
     pieces = []
     for a, b in zip(ends[:-1], ends[1:], strict=True):
@@ -279,6 +279,6 @@ def _back_to(nodes: Floats, fire: Floats, fires: Integers, period: float) -> Int
     for n in range(len(first)):
         last = n if fires[n] else last
         ahead = float(((fire - nodes[n] - 1e-9) % period).min()) + 1e-9
-        open_at = nodes[n] + ahead - LOWEST_CLOSED
+        open_at = nodes[n] + ahead - CLOSED
         first[n] = max(last, int(np.searchsorted(nodes, open_at - 1e-9)))
     return np.minimum(first, np.arange(len(first)))
