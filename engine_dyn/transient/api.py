@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from engine_dyn import status
 from engine_dyn.given_numbers import given_array
 from engine_dyn.plain_arrays import plain
 from engine_dyn.speed.mechanisms import map_on_threads
 from engine_dyn.transient.fields import (
     AT,
+    CURVES,
     CYCLE_RESULTS,
     FIELDS,
     MARK_RESULTS,
@@ -25,7 +26,7 @@ from engine_dyn.transient.fields import (
 from engine_dyn.transient.kernel import FASTEST, follow
 from engine_dyn.transient.tables import STEPS, Tables, TransientEngine
 from engine_dyn.transient.work import SWITCH, make_work
-from engine_dyn.types import Floats, Integers
+from engine_dyn.types import Booleans, Floats, Integers
 
 MOST_CYCLES = 100_000
 MOST_WAITING = 100_000
@@ -134,13 +135,13 @@ def follow_designs(
     steps = _whole("steps", steps, 4, 10_000)
     table = _numbers(numbers)
     designs = len(table)
-    load_time, load_torque = _points("load", *load, designs)
+    load_time, load_torque = _points("load", load, designs)
     governed = bool((table[:, AT["governed"]] > 0.0).any())
     if command is None:
         command = (0.0, table[:, AT["start_command"]][:, None])
     elif governed:
         raise ValueError("command: not allowed with a governor, which gives the fuel command")
-    command_time, commands = _points("command", *command, designs)
+    command_time, commands = _points("command", command, designs)
     marked = load_time if marks is None else _of_designs("marks", marks, designs)
     if not np.isfinite(marked).all() or (np.diff(marked, axis=1) < 0.0).any():
         raise ValueError("marks: times must be finite and must not descend")
@@ -160,11 +161,10 @@ def follow_designs(
             cycles, threads,
         )  # fmt: skip
         error = _error(found, rough, table[:, AT["speed"]])
-    names = "crank_angle", "time", "omega", "load_torque", "command"
     return Transients(
         found.outcome, _by_name(CYCLE_RESULTS, found.cycles), _by_name(MARK_RESULTS, found.marks),
         _by_name(RUN_RESULTS, found.run), error,
-        {name: found.curves[..., i] for i, name in enumerate(names)},
+        {name: found.curves[..., i] for i, name in enumerate(CURVES)},
     )  # fmt: skip
 
 
@@ -177,11 +177,14 @@ def _followed(tables: Tables, given: Given, cycles: int, threads: int | None) ->
     designs, points = len(given.numbers), 0
     if given.last_recorded > given.first_recorded:
         points = (given.last_recorded - given.first_recorded) * len(tables.fires) + 1
-    found = Found(
-        np.zeros(designs, np.int64), np.empty((designs, cycles, len(CYCLE_RESULTS))),
-        np.empty((designs, given.marks.shape[1], len(MARK_RESULTS))),
-        np.empty((designs, len(RUN_RESULTS))), np.empty((designs, points, 5)),
+    shapes = (
+        (cycles, len(CYCLE_RESULTS)), (given.marks.shape[1], len(MARK_RESULTS)),
+        (len(RUN_RESULTS),), (points, len(CURVES)),
     )  # fmt: skip
+    found = Found(
+        np.where(_possible(given.numbers, tables), status.FOLLOWED, status.INVALID_INPUT),
+        *(np.full((designs, *shape), np.nan) for shape in shapes),
+    )
     waiting = _waiting(given.numbers, tables)
     firings = cycles * int(tables.fires.sum()) + 1
     seen: Any = plain(tables)
@@ -192,12 +195,17 @@ def _followed(tables: Tables, given: Given, cycles: int, threads: int | None) ->
         last = min(first + BLOCK, designs)
         follow(first, last, cycles, seen, designs_seen, work, filled)
 
-    def blocks() -> Iterator[int]:
-        yield from range(0, designs, BLOCK)
-
-    for _ in map_on_threads(do, blocks(), threads):
+    for _ in map_on_threads(do, range(0, designs, BLOCK), threads):
         pass
     return found
+
+
+def _possible(table: Floats, tables: Tables) -> Booleans:
+    """Which designs have a number for everything, and an inertia above 0 at every angle."""
+    inertia, mass, speed = (table[:, AT[n]] for n in ("inertia", "reciprocating_inertia", "speed"))
+    least = inertia + mass * float(tables.squares[:, :5].min())
+    known = ~np.isnan(table).any(axis=1) & np.isfinite(inertia) & np.isfinite(speed)
+    return known & (least > 0.0) & (table[:, AT["start_speed"]] <= FASTEST * speed)
 
 
 def _waiting(table: Floats, tables: Tables) -> int:
@@ -296,12 +304,12 @@ def _of_designs(name: str, given: npt.ArrayLike, designs: int) -> Floats:
 
 
 def _points(
-    name: str, times: npt.ArrayLike, values: npt.ArrayLike, designs: int
+    name: str, points: tuple[npt.ArrayLike, npt.ArrayLike], designs: int
 ) -> tuple[Floats, Floats]:
     """Points over the time of each design, or of all."""
     time, value = (
         _of_designs(f"{name}, {part}", given, designs)
-        for part, given in (("times", times), ("values", values))
+        for part, given in zip(("times", "values"), points, strict=True)
     )
     if time.shape[1] != value.shape[1] or time.shape[1] == 0:
         raise ValueError(

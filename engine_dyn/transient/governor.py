@@ -14,13 +14,14 @@ Flood, OOPSLA 2014 (splitmix); Box and Muller, Ann. Math. Stat. 29 (1958) 610.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from engine_dyn.compilation import inlined
 from engine_dyn.transient.fields import AT
 from engine_dyn.transient.tables import Tables
-from engine_dyn.transient.work import Work
+from engine_dyn.transient.work import RING, Work
 from engine_dyn.types import Floats
 
 ACTUATOR, OUTPUT, ACTUATOR_TIME, INTEGRAL, SEEN, SAMPLES, LAST_SAMPLE, AIR, AIR_TIME, BURNT = range(
@@ -28,8 +29,6 @@ ACTUATOR, OUTPUT, ACTUATOR_TIME, INTEGRAL, SEEN, SAMPLES, LAST_SAMPLE, AIR, AIR_
 )
 WAITING_FIRST, WAITING_END = 10, 11
 """Places in `Work.state`; waiting outputs are counted, and kept in turn."""
-
-RING = 66
 
 LAG, DEAD = AT["actuator_lag"], AT["dead_time"]
 LOW, HIGH = AT["lowest_command"], AT["highest_command"]
@@ -96,12 +95,12 @@ def sample(time: float, angle: float, numbers: Floats, work: Work) -> None:
     if count > window and since > 0.0:
         slope = (state[SEEN] - seen) / (reference * since)
     state[SEEN] = seen
-    output = numbers[GAIN] * gap + numbers[DERIVATIVE_GAIN] * slope + state[INTEGRAL]
-    output /= 1.0 + numbers[GAIN] * droop
+    raw = numbers[GAIN] * gap + numbers[DERIVATIVE_GAIN] * slope + state[INTEGRAL]
+    raw /= 1.0 + numbers[GAIN] * droop
+    output = min(max(raw, numbers[LOW]), numbers[HIGH])
     left = gap - droop * output
-    if (output < numbers[HIGH] or left < 0.0) and (output > numbers[LOW] or left > 0.0):
+    if (raw < numbers[HIGH] or left < 0.0) and (raw > numbers[LOW] or left > 0.0):
         state[INTEGRAL] += numbers[INTEGRAL_GAIN] * left * since
-    output = min(max(output, numbers[LOW]), numbers[HIGH])
     actuator_at(time, numbers, work)  # so that only outputs wait that have not arrived
     size = len(work.queue_time)
     place = int(state[WAITING_END]) % size
@@ -110,7 +109,7 @@ def sample(time: float, angle: float, numbers: Floats, work: Work) -> None:
 
 
 @inlined
-def _hashed(x: int) -> int:
+def _hashed(x: Any) -> Any:
     """Mix the bits of a whole number: one step of splitmix."""
     z = np.uint64(x) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(0x632BE59BD9B4E019)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

@@ -12,7 +12,7 @@ import math
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.transient import slow
-from engine_dyn.transient.fields import AT, CYCLE_RESULTS, FIELDS, Found, Given
+from engine_dyn.transient.fields import AT, Found, Given
 from engine_dyn.transient.governor import ACTUATOR, actuator_at, begin_governor, sample, take
 from engine_dyn.transient.lobatto import dot, fit, integral_at, largest, reaches, value_at, weigh
 from engine_dyn.transient.step import solve
@@ -27,8 +27,6 @@ GOING = -1  # Outcome of a run that goes on
 MOST_EVENTS = 100  # In a step; beyond it, speeds are no longer looked for in it
 MOST_SWINGS = 100  # Standstills after which a shaft swings to and fro, and has stopped
 MOST_PIECES = 200  # Pieces of time in a step, mean of a cycle
-COLUMNS = len(FIELDS)
-RESULTS = len(CYCLE_RESULTS)
 
 INERTIA, RECIPROCATING, LEVER = AT["inertia"], AT["reciprocating_inertia"], AT["lever"]
 SPEED, START_SPEED, START_COMMAND = AT["speed"], AT["start_speed"], AT["start_command"]
@@ -50,39 +48,15 @@ LAST_KIND = IS_READY + 1
 def follow(
     first: int, last: int, cycles: int, tables: Tables, given: Given, work: Work, found: Found
 ) -> None:
-    """Follow the designs from `first` up to, without, `last` for so many cycles at most."""
+    """Follow the designs from `first` up to, without, `last` for so many cycles at most.
+
+    Those whose outcome is invalid input are left out; arrays must be filled with NaN before.
+    """
     for d in range(first, last):
-        for cycle in range(cycles):
-            for k in range(RESULTS):
-                found.cycles[d, cycle, k] = math.nan
-        for k in range(5):
-            found.run[d, k] = math.nan
-        for point in range(found.curves.shape[1]):
-            for k in range(5):
-                found.curves[d, point, k] = math.nan
-        for m in range(found.marks.shape[1]):
-            for k in range(5):
-                found.marks[d, m, k] = math.nan
-        outcome = status.INVALID_INPUT
-        if _possible(given.numbers[d], tables):
+        if found.outcome[d] != status.INVALID_INPUT:
             outcome, firings = _run(d, cycles, tables, given, work, found)
             _measure(d, firings, outcome, tables, given, work, found)
-        found.outcome[d] = outcome
-
-
-@inlined
-def _possible(numbers: Floats, tables: Tables) -> bool:
-    """Whether all numbers are some, and the inertia is above 0 at every angle."""
-    for k in range(COLUMNS):
-        if math.isnan(numbers[k]):
-            return False
-    least = 0.0
-    for n in range(len(tables.squares)):
-        for k in range(5):
-            least = min(least, tables.squares[n, k])
-    finite = numbers[INERTIA] < math.inf and numbers[LEVER] < math.inf
-    started = 0.0 <= numbers[START_SPEED] <= FASTEST * numbers[SPEED]
-    return finite and started and numbers[INERTIA] + numbers[RECIPROCATING] * least > 0.0
+            found.outcome[d] = outcome
 
 
 @inlined
@@ -247,9 +221,9 @@ def _extremes(
         for sign in (1.0, -1.0):
             best = sign * largest(place, end, square, work.slope, work.power10, sign)
             if sign > 0.0:
-                highest = max(highest, best)
+                highest = max(highest, min(best, fast + beyond))
             else:
-                lowest = min(lowest, best)
+                lowest = min(lowest, max(best, max(calm - beyond, 0.5 * calm)))
     return highest, lowest
 
 

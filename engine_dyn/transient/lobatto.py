@@ -55,7 +55,7 @@ def dot(a: Floats, b: Floats) -> float:
 
 @inlined
 def weigh(s: float, integral: Floats, value: Floats) -> None:
-    """Weights of the values at the points: of the integral from 0 to a place, of the value there."""
+    """Weights of the values at the points in the integral from 0 to a place, and in the value."""
     for k in range(5):
         a, b, c = COEFFICIENTS[0][k], COEFFICIENTS[1][k], COEFFICIENTS[2][k]
         d, e = COEFFICIENTS[3][k], COEFFICIENTS[4][k]

@@ -71,7 +71,7 @@ def moved(
 def excess(
     kind: int, s: float, omega: float, way: float, overrun: float, top: float, release: float
 ) -> float:
-    """Positive where the end of a kind is passed; `overrun` is 1 below the top, -1 above, 0: none."""
+    """Positive where the end of a kind is passed; `overrun` is 1 below the top, -1 above it."""
     if kind == 0:
         return 1.0
     if kind == END:

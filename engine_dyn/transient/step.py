@@ -72,7 +72,7 @@ def solve(
     l0 = l1 = l2 = l3 = l4 = time - law.since
     before = 0.0
     solved = False
-    for sweep in range(MOST_SWEEPS):
+    for _ in range(MOST_SWEEPS):
         v0 = (energy + y0) * inverse[0]
         v1 = (energy + gas[1] + y1) * inverse[1]
         v2 = (energy + gas[2] + y2) * inverse[2]

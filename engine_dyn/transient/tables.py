@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from engine_dyn.transient.lobatto import POINTS
 from engine_dyn.types import Floats, Integers
 
 STEPS = 48
-"""Steps a cycle at least: 15 degrees of a four-stroke cycle, half of it while few cylinders burn."""
+"""Steps a cycle at least: 15 degrees of a four-stroke cycle, half of it where few burn."""
 
 ROW_STEP = 2.5
 """Percent of load between rows: the work between them is linear to 5e-4 (12 % with 50 percent)."""
@@ -127,7 +128,7 @@ class TransientEngine:
         given = self.family.loads
         pieces = [
             np.linspace(a, b, math.ceil((b - a) / self.row_step - 1e-9), endpoint=False)
-            for a, b in zip(given[:-1], given[1:], strict=True)
+            for a, b in pairwise(given)
         ]
         loads = np.concatenate([*pieces, given[-1:]])
         first = self.cylinders.members[0]
@@ -174,7 +175,7 @@ class TransientEngine:
         return pressure
 
     def _works(self, member: Member, diagrams: list[Diagram], nodes: Floats) -> Floats:
-        """Work [Pa rad] of each diagram from each node to the points behind it, (rows, steps, 4)."""
+        """Work [Pa rad] of diagrams from each node to the points behind it, (rows, steps, 4)."""
         period, crank = self.family.period, (self.crank_ratio, self.offset_ratio)
         phase = member.phase_of(*crank)
         width = np.diff(nodes)[:, None]
@@ -255,7 +256,7 @@ def _divided(events: Floats, fire: Floats, period: float, steps: int) -> Floats:
     marks = np.concatenate([events, [0.0], fire - CLOSED, *((begin, end) if some else ())])
     ends = np.append(np.unique(np.round(marks / period % 1.0, 12) % 1.0), 1.0)
     pieces = []
-    for a, b in zip(ends[:-1], ends[1:], strict=True):
+    for a, b in pairwise(ends):
         after = (0.5 * (a + b) * period - begin) % period
         burns = some and bool((after < BURNING[0] + BURNING[1]).any())
         count = max(1, math.ceil((b - a) * steps * (2 if burns else 1) - 1e-6))

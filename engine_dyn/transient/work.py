@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -55,19 +55,17 @@ class Work(NamedTuple):
     trace_speed: Floats
 
 
-STATES = 16
+STATES, RING = 12, 66  # Numbers of the governor; samples kept, more than a window has
 
 
 def make_work(cylinders: int, steps: int, waiting: int, firings: int) -> Work:
-    """Scratch for so many cylinders, steps, outputs on their way to the actuator, and firings of a run."""
-    made: Any = Work(
-        *(np.zeros(5) for _ in range(15)), np.zeros(13), np.zeros(12), np.zeros(5),
-        np.zeros(10), np.zeros((cylinders, 9 * steps)), np.zeros(9 * steps),
-        np.zeros(cylinders, np.int64), np.zeros(cylinders), np.zeros(cylinders), np.zeros(STATES),
-        np.zeros(66), np.zeros(66), np.zeros(waiting), np.zeros(waiting), np.zeros(firings),
-        np.zeros(firings),
-    )  # fmt: skip
-    return plain(made)
+    """Scratch for so many cylinders, steps, outputs on their way, and firings of a run."""
+    made: list[Any] = [np.zeros(5) for _ in range(15)]
+    made += [np.zeros(13), np.zeros(12), np.zeros(5), np.zeros(10)]
+    made += [np.zeros((cylinders, 9 * steps)), np.zeros(9 * steps)]
+    made += [np.zeros(cylinders, np.int64), np.zeros(cylinders), np.zeros(cylinders)]
+    made += [np.zeros(n) for n in (STATES, RING, RING, waiting, waiting, firings, firings)]
+    return cast(Work, plain(Work(*made)))
 
 
 class Law(NamedTuple):

@@ -118,10 +118,11 @@ class Reference:
         raw = n["gain"] * gap + n.get("derivative_gain", 0.0) * rate + self.integral
         raw /= 1.0 + n["gain"] * droop
         low, high = n.get("lowest_command", -1e9), n.get("highest_command", 1e9)
-        left = gap - droop * raw
+        output = min(max(raw, low), high)
+        left = gap - droop * output
         if not (raw >= high and left >= 0.0) and not (raw <= low and left <= 0.0):
             self.integral += n.get("integral_gain", 0.0) * left * since
-        self.outputs.append((time + n.get("dead_time", 0.0), min(max(raw, low), high)))
+        self.outputs.append((time + n.get("dead_time", 0.0), output))
 
     def run(self, cycles: int) -> Any:
         """Time and speed at the end of each cycle, shape (cycles, 2)."""

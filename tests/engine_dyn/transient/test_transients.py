@@ -166,9 +166,7 @@ def test_energy_is_conserved(family: Family, cylinders: int) -> None:
     s, c = np.sin(x), np.cos(x)
     v = s + RATIO * s * c / np.sqrt(1.0 - (RATIO * s) ** 2)
     work = cylinders * LEVER * CYCLE * np.mean((family.at(40.0)(x) - 101325.0) * v)
-    fired = -np.arange(cylinders) * CYCLE / cylinders
-    square = np.array([np.sin(f) * (1.0 + RATIO * np.cos(f) / np.sqrt(1.0 - (RATIO * np.sin(f)) ** 2))
-                       for f in fired]) ** 2  # fmt: skip
+    square = np.interp(np.arange(cylinders) * CYCLE / cylinders, x, v * v)
     inertia = numbers["inertia"] + numbers["reciprocating_inertia"] * (
         square.sum() - cylinders * np.mean(v * v)
     )
