@@ -35,8 +35,8 @@ BLOCK = 16  # Designs of one piece of work
 READY = 0.95  # Ready speed over the nominal one, unless given
 
 ESTIMATE = 0.1
-"""Error of a run over its difference from one with half as many steps, set by measurement: of
-random designs, it was never more than 0.05."""
+"""Factor on the difference from a run with half as many steps: fitted, on 560 random load steps, so
+that errors above 1e-9 exceed the estimate seldom (at most 3.6 times); their median is a fifth."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,7 +215,12 @@ def _extremes(
     beyond = 0.5 * (fast - calm)
     if fast + beyond >= highest or calm - beyond <= lowest:
         for k in range(5):
-            torque = work.all_gas[9 * n + 4 + k] + work.rate[k]
+            torque, place_of = 0.0, 5 * n + k
+            for i in range(len(work.held)):
+                lower = tables.torques[i, work.row[i], place_of]
+                upper = tables.torques[i, work.row[i] + 1, place_of]
+                torque += lower + work.part[i] * (upper - lower)
+            torque = numbers[LEVER] * torque + work.rate[k]
             torque -= 0.5 * square[k] * numbers[RECIPROCATING] * tables.squares[n, 5 + k]
             work.slope[k] = width * work.inverse[k] * torque
         for sign in (1.0, -1.0):
@@ -248,11 +253,11 @@ def _run(
     time, inertia = 0.0, numbers[INERTIA]
     square = numbers[START_SPEED] * numbers[START_SPEED]
     omega = numbers[START_SPEED]
-    for k in range(9 * steps):
+    for k in range(4 * steps):
         work.all_gas[k] = 0.0
     for i in range(len(work.held)):
         work.held[i] = numbers[START_COMMAND]
-        for k in range(9 * steps):
+        for k in range(4 * steps):
             work.own[i, k] = 0.0
     passed, samples = 0, 0
     clutch, slip = OPEN, 0.0
@@ -292,7 +297,7 @@ def _run(
                 friction = _friction(numbers, tables, work)
             beginning = False
         for k in range(4):
-            work.gas[k + 1] = work.all_gas[9 * n + k]
+            work.gas[k + 1] = work.all_gas[4 * n + k]
         _inertia(n, inertia, numbers, tables, work)
         by_time = place > 0.0 or not square > slowest * slowest
         energy = square / work.inverse[0] if place == 0.0 else 0.0

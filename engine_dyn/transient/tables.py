@@ -27,14 +27,14 @@ from engine_dyn.pressure.motored import motored
 from engine_dyn.transient.lobatto import POINTS
 from engine_dyn.types import Floats, Integers
 
-STEPS = 48
-"""Steps a cycle at least: 15 degrees of a four-stroke cycle, half of it where few burn."""
+STEPS = 36
+"""Steps a cycle at least: 20 degrees of a four-stroke cycle, half of it near firings."""
 
 ROW_STEP = 2.5
 """Percent of load between rows: the work between them is linear to 5e-4 (12 % with 50 percent)."""
 
-BURNING = (0.5, 1.0)
-"""Angles before and after the firing dead centre [rad] where the pressure changes most."""
+BURNING = (0.35, 0.7)
+"""Angles before and after a firing [rad] between which steps are half as long."""
 
 CLOSED = math.pi
 """Angle before a firing [rad] back to which a cylinder that stops may be turned by its charge."""
@@ -47,9 +47,10 @@ class Tables(NamedTuple):
 
     period: float  # Angle of a cycle [rad]
     nodes: Floats  # Ends of the steps [rad], from 0 to the period; shape (steps + 1,)
-    # Of each step, over piston area and crank radius of the engine: works [Pa rad] from its
-    # beginning to points 1 to 4, and torques [Pa] at all five; shape (cylinders, rows, 9 steps).
+    # Over piston area and crank radius of the engine: works [Pa rad] from the beginning of each
+    # step to its points 1 to 4, shape (cylinders, rows, 4 steps), and torques [Pa] at all five.
     gas: Floats
+    torques: Floats
     commands: Floats  # Command of each row [percent of load], ascending; shape (rows,)
     # Largest pressure [Pa] of each row, mean of the cylinders; shape (rows,).
     peaks: Floats
@@ -104,20 +105,19 @@ class TransientEngine:
         fires[[_node(nodes, angle) for angle in fire]] = 1
         loads, commands = self._load_axis()
         points = (nodes[:-1, None] + np.diff(nodes)[:, None] * np.array(POINTS)).ravel()
-        gas, peaks, squares = [], [], np.zeros((2, points.size))
+        gas, torques, peaks, squares = [], [], [], np.zeros((2, points.size))
         for member in members:
             diagrams = self._diagrams(member, loads)
             own = points + member.phase_of(*crank)
-            torque = self._torques(member, diagrams, own).reshape(len(diagrams), count, 5)
-            works = self._works(member, diagrams, nodes)
-            gas.append(np.concatenate([works, torque], axis=2).reshape(len(diagrams), -1))
+            torques.append(self._torques(member, diagrams, own))
+            gas.append(self._works(member, diagrams, nodes).reshape(len(diagrams), -1))
             squares += member.square(own, *crank)
             peaks.append([diagram.peak for diagram in diagrams])
         even = np.arange(720) * (period / 720)
         mean = sum(float(np.mean(member.square(even, *crank)[0])) for member in members)
         squares[0] -= mean
         return Tables(
-            period, nodes, np.array(gas), commands, np.mean(peaks, axis=0),
+            period, nodes, np.array(gas), np.array(torques), commands, np.mean(peaks, axis=0),
             np.concatenate([one.reshape(count, 5) for one in squares], axis=1), fires,
             np.array([_node(nodes, angle) for angle in take], dtype=np.int64), taken,
             -np.array(early, dtype=np.int64), _back_to(nodes, np.array(fire), fires, period),
@@ -248,17 +248,15 @@ def transient_engine(
 def _divided(events: Floats, fire: Floats, period: float, steps: int) -> Floats:
     """Nodes: events, and between them steps of at most a `steps`-th of the period.
 
-    While cylinders burn, steps are half as long, if that is less than half of the cycle: then the
-    speed changes most there.
+    They are half as long while a cylinder burns: the pressure changes most there.
     """
     begin, end = fire - BURNING[0], fire + BURNING[1]
-    some = fire.size * (BURNING[0] + BURNING[1]) < 0.5 * period
-    marks = np.concatenate([events, [0.0], fire - CLOSED, *((begin, end) if some else ())])
+    marks = np.concatenate([events, [0.0], fire - CLOSED, begin, end])
     ends = np.append(np.unique(np.round(marks / period % 1.0, 12) % 1.0), 1.0)
     pieces = []
     for a, b in pairwise(ends):
         after = (0.5 * (a + b) * period - begin) % period
-        burns = some and bool((after < BURNING[0] + BURNING[1]).any())
+        burns = bool((after < BURNING[0] + BURNING[1]).any())
         count = max(1, math.ceil((b - a) * steps * (2 if burns else 1) - 1e-6))
         pieces.append(np.linspace(a, b, count, endpoint=False))
     return np.concatenate([*pieces, [1.0]]) * period

@@ -37,8 +37,7 @@ class Work(NamedTuple):
     binomial: Floats  # Binomial coefficients of alpha/2 and of 1/2
     slope: Floats  # Slope of the speed's square over the place [rad2/s2] at the points
     power10: Floats  # Coefficients of a polynomial of degree 9
-    # Works and torques of each cylinder with its command, as of `Tables.gas`, and of all together
-    # [J, N m].
+    # Works [J] of each cylinder with its command, as of `Tables.gas`, and of all together.
     own: Floats
     all_gas: Floats
     # Row of the table that each cylinder's command is in, the fraction towards the next row, and
@@ -62,7 +61,7 @@ def make_work(cylinders: int, steps: int, waiting: int, firings: int) -> Work:
     """Scratch for so many cylinders, steps, outputs on their way, and firings of a run."""
     made: list[Any] = [np.zeros(5) for _ in range(15)]
     made += [np.zeros(13), np.zeros(12), np.zeros(5), np.zeros(10)]
-    made += [np.zeros((cylinders, 9 * steps)), np.zeros(9 * steps)]
+    made += [np.zeros((cylinders, 4 * steps)), np.zeros(4 * steps)]
     made += [np.zeros(cylinders, np.int64), np.zeros(cylinders), np.zeros(cylinders)]
     made += [np.zeros(n) for n in (STATES, RING, RING, waiting, waiting, firings, firings)]
     return cast(Work, plain(Work(*made)))

@@ -109,14 +109,15 @@ def test_order_of_convergence(family: Family, cylinders: int) -> None:
     engine = engine_of(family, cylinders)
     exact = load_steps(engine, steps=384, estimate=False).cycles["speed_end"]
     errors = {}
-    for steps in (24, 48, 96):
+    for steps in (12, 24, 48):
         found = load_steps(engine, steps=steps, estimate=steps == 48)
         errors[steps] = np.abs(found.cycles["speed_end"] / exact - 1.0).max(axis=1)
         if steps == 48:
-            assert (errors[48] < 5.0 * found.error + 1e-10).all()
+            assert (errors[48] < 5.0 * found.error + 1e-9).all()
     assert errors[48].max() < 1e-6
-    # The knots of the diagrams, 1 degree apart, let order 4 through; smooth torques have order 8.
-    assert np.log2(errors[24].max() / errors[96].max()) / 2.0 > 4.0
+    # Smooth torques have order 8; with the knots of diagrams, errors fall faster than by order 4
+    # until some 1e-10.
+    assert np.log2(errors[12].max() / errors[48].max()) / 2.0 > 4.0
 
 
 @pytest.mark.parametrize("cylinders", [1, 4])
