@@ -24,7 +24,7 @@ from engine_dyn.quantities.graph import (
     QUANTITIES,
     SOURCES,
 )
-from engine_dyn.status import MEANINGS, has_numbers
+from engine_dyn.status import OF_STEADY, has_numbers
 from sweeps.scene.crossings import CROSSINGS, NOT_WITH, REPLACED
 from sweeps.scene.crossings import KEYS as KEY_PAIRS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
@@ -151,7 +151,7 @@ def range_file() -> str:
 def outcomes() -> str:
     """Outcomes of a design."""
     rows = [["status", "name", "meaning", "results hold", "what to do"]]
-    for code, name in enumerate(MEANINGS):
+    for code, name in enumerate(OF_STEADY):
         holds, told = "numbers" if has_numbers(code) else "NaN", OUTCOMES[name]
         rows.append([str(code), f"`{name}`", told["meaning"], holds, told["what to do"]])
     return markdown(rows)
