@@ -22,7 +22,7 @@ import sweeps
 from engine_dyn.engine import Engine
 from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import motored
-from engine_dyn.status import MEANINGS, TORQUE_NOT_REACHED
+from engine_dyn.status import MEANINGS, OF_STEADY, TORQUE_NOT_REACHED
 from engine_dyn.units import RPM
 from sweeps.base.dimensions import OF_PATTERNS
 from sweeps.lab.speed.computed_speeds import engine_of
@@ -248,7 +248,7 @@ def test_the_outcome_is_of_scenes_that_hold_alone(tmp_path: Path) -> None:
     plain = computed(("delta",), FOUR, set=NUMBERS)
     held = computed(("delta",), FOUR, set={**HELD, "load": 100, "misfire": 1})
     assert plain.status.attrs["flag_meanings"].split() == list(MEANINGS[:TORQUE_NOT_REACHED])
-    assert held.status.attrs["flag_meanings"].split() == list(MEANINGS)
+    assert held.status.attrs["flag_meanings"].split() == list(OF_STEADY)
     assert int(held.status) == TORQUE_NOT_REACHED
     scene = write_scene(
         tmp_path, engine=FOUR, set={**HELD, "load": 100, "misfire": 1},
