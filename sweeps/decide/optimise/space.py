@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
-from sweeps.base.checks import known_key
+from sweeps.base.checks import known_key, number
 from sweeps.base.errors import SceneError, plain_number, shown
 from sweeps.base.files.numbers_with_units import PATTERN, with_unit_of_last
 from sweeps.base.ratios import number_or_ratio
@@ -33,7 +34,7 @@ class Space:
     """Parameters that a search varies, each a function of a number between 0 and 1."""
 
     parameters: Mapping[str, Distribution]  # Distribution of each parameter by its key
-    tables: Mapping[str, Any]  # The distributions as [sample] writes them
+    tables: Mapping[str, Any]  # The distributions as [sample] writes them, without units
 
     def __len__(self) -> int:
         return len(self.parameters)
@@ -107,18 +108,27 @@ def read_space(over: Any, raw: Mapping[str, Any], name: str) -> Space:
             f"{name}: nothing to search: the scene has no [sample]; name the parameters to search "
             "with over (--over), such as --over 'inertia = 0.2 to 5'"
         )
-    parameters = {}
+    parameters, read = {}, {}
     for key, table in tables.items():
         if key not in WORDS:
             check_of_designs(key, where[key], "the search")
         node = known_key(key, where[key].removesuffix(f" {key}"), also=WORDS)
         parameters[key] = read_distribution(table, where[key], node)
+        read[key] = table if node is None else _in_numbers(table, where[key], node)
         if key in (raw.get("axes") or {}):
             raise SceneError(
                 f"{where[key]}: is an axis of the scene, at whose every value the conditions must "
                 "hold; a key cannot be both an axis and searched"
             )
-    return Space(parameters, tables)
+    return Space(parameters, read)
+
+
+def _in_numbers(table: Any, where: str, node: Node) -> Any:
+    """A range or a list whose texts, such as "2 lb ft2", are numbers in the unit of scenes."""
+    if isinstance(table, Mapping):
+        texts = {k: v for k, v in table.items() if isinstance(v, str) and k != "spacing"}
+        return {**table, **{k: number(v, where, node) for k, v in texts.items()}}
+    return [number(v, where, node) if isinstance(v, str) else v for v in table]
 
 
 def _in_place(over: Any, of_scene: Mapping[str, Any], name: str) -> dict[str, Any]:

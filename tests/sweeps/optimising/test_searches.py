@@ -258,3 +258,55 @@ def test_an_interrupted_search_writes_nothing(
     done = invoke("optimise", searched[0].with_name("scene.toml"), *SEARCH, "-o", output)
     assert done.exit_code == 1 and "interrupted; nothing was written" in done.stderr
     assert not output.exists() and not list(tmp_path.rglob("*.part"))
+
+
+EXACT = """
+engine = "ntua"
+silenced_warnings = ["all"]
+[set]
+load = 90
+speed = 1500
+[output]
+quantities = ["delta"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("over", "plain"),
+    [
+        ("inertia = 1 to 100 kg m2", {"low": 1.0, "high": 100.0}),
+        ("inertia = 100 to 2000 lb ft2", {"low": 4.214011009380, "high": 84.28022018761}),
+        ("bore = 100 to 110 mm", {"low": 0.1, "high": 0.11}),
+        ("bore = 100, 105, 110 mm", [0.1, 0.105, 0.11]),
+        ("bore = 1.0 to 1.1 dm log", {"low": 0.1, "high": 0.11, "spacing": "log"}),
+    ],
+)
+def test_ranges_have_units(over: str, plain: Any, tmp_path: Path) -> None:
+    """The command and Python find what the same range in the units of scenes gives."""
+    key = over.partition(" ")[0]
+    scene, path = tmp_path / "exact.toml", tmp_path / "found.nc"
+    scene.write_text(EXACT if key == "inertia" else EXACT.replace("load", "inertia = 12\nload"))
+    least = "inertia" if key == "inertia" else "delta"
+    few = {"number": 8, "generations": 2, "restarts": 1}
+    options = ("--least", least, "--within", "delta <= 1/20", "--designs", "8",
+               "--generations", "2", "--restarts", "1")  # fmt: skip
+    assert f"least {least} = " in ok("optimise", scene, *options, "--over", over, "-o", path)
+    wanted: dict[str, Any] = {"least": least, "within": "delta <= 1/20", **few}
+    by_python = sweeps.optimise(scene, **wanted, over=over)
+    without = sweeps.optimise(scene, **wanted, over={key: plain})
+    tables = about(by_python)["over"]
+    ends = plain if isinstance(plain, list) else [plain["low"], plain["high"]]
+    read = tables[key] if isinstance(plain, list) else [tables[key][e] for e in ("low", "high")]
+    assert read == pytest.approx(ends, rel=1e-12)
+    with sweeps.open(path) as archive:
+        for one in (archive, by_python):
+            assert found(one)[key].values == pytest.approx(found(without)[key].values, rel=1e-9)
+    assert "end of" not in optimised_text(by_python)
+
+
+def test_a_value_at_the_end_of_a_range_with_a_unit_is_marked(tmp_path: Path) -> None:
+    archive = sweeps.optimise(
+        engine="ntua", set={"load": 90, "speed": 1500}, least="delta", silenced_warnings=QUIET,
+        over={"inertia": {"low": "1000 kg dm2", "high": "20 kg m2"}}, **SMALL,
+    )  # fmt: skip
+    assert "inertia = 20 kg m², the upper limit of its range" in optimised_text(archive)
