@@ -287,7 +287,8 @@ NODES = (
     ),
     Node(
         "balance_couple_required", "(mRd)_{s1}", "kg m2",
-        "balance couple for zero first-order moment, unbalance times distance",
+        "balance couple, unbalance times distance, for zero backward part of the first-order "
+        "moment; the forward part is the counterweights'",
         "this project", needs=(*_MASSES, *_SPACES), throws=True,
         make=lambda **needs: running_gear(needs).couple_required(),
     ),

@@ -185,6 +185,11 @@ def heading(made: Calibration) -> list[str]:
             f"{point.bmep:6.2f} {point.peak:6.1f} {point.peak_angle:9.1f} {point.compression:12.1f}"
             f" {point.air_fuel_ratio:9.1f} {point.fuel_consumption:6.0f}"
         )
+    if max(given.loads) > OVERLOAD:
+        lines.append(
+            f"  Loads above {OVERLOAD:g} percent: what is usual at full load goes on in straight "
+            "lines to them; an engine may not bear them for long."
+        )
     if given.peak is not None:
         differs = 100.0 * (made.rated.peak / given.peak - 1.0)
         lines.append(f"  The peak pressure differs by {differs:+.4f} % from the given one.")
@@ -258,7 +263,8 @@ def _key(key: str) -> str:
     return key if bare else json.dumps(key, ensure_ascii=False)
 
 
-LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 120.0, 20
+LEAST_LOAD, MOST_LOAD, MOST_LOADS = 5.0, 150.0, 20
+OVERLOAD = 110.0  # Largest load [percent] without a remark: the overload of marine engines
 
 
 def published(

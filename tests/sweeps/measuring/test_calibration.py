@@ -97,6 +97,22 @@ def test_an_engine_runs_with_the_power_of_its_data_sheet(
     assert (found["status"] == 0).all()
 
 
+def test_an_overload_carries_a_dead_cylinder_at_full_load(tmp_path: Path) -> None:
+    """Six cylinders less one have the power of six at some 120 percent: no cylinder gives more."""
+    path = tmp_path / "sheet.toml"
+    path.write_text(SHEET.replace("cylinders = 4", "cylinders = 6"), encoding="utf-8")
+    made = sweeps.calibrate(path, power=45, speed=2700, loads=[100, 130])
+    assert "Loads above 110 percent: what is usual at full load goes on" in made.text
+    (tmp_path / "fitted.toml").write_text(made.text, encoding="utf-8")
+    found = computed(
+        ["held_load", "torque_mean"], str(tmp_path / "fitted.toml"),
+        set={"load": 100.0, "hold": "brake_power"}, axes={"misfire": [0, 3]},
+    )  # fmt: skip
+    assert 120.0 < float(found["held_load"][1]) < 130.0
+    assert_allclose(found["torque_mean"][1], found["torque_mean"][0], rtol=1e-7)
+    assert "Loads above" not in sweeps.calibrate(path, power=45, speed=2700, loads=[110]).text
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_fuel_and_air_are_those_of_the_diagram(kind: str, tmp_path: Path) -> None:
     """Ideal gas at the closing of the intake, from the table of the written file."""
@@ -213,10 +229,11 @@ KW = {"power": 36.4, "speed": 2700}
         ({**KW, "fuel_consumption": 450}, "g/kWh at this power: the air-fuel ratio would be"),
         ({**KW, "kind": "spark-ignition", "fuel_consumption": 900}, "900 g/kWh: must be between"),
         ({**KW, "kind": "steam"}, "kind = 'steam': unknown kind of engine. Allowed: diesel"),
-        ({**KW, "loads": [0]}, "loads = 0: must be between 5 and 120 percent"),
+        ({**KW, "loads": [0]}, "loads = 0: must be between 5 and 150 percent"),
         ({**KW, "loads": ["x"]}, "loads = 'x': must be a finite number"),
         ({**KW, "loads": []}, "must be a list of 1 to 20 percentages"),
         ({**KW, "power": 47, "loads": [120]}, "loads = 120: must be at most 10"),
+        ({**KW, "power": 40, "loads": [150]}, "loads = 150: must be at most 12"),
         ({**KW, "power": 4, "kind": "spark-ignition"}, "50,75,100: load = 10: must be"),
     ],
 )  # fmt: skip
