@@ -71,6 +71,10 @@ def test_no_steady_state_is_not_fulfilled_unless_left_out(archive):
         sweeps.best(archive, **condition, at_every=["load", "speed"])
     assert "delta <= 1/1000 holds at every load and speed for 0" in str(told.value)
     assert "4 have no result at some point" in str(told.value)
+    assert "torque_missing" not in str(told.value)
+    held = archive.assign(torque_missing=("load", [-17.4, 30.0, 40.0]))  # Only the first lacks one
+    with pytest.raises(SceneError, match=r"points; torque_missing at most 17\.4 N m\)"):
+        sweeps.best(held, **condition, at_every=["load", "speed"])
     found = sweeps.best(
         archive, **condition, at_every=["load", "speed"], not_counted="no_steady_state"
     )

@@ -142,6 +142,9 @@ class EveryPoint:
         if choosing and not self.cases:
             _check_choice(archive, self.own, {*self.names, *(c.name for c in conditions)})
         self.units = units_of(archive)
+        if "torque_missing" in archive and used.issuperset(archive["torque_missing"].dims):
+            self.variables["torque_missing"] = archive["torque_missing"].variable
+        self.short = 0.0  # Largest torque that is missing [N m] where there is no result
         self.nearest = [math.inf] * len(conditions)
         self.fulfilling = self.unsolved = self.without = 0
         self.alone = [0] * len(conditions)
@@ -213,6 +216,8 @@ class EveryPoint:
         lacking = counts & ~solved
         if lacking.any():
             self._add_failed(arrays.get("status"), lacking)
+            missing = np.abs(np.broadcast_to(arrays.get("torque_missing", 0.0), extent)[lacking])
+            self.short = float(np.fmax.reduce(missing, initial=self.short))
         designs.lacking[here] += lacking.sum(over)
         designs.good[here] &= ((solved & good) | ~counts).all(over)
         designs.points[here] |= counts.any(over)
@@ -290,7 +295,8 @@ class EveryPoint:
             for number, (c, n) in enumerate(zip(self.conditions, self.alone, strict=True))
         ]
         if self.unsolved:
-            why = f" ({'; '.join(self._failed())})" if self.failed else ""
+            short = f"; torque_missing at most {self.short:.4g} N m" if self.short else ""
+            why = f" ({'; '.join(self._failed())}{short})" if self.failed else ""
             each.append(
                 f"{self.unsolved} have no result at some point{why}: see the outcomes, and "
                 "not_counted (--not-counted)"

@@ -108,7 +108,9 @@ def _few_rows(
     sort = f"{'-' if largest else ''}{key}" if key else None
 
     def table(names: Sequence[str] | None) -> tuple[str, Rows]:
-        shown = rows(one, quantities=names, sort=sort, limit=MOST_ROWS)
+        shown = rows(one, quantities=names, limit=MOST_ROWS)
+        if found.ranked or shown.number < shown.designs:  # Else the order is that of the axes
+            shown = rows(one, quantities=names, sort=sort, limit=MOST_ROWS)
         few = replace(shown, fixed={}, designs=shown.number, curves=(), several={}, elasticities=())
         text = rows_text(few, say.of_table(list(few.table)), width, python=python)
         if shown.number < shown.designs:
