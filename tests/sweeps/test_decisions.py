@@ -13,6 +13,7 @@ from sweeps.base.errors import SceneError
 from sweeps.base.numbers import number_text
 from sweeps.decide.explore.search import least_between, search_best
 from sweeps.decide.optimise import optimise as optimising
+from sweeps.view.figures.wording import equal_lines
 from sweeps.view.report.verdict import verdict
 from sweeps.view.texts.optimised import best_text, decision_lines, optimised_text
 from sweeps.view.texts.wording import Wording
@@ -70,6 +71,14 @@ def test_the_decision_comes_first(archive: xr.Dataset) -> None:
     assert "the 10 of 12 rows with the largest delta" in lines
     assert table[-1].split()[:2] == ["50", "2200"]
     assert lines[-1] == "more quantities (--quantities): stress"
+
+
+def test_all_points_of_a_design_are_in_the_order_of_their_axes(archive: xr.Dataset) -> None:
+    few = archive.isel(load=[1], speed=[0, 1, 2])
+    within = ["delta <= 1/100", "brake_power >= 1e5", "speed <= 5000"]
+    lines = text_of(few, least="inertia", within=within, **EVERY)
+    (points,) = (line for line in lines if line.startswith(" speed"))
+    assert points.split() == ["speed", "1500", "1800", "2000", "rpm"]
 
 
 def test_units_and_several_conditions(archive: xr.Dataset) -> None:
@@ -296,3 +305,26 @@ def test_a_shaft_study_without_vector_sums_says_what_its_campbell_diagram_needs(
     needs = "A Campbell diagram needs critical_speed, mode_vector_sum among the quantities."
     assert needs in verdict(shaft, [], [], None).html
     assert not verdict(shaft.drop_dims("mode"), [], [], None).html
+
+
+def test_a_name_stands_for_the_values_of_a_design() -> None:
+    labels = ("design", ["light", "heavy"])
+    archive = xr.Dataset(
+        {"delta": ("design", [0.02, 0.01])},
+        {"design": [0, 1], "case": labels, "stroke": ("design", [0.1, 0.2])},
+    )
+    assert Wording(archive).design(archive, archive.isel(design=1)) == "case = heavy"
+    alike = archive.assign_coords(case=("design", ["heavy", "heavy"]))  # Tells nothing apart
+    said = Wording(alike).design(alike, alike.isel(design=1))
+    assert "stroke = 0.2" in said and "case = heavy" in said
+
+
+def test_lines_that_lie_on_each_other_are_one() -> None:
+    names = ["all cylinders fire", *(f"misfire {i}" for i in range(1, 5))]
+    low, high = np.array([0.01, np.nan]), np.array([0.05, 0.04])
+    assert equal_lines(names, [low, *4 * [high]]) == [(0, names[0]), (1, "misfire 1 to 4")]
+    apart = [low, high, 1.01 * high, high * 1.0001, 1.01 * high]
+    assert [said for _, said in equal_lines(names, apart)] == [
+        names[0], "misfire 1, 3", "misfire 2, 4",
+    ]  # fmt: skip
+    assert [i for i, _ in equal_lines(names[:2], [1500.0 + low, 1500.0 + high])] == [0, 1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,8 +22,8 @@ from sweeps.view.figures.marks import (
 )
 from sweeps.view.figures.scales import degree_ticks, free_scale, parameter_ticks, sensible_span
 from sweeps.view.figures.sheet import GREY, Entries, multiples, no_ordinate
-from sweeps.view.figures.views import LIMITED, MOST_PANELS, NO_VALUE, StudyAxis, View
-from sweeps.view.figures.wording import HARD_SPACE, name_of, sentence
+from sweeps.view.figures.views import LIMITED, MISFIRE, MOST_PANELS, NO_VALUE, StudyAxis, View
+from sweeps.view.figures.wording import HARD_SPACE, equal_lines, name_of, sentence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -171,9 +171,15 @@ def line_figure(
         return [line_of(view, name, at, view.title(name)) for name in names]
 
     label = common_label(view, names)
+    shown = across.picked(MOST_PANELS)
+    every = [lines_at(across.place(i)) for i in shown]
+    if other.name == MISFIRE:  # Mostly it is the same whichever cylinder fails
+        ys = [np.concatenate([line.y for line in same]) for same in zip(*every, strict=True)]
+        alike = equal_lines([line.text for line in every[0]], ys)
+        every = [[replace(lines[i], text=said) for i, said in alike] for lines in every]
     return parameter_figure(
-        view, axis, [ParameterPanel(lines_at(across.place(i)), across.tag(i))
-                     for i in across.picked(MOST_PANELS)],
+        view, axis, [ParameterPanel(lines, across.tag(i))
+                     for lines, i in zip(every, shown, strict=True)],
         names, label, f"{label.split(HARD_SPACE)[0]} against {axis.called}",
         [*view.notes(names), other.picked_text(), across.picked_text(MOST_PANELS)],
         legend_title=other.label,

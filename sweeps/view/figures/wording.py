@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cache
 from pathlib import PureWindowsPath
 
 import numpy as np
 import xarray as xr
 
+from engine_dyn.types import Floats
 from sweeps.base.errors import printable
 from sweeps.base.naming import meaning_of
 from sweeps.base.numbers import DIGITS, number_text
@@ -178,3 +180,20 @@ def with_unit(variable: xr.Variable, value: float, digits: int = DIGITS) -> str:
 def slug(text: str) -> str:
     """A part of a file name."""
     return re.sub(r"[^A-Za-z0-9_.+-]+", "_", text).strip("_.") or "x"
+
+
+def equal_lines(names: Sequence[str], lines: Sequence[Floats]) -> list[tuple[int, str]]:
+    """The first of lines that lie on each other within their width, and the names of all."""
+    values = np.array(lines)
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return list(enumerate(names))
+    width = 2e-3 * min(1.0, float(np.ptp(known) / (np.abs(known).max() or 1.0)))
+    near = np.isclose(values[:, None], values, rtol=width, atol=0.0, equal_nan=True).all(-1)
+    said = []
+    for first in np.unique(near.argmax(axis=1)).tolist():
+        group = np.flatnonzero(near.argmax(axis=1) == first).tolist()
+        words = [names[first], *(names[i].removeprefix("misfire ") for i in group[1:])]
+        run = words[0][-1].isdigit() and len(group) > 2 and group[-1] - first == len(group) - 1
+        said.append((first, f"{words[0]} to {words[-1]}" if run else ", ".join(words)))
+    return said

@@ -147,15 +147,20 @@ def _curves(page: Embedded, over: str) -> list[Specification]:
         figures.append({"kind": kind, "quantities": ["omega"], "x": over,
                         "lines": _compared(page, "omega")[0],
                         "title": _sentence(page.quantities["omega"]["title"])})  # fmt: skip
-    groups: dict[str, list[str]] = {}
-    for name in names:
-        groups.setdefault(page.quantities[name]["unit"], []).append(name)
-    for unit, group in sorted(groups.items(), key=lambda item: (item[0] != "N m", -len(item[1]))):
-        if len(figures) >= 3:
+    groups: dict[tuple[str, bool], list[str]] = {}
+    for name in names:  # A torque and a moment on the engine's mounts are apart, both in N m
+        groups.setdefault((page.quantities[name]["unit"], "moment" in name), []).append(name)
+    for (unit, moments), group in sorted(
+        groups.items(), key=lambda item: (item[0] != ("N m", False), -len(item[1]))
+    ):
+        if len(figures) >= 4:
             break
         title = _sentence(page.quantities[group[0]]["title"])
         if len(group) > 1:
-            words = {"N m": "Torques", "kN": "Forces", "rpm": "Speeds", "bar": "Pressures"}
+            words = {
+                "N m": "Moments" if moments else "Torques", "kN": "Forces", "rpm": "Speeds",
+                "bar": "Pressures",
+            }  # fmt: skip
             few = ", ".join(name.replace("_", " ") for name in group)
             other = "Curves" if over == "crank_angle" else "Orders"
             title = words.get(unit, _sentence(few) if len(group) <= 3 else other)

@@ -106,6 +106,7 @@
   function textAt(key, place) {
     const column = columns.get(key)
     if (column.words) return column.words[place]
+    if (key === "misfire" && !column.values[place]) return "none"
     return `${numberText(column.values[place])} ${column.unit}`.trim()
   }
 

@@ -235,7 +235,7 @@ def _target(
             verdict += f", first at {say.place(one, first)}" if first else ""
         known = np.isfinite(value)
         rows.append([
-            say.fixed(archive, one), verdict, say.value(condition, value) if known else "",
+            say.design(archive, one), verdict, say.value(condition, value) if known else "",
             say.margin(condition, value) if known else "", worst.removeprefix(" at "),
         ])  # fmt: skip
     heads = ("design", "verdict", "worst", "margin", "at")
@@ -333,7 +333,7 @@ def _required(archive: xr.Dataset, name: str, say: Wording) -> str:
         cases = counted(one[name].size, "case")
         needed = f"of {cases}" + (f", {lacking} of them without a result" if lacking else "")
         known = say.number(name, value) if np.isfinite(value) else ""
-        rows.append([say.fixed(archive, one), known, at.removeprefix(" at "), needed])
+        rows.append([say.design(archive, one), known, at.removeprefix(" at "), needed])
     if not any(row[1] for row in rows):
         return ""
     parts = [f"<h3>{text(name)}</h3>"]

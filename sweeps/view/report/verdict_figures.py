@@ -13,6 +13,7 @@ from sweeps.base.ratios import ratio_text
 from sweeps.decide.explore.barred import Barred
 from sweeps.scene.conditions import Constraint
 from sweeps.view.figures.shaft_modes import sum_at
+from sweeps.view.figures.wording import equal_lines
 from sweeps.view.report import charts
 from sweeps.view.texts.barred import case_text
 from sweeps.view.texts.readable_units import converted
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 MOST_LINES = len(charts.COLOURS)
 
 LARGEST_DRAWN = 1e30  # Numbers that are not below this in size are not drawn
+
+HEADROOM = 0.1  # Share of an axis above its numbers: the name of a limit needs it
 
 LIMIT = {"line_color": "#b00020", "line_dash": "dashed", "line_width": 2}
 
@@ -92,6 +95,9 @@ def target_figure(
     names = ["all"]
     if apart:
         names = [case_text(archive, {apart: _word(archive, apart, i)}) for i in range(len(values))]
+    if apart == "misfire":
+        alike = equal_lines(names, list(values))
+        values, names = values[[i for i, _ in alike]], [said for _, said in alike]
     if len(values) > MOST_LINES:
         rank = np.where(np.isfinite(values), values, 0.0).max(axis=1)
         rank = rank if condition.above else -rank
@@ -120,12 +126,13 @@ def target_figure(
     seen = [one for one in (*values[np.isfinite(values)], limit) if one > 0.0 or not log]
     low, high = min(seen), max(seen)
     pad = 0.05 * (high - low) or abs(high) or 1.0
+    top = HEADROOM * (high - min(0.0, low)) or pad
     if log:
         for axis, (first, last) in ((made.xaxis[0], (x[0], x[-1])), (made.yaxis[0], (low, high))):
             axis.ticker = _round_numbers(first / 1.15, last * 1.15)
     made.y_range.update(
-        **({"start": low / 1.15, "end": high * 1.15} if log
-           else {"start": min(0.0, low) if low > 0 else low - pad, "end": high + pad})
+        **({"start": low / 1.15, "end": high * max(1.15, (high / low) ** HEADROOM)} if log
+           else {"start": min(0.0, low) if low > 0 else low - pad, "end": high + top})
     )  # fmt: skip
     of = f"The worst over {', '.join(map(str, left))}." if left else ""
     note = f"{of} {'A line for each value of ' + apart + '.' if apart else ''}".strip()
@@ -183,7 +190,7 @@ def _list_figure(
     _limit(made, limit, f"limit {condition.written or ratio_text(condition.limit)}")
     seen = [*(worst * factor)[some], limit]
     pad = 0.05 * (max(seen) - min(seen)) or abs(limit) or 1.0
-    made.y_range.update(start=min(seen) - pad, end=max(seen) + pad)
+    made.y_range.update(start=min(seen) - pad, end=max(seen) + HEADROOM / 0.05 * pad)
     of = f", the worst over {', '.join(map(str, left))}" if left else ""
     note = f"A point for each design{of}"
     note += f"; 1 of {every} of {number:,} designs is drawn." if every > 1 else "."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweeps.base.dimensions import SEARCHED
+from sweeps.base.dimensions import SEARCHED, words_of
 from sweeps.base.errors import listed, one_line
 from sweeps.base.numbers import number_text
 from sweeps.base.ratios import ratio_text
@@ -111,6 +111,18 @@ class Wording:
         """The values at which axes of an archive were cut, but for some, in words."""
         place = {k: at for k, at in fixed_of(archive, one).items() if k not in (*but, *SEARCHED)}
         return ", ".join(f"{key} = {self.both(key, at)}" for key, at in place.items())
+
+    def design(self, archive: xr.Dataset, one: xr.Dataset) -> str:
+        """As `fixed`, but a name that tells all designs of a list apart stands for their values."""
+        names = {
+            str(archive[home].dims[0]): key for key, home in words_of(archive).items()
+            if np.unique(archive[home].values.astype(str)).size == archive[home].size
+        }  # fmt: skip
+        hidden = [
+            str(key) for key, at in archive.coords.items()
+            if at.ndim == 1 and names.get(str(at.dims[0]), key) != key
+        ]  # fmt: skip
+        return self.fixed(archive, one, hidden)
 
     def conditions(
         self, one: xr.Dataset, conditions: Sequence[Constraint], at_every: Sequence[str]
