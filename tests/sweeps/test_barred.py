@@ -23,6 +23,7 @@ from sweeps.view.report import verdict as verdicts
 from sweeps.view.report.page import page
 from sweeps.view.report.verdict_figures import MODES, campbell_figure
 from sweeps.view.texts.barred import barred_text
+from sweeps.view.texts.reductions import reduction_lines
 from tests.support.commands import ok, refused
 
 ENGINE = "diesel_105x137"
@@ -430,7 +431,8 @@ def test_a_report_names_the_lightest_designs_of_a_list() -> None:
     assert "<th>at</th>" not in found.html  # No column without a text
     (drawn,) = found.figures
     assert drawn.title == "delta over inertia, with its limit"
-    meets, fails = (one.data_source.data["y"] for one in drawn.figure.renderers[1::2])
+    meets, fails, one = (one.data_source.data["y"] for one in drawn.figure.renderers[1::2])
+    assert one == np.float32(best.delta)
     assert (len(meets), len(fails)) == (number, 300 - number)
     assert meets.max() <= 1 / 50 < fails.min()
 
@@ -461,3 +463,40 @@ def test_a_report_judges_the_designs_that_a_reduced_archive_kept() -> None:
     assert "delta over inertia, with its limit" in page(reduced, target=TARGET)
     with pytest.raises(SceneError, match="kept no designs"):
         page(_sample(within=[TARGET]), target=TARGET)
+
+
+def test_designs_at_every_speed_are_not_their_points() -> None:
+    """Three numbers: all designs, all their points of work, and the designs that were kept."""
+    pytest.importorskip("bokeh")
+    scene = {
+        "engine": "ntua", "axes": {"speed": [1000, 1500]}, "output": {"quantities": ["delta"]},
+        "sample": {"number": 300, "inertia": {"low": 1.0, "high": 30.0}},
+    }  # fmt: skip
+    every = sweeps.run(**scene)
+    one = {"within": TARGET, "least": "inertia", "number": 5}
+    asked = {"within": [TARGET], "over": "design", "at_every": ["speed"],
+             "front": [{"of": ["inertia", "delta"]}]}  # fmt: skip
+    reduced = sweeps.run(**scene, reduce={**asked, "best": [one]})
+    points, designs = (
+        int(n.sum()) for n in (every.delta <= 0.02, (every.delta <= 0.02).all("speed"))
+    )
+    assert 0 < designs < points < 2 * designs
+    assert f"points within limits\n  {TARGET}: {points} of 600" in "\n".join(
+        reduction_lines(reduced, {})
+    )
+    found = verdicts.verdict(reduced, [TARGET], [], None)
+    said = html.unescape(found.html)
+    kept = reduced.sizes["design"]
+    assert (
+        f"the {kept} designs that its searches kept, of 300. Of all: {designs} of 300 designs"
+        in said
+    )
+    assert f" of {kept} kept designs fulfil {TARGET} at every speed" in said
+    (drawn,) = found.figures
+    assert drawn.title == "delta over inertia, with its limit"
+    best = sweeps.best(every, least="inertia", within=TARGET, at_every="speed")
+    source = drawn.figure.renderers[-1].data_source.data
+    assert source["x"] == np.float32(best.inertia) and source["y"] == np.float32(best.delta.max())
+    front = sweeps.run(**scene, reduce=asked)  # No search counted the designs of the condition
+    said = html.unescape(verdicts.verdict(front, [TARGET], [], None).html)
+    assert f"Of all 600 points, {points} meet {TARGET}" in said

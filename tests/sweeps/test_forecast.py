@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+import sweeps
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.speed.fields import METHOD_NAMES
 from sweeps.scene.plan import forecast
@@ -85,6 +86,19 @@ def test_blocks_and_memory_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(forecast, "seconds", lambda _: 12.3)
     assert " blocks, time about 10 s (plus " in text(plan)
     assert divided(plan)[1] < plan.output_bytes + 150e6
+
+
+def test_the_forecast_has_the_columns_of_designs() -> None:
+    drawn = {
+        "number": 4096,
+        "inertia": {"low": 1.0, "high": 2.0},
+        "speed": {"low": 1e3, "high": 2e3},
+    }
+    scene = {"engine": "ntua", "sample": drawn, "output": {"quantities": ["delta"]}}
+    stored = sweeps.run(**scene)
+    size = sum(v.nbytes for name, v in stored.variables.items() if name != "design")
+    plan = plan_of("delta", sample=drawn)
+    assert plan.output_bytes == size + 4 * 4096
 
 
 """Factor up to which a rate may differ from a measured one."""

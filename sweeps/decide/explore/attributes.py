@@ -45,9 +45,13 @@ def dims_of_designs(archive: xr.Dataset) -> list[str]:
     return [d for d in axes_of(archive) if d not in (*DIMENSIONS, "interval", "tooth")]
 
 
-def count_of_designs(archive: xr.Dataset) -> int:
-    """Designs that an archive is about; of a reduced one all that were computed."""
-    known = members_of(archive, REDUCTION).get("designs")
+def count_of_designs(archive: xr.Dataset, each: str = "designs") -> int:
+    """Designs that an archive is about; of a reduced one all that were computed, or their "points".
+
+    Designs that were judged at every speed have a point at each of the speeds.
+    """
+    about = members_of(archive, REDUCTION)
+    known = about.get(each, about.get("designs"))
     if isinstance(known, int):
         return known
     return math.prod(archive.sizes[d] for d in dims_of_designs(archive))

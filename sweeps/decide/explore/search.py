@@ -16,15 +16,12 @@ import numpy as np
 from sweeps.base.arguments import check_dataset, names_given
 from sweeps.base.dimensions import DESIGN, RANK, REDUCTION
 from sweeps.base.errors import SceneError, shown
-from sweeps.running.reduce.every_point import TEXT, EveryPoint
+from sweeps.running.reduce.every_point import KEPT, TEXT, EveryPoint
 from sweeps.running.reduce.searches import Front
 from sweeps.scene.conditions import Constraint, conditions_of, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-_KEPT = "kept"  # Attribute of kept designs while they are searched: what that says of all others
 
 
 def kept_for(
@@ -67,7 +64,7 @@ def kept_for(
         if not kept["found"]:
             raise SceneError(kept["text"])
         designs = _designs(archive, number)
-        designs.attrs[_KEPT] = (
+        designs.attrs[KEPT] = (
             "; these are the designs that [reduce] kept, and not all" if kept["number"]
             else "; [reduce] kept all designs of the front, so that no other does"
         )  # fmt: skip
@@ -238,8 +235,8 @@ def search_best(
         if here == smallest:
             equal += int(np.count_nonzero(values == smallest))
     if best_place is None:
-        raise SceneError(search.nothing() + archive.attrs.get(_KEPT, ""))
-    archive.attrs.pop(_KEPT, None)
+        raise SceneError(search.nothing() + archive.attrs.get(KEPT, ""))
+    archive.attrs.pop(KEPT, None)
     best = archive.isel(best_place)
     told = told or search.text(equal)
     if at_every:

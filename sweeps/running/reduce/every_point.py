@@ -33,6 +33,8 @@ AT_ONCE = 1 << 22  # Designs that are compared at a time, some twenty bytes each
 
 NO_VALUE = "no value"  # In place of an outcome, of points that have neither value nor outcome
 
+KEPT = "kept"  # Attribute of designs that [reduce] kept, while they are searched
+
 TEXT = "search"
 """Attribute of a search's result: number of designs that fulfil the conditions, and of those left
 out."""
@@ -114,6 +116,7 @@ class EveryPoint:
         not_counted: str | Sequence[str] = (), *, choosing: bool = True,
     ) -> None:  # fmt: skip
         axes = names_given(at_every, "at_every")
+        self.noun = "kept design" if KEPT in archive.attrs else "design"
         self.codes = outcomes_given(not_counted)
         if self.codes and "status" not in archive:
             raise SceneError(
@@ -253,7 +256,7 @@ class EveryPoint:
         if self.fulfilling == 1:
             verb = "fulfils" if what else "has results"
         parts = [
-            f"{self.fulfilling} of {counted(self.designs, 'design')} "
+            f"{self.fulfilling} of {counted(self.designs, self.noun)} "
             f"{' '.join(filter(None, (verb, what, self._everywhere)))}"
         ]
         if equal > 1:
@@ -278,7 +281,7 @@ class EveryPoint:
 
     def nothing(self) -> str:
         """Why no design was found, in words."""
-        designs = counted(self.designs, "design")
+        designs = counted(self.designs, self.noun)
         if not self.asked and not self.conditions:
             return f"no design has a value of {' and '.join(self.names)}"
         if not self.asked:

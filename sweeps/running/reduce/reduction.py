@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -258,7 +259,7 @@ class Reduction:
     @property
     def found(self) -> tuple[str, ...]:
         """Results of the searches, a line each."""
-        return tuple(f"{one.asked}: {one.text(self.designs)}" for one in self.searches)
+        return tuple(f"{one.asked}: {one.text(self.points)}" for one in self.searches)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -282,7 +283,8 @@ class Reduction:
     def _described(self) -> dict[str, Any]:
         """The request in the words of the archive."""
         return {
-            "designs": self.designs,
+            "designs": self.points // math.prod(self.sizes[d] for d in self.asked.at_every),
+            "points": self.points,
             "at_every": self.asked.at_every,
             "over": self.asked.over,
             "indices": {name: one.batches for name, one in self.indices.items()},
@@ -294,15 +296,15 @@ class Reduction:
                     "asked": str(one.asked), "wanted": one.asked.wanted, "number": one.asked.number,
                     "within": [str(c) for c in one.conditions],
                     "not_counted": one.asked.not_counted, "found": int(one.places.size),
-                    "text": one.text(self.designs),
+                    "text": one.text(self.points),
                 }
                 for one in self.searches
             ],
         }  # fmt: skip
 
     @property
-    def designs(self) -> int:
-        """Designs that were added."""
+    def points(self) -> int:
+        """Points that were added: designs, each at all values of the axes of `at_every`."""
         return int(self.outcomes.sum()) or self.plan.designs
 
     def _add_statistics(
@@ -386,7 +388,10 @@ class Reduction:
         if self.conditions:
             texts = [str(c) for c in self.conditions]
             texts += ["all conditions"] if len(texts) > 1 else []
-            told = "number of designs that fulfil each condition"
+            what = (
+                "points (a design at one value of at_every)" if self.asked.at_every else "designs"
+            )
+            told = f"number of {what} that fulfil each condition"
             about = {**named("designs_within", told), "units": "1"}
             counts = self.within[..., : len(texts)]
             variables["designs_within"] = Variable((*left, "condition"), about, counts)

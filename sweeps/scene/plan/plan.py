@@ -150,13 +150,14 @@ class Plan:
 
     @property
     def output_bytes(self) -> int:
-        """Size of the variables of the archive, uncompressed."""
+        """Size of the archive, uncompressed."""
         return self.bytes_of_outputs(8)
 
     def bytes_of_outputs(self, each: int) -> int:
-        """Size of the variables of the archive with this many bytes for each number."""
+        """Size of the archive with this many bytes for each result; columns of designs have 8."""
+        columns = self.sizes.get(DESIGN, 0) * (4 + 8 * len(self.scene.designs))  # With the numbers
         kept = [stage for stage in self.stages if stage.node.name in self.outputs]
-        return sum(s.size * (1 if s.node.name == STATUS else each) for s in kept)
+        return columns + sum(s.size * (1 if s.node.name == STATUS else each) for s in kept)
 
     @cached_property
     def computed(self) -> dict[str, Stage]:

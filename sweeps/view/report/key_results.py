@@ -19,7 +19,7 @@ from sweeps.running.reduce.ranges import ranges
 from sweeps.view.report.html import FIRST_ROWS, details, listed, paragraph, table, text, value_text
 from sweeps.view.texts.archives import recorded_cycle_lines
 from sweeps.view.texts.readable_units import converted
-from sweeps.view.texts.reductions import counts_within, searches, statistics_table
+from sweeps.view.texts.reductions import at_points, counts_within, searches, statistics_table
 from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells
 
 if TYPE_CHECKING:
@@ -79,7 +79,9 @@ def _reduced(archive: xr.Dataset, choices: Choices) -> list[str]:
                   table(heads, lines, range(2, len(heads)))]  # fmt: skip
     within = [(condition, f"{n:,}") for condition, n in counts_within(archive)]
     if within:
-        parts += ["<h3>Designs within limits</h3>", table(("condition", "designs"), within, (1,))]
+        what = "points" if at_points(archive) else "designs"
+        head = f"<h3>{what.capitalize()} within limits</h3>"
+        parts += [head, table(("condition", what), within, (1,))]
     searched = searches(archive)
     if searched:
         parts += ["<h3>Searches</h3>", table(("searched for", "found"), searched)]

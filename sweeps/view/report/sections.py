@@ -39,6 +39,7 @@ from sweeps.view.report.shaft_calculation import calculation
 from sweeps.view.texts.archives import PASSES, outcome_counts
 from sweeps.view.texts.key_texts import with_word
 from sweeps.view.texts.readable_units import converted
+from sweeps.view.texts.reductions import at_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -192,7 +193,9 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
     varying = dims_of_designs(archive)
     over = f", over {', '.join(varying)}" if varying else ""
     if REDUCTION in archive.attrs:
-        over = " together, of which some are kept" if of_designs(archive) else " together"
+        over = (
+            f"{at_points(archive)} together{', of which some are kept' * bool(of_designs(archive))}"
+        )
     facts.append(("designs", f"{count_of_designs(archive):,}{over}"))
     solver = members_of(archive, "solver")
     if solver:

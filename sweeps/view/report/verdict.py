@@ -20,7 +20,7 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.base.dimensions import DESIGN, NOT_CHOSEN, REDUCTION
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.naming import meaning_of
-from sweeps.decide.explore.attributes import count_of_designs, of_designs
+from sweeps.decide.explore.attributes import count_of_designs, members_of, of_designs
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
 from sweeps.decide.explore.search import INERTIAS, search_best
 from sweeps.decide.explore.shaft_extremes import (
@@ -31,14 +31,14 @@ from sweeps.decide.explore.shaft_extremes import (
     limited_by,
     worst_of_shaft,
 )
-from sweeps.running.reduce.every_point import EveryPoint
+from sweeps.running.reduce.every_point import KEPT, EveryPoint
 from sweeps.scene.conditions import PARTS, Constraint, check_name, conditions_of, units_of
 from sweeps.view.report.charts import Drawn
 from sweeps.view.report.html import listed, paragraph, table, text
 from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_figure, target_figure
 from sweeps.view.texts.barred import HEADS, case_text, cases_text, notes, range_rows
 from sweeps.view.texts.optimised import decision_lines
-from sweeps.view.texts.reductions import counts_within
+from sweeps.view.texts.reductions import at_points, counts_within
 from sweeps.view.texts.wording import REQUIRED, Wording, margin_of
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ class Verdict:
     html: str = ""
     figures: list[Drawn] = field(default_factory=list)
     at: Mapping[str, int] = field(default_factory=dict)  # Place of the point that decides
+    design: Mapping[str, int] = field(default_factory=dict)  # Place of the design found last
 
     def decided_by(
         self, archive: xr.Dataset, place: Mapping[str, int], conditions: Sequence[Constraint]
@@ -166,15 +167,19 @@ def _kept(archive: xr.Dataset, conditions: Sequence[Constraint]) -> tuple[xr.Dat
             "[[reduce.best]] or [[reduce.front]] keep"
         )
     kept.attrs = {key: value for key, value in kept.attrs.items() if key != REDUCTION}
-    known = dict(counts_within(archive))
-    counts = [
-        f" Of all {every:,}, {known[str(one)]:,} meet {one}."
-        for one in conditions if str(one) in known
+    kept.attrs[KEPT] = ""  # So that texts say that designs are kept ones
+    number, about = kept.sizes[DESIGN], members_of(archive, REDUCTION)
+    told = {tuple(one["within"]): one["text"] for one in about["kept"]}
+    asked = [one for one in map(str, conditions) if (one,) in told]
+    counts = [f" Of all: {told[(one,)]}." for one in asked]
+    what = f"{count_of_designs(archive, 'points'):,}{' points' * bool(at_points(archive))}"
+    counts += [
+        f" Of all {what}, {n:,} meet {one}." for one, n in counts_within(archive)
+        if one in map(str, conditions) and one not in asked
     ]  # fmt: skip
-    number = counted(kept.sizes[DESIGN], "design")
     return kept, (
-        f"The archive was reduced: judged here {'is' if number.startswith('1 ') else 'are'} the "
-        f"{number} that its searches kept, of {every:,}.{''.join(counts)}"
+        f"The archive was reduced: judged here {'is' if number == 1 else 'are'} the {number:,} "
+        f"design{'s' * (number != 1)} that its searches kept, of {every:,}.{''.join(counts)}"
     )
 
 
@@ -200,6 +205,7 @@ def _target(
     for place, designs in search.judged():
         left[place] = sign * condition.limit - designs.worst[0]
         holds[place], lacking[place] = designs.fulfilling, designs.lacking
+    found.design = {}
     lines = _lines(found, archive, search, [target], say)
     away = np.where(np.isfinite(left) & (holds | ~holds.any()), np.abs(left), np.inf)
     nearest = map(int, np.unravel_index(away.argmin(), size)) if size else ()
@@ -246,7 +252,7 @@ def _target(
     )  # fmt: skip
     if len(shown) < left.size:
         found.html += paragraph(f"{len(shown)} of {counted(left.size, 'design')}, {which}.", "note")
-    found.figures += target_figure(archive, condition, say.choices)
+    found.figures += target_figure(archive, condition, say.choices, found.design)
 
 
 def _points(archive: xr.Dataset, conditions: Sequence[Constraint]) -> list[str]:
@@ -280,11 +286,13 @@ def _lines(
     not_counted = [MEANINGS[code] for code in search.codes]
     try:
         found = search_best(
-            archive, **wanted, within=targets, at_every=search.asked, not_counted=not_counted
+            archive.assign_attrs(), **wanted, within=targets, at_every=search.asked,
+            not_counted=not_counted,
         )  # fmt: skip
     except SceneError:  # Each design has a speed of its own, so that none is chosen
         return [search.text()]
     verdict.decided_by(archive, found.place, conditions)
+    verdict.design = found.place
     return decision_lines(archive, found, say)
 
 
@@ -373,7 +381,8 @@ def _shaft(found: Verdict, archive: xr.Dataset) -> None:
     others = [d for d in dims if d not in ("speed", "shaft")]
     at = np.unravel_index(worst, [archive.sizes[d] for d in others]) if others else ()
     near = int(np.abs(archive["speed"].values - speed).argmin())
-    shaft = [str(name) for name in archive["shaft_name"].values].index(part) if part else 0
+    names = archive["shaft_name"].values if "shaft_name" in archive else []
+    shaft = next((i for i, name in enumerate(names) if str(name) == part), 0)
     place = dict(zip(others, map(int, at), strict=True))
     found.at = found.at or {**place, "speed": near, "shaft": shaft}
     case = case_text(archive, solved.cases[0]) if solved.cases[0] else ""

@@ -64,11 +64,13 @@ def _drawn(made: Any, x: Floats, series: list[tuple[str, Floats]], heads: tuple[
 
 
 def target_figure(
-    archive: xr.Dataset, condition: Constraint, choices: Mapping[str, str]
-) -> list[charts.Drawn]:
+    archive: xr.Dataset, condition: Constraint, choices: Mapping[str, str],
+    found: Mapping[str, int],
+) -> list[charts.Drawn]:  # fmt: skip
     """A quantity with its limit over the inertia, or another axis of numbers; none without one.
 
-    A line for each misfire, or else each load and so on, at the worst of all else.
+    A line for each misfire, or else each load and so on, at the worst of all else. Designs of a
+    list are points. The design at the place `found` is marked, or among the lines.
     """
     data = archive[condition.name]
     named = {str(archive[home].dims[0]) for home in words_of(archive).values()}
@@ -77,8 +79,12 @@ def target_figure(
         if d in archive.coords and d not in named and d not in (DESIGN, "misfire")
         and archive[d].dtype.kind in "fiu" and archive.sizes[d] > 1
     ]  # fmt: skip
+    if DESIGN in data.dims and {*numbers} <= {*NOT_CHOSEN}:
+        drawn = _list_figure(archive, condition, choices, found.get(DESIGN))
+        if drawn or not numbers:
+            return drawn
     if not numbers:
-        return _list_figure(archive, condition, choices) if DESIGN in data.dims else []
+        return []
     inertias = [d for d in numbers if "inertia" in d]
     designs = [d for d in numbers if d not in NOT_CHOSEN]
     across = (inertias or designs or (["speed"] if "speed" in numbers else numbers))[0]
@@ -101,7 +107,9 @@ def target_figure(
     if len(values) > MOST_LINES:
         rank = np.where(np.isfinite(values), values, 0.0).max(axis=1)
         rank = rank if condition.above else -rank
-        kept = sorted({0, *np.argsort(-rank, kind="stable")[: MOST_LINES - 1].tolist()})
+        kept = sorted({
+            found.get(str(apart), 0), *np.argsort(-rank, kind="stable")[: MOST_LINES - 1].tolist()
+        })  # fmt: skip
         values, names = values[kept], [names[i] for i in kept]
     some: Booleans = np.asarray(np.isfinite(values).any(axis=1))
     values, names = values[some], [name for name, known in zip(names, some, strict=True) if known]
@@ -145,7 +153,7 @@ MEETING = ("meets it", "does not")
 
 
 def _list_figure(
-    archive: xr.Dataset, condition: Constraint, choices: Mapping[str, str]
+    archive: xr.Dataset, condition: Constraint, choices: Mapping[str, str], found: int | None
 ) -> list[charts.Drawn]:
     """A quantity with its limit over a column of a list of designs; none without such a column.
 
@@ -161,24 +169,28 @@ def _list_figure(
         return []
     number = data.sizes[DESIGN]
     every = -(-number // MOST_POINTS)
-    part = data.isel({DESIGN: slice(None, None, every)})
+    some_of = np.union1d(np.arange(0, number, every), [] if found is None else [found]).astype(int)
+    part = data.isel({DESIGN: some_of})
     left = [d for d in part.dims if d != DESIGN]
     worst = (part.max(left) if condition.above else part.min(left)).values.astype(float)
     x_factor, x_unit = converted(str(archive[across].attrs.get("units", "1")), choices.get(across))
     factor, unit = converted(str(data.attrs.get("units", "1")), choices.get(condition.name))
-    x = archive[across].values[::every].astype(float) * x_factor
+    x = archive[across].values[some_of].astype(float) * x_factor
     some = (np.abs(x) < LARGEST_DRAWN) & (np.abs(worst * factor) < LARGEST_DRAWN)
     if not some.any() or np.ptp(x[some]) == 0.0:
         return []
     heads = (_head(across, x_unit), _head(condition.name, unit))
-    made = charts.lines(2, x_axis_label=heads[0], y_axis_label=heads[1])
+    names = [*MEETING, *(["found"] if found is not None else [])]
+    made = charts.lines(len(names), x_axis_label=heads[0], y_axis_label=heads[1])
     bokeh, items, marks = charts.models(), [], made.renderers[1::2]
-    for name, mark, line, holds in zip(
-        MEETING, marks, made.renderers[::2], (True, False), strict=True
+    holds = condition.holds(worst)
+    for name, mark, line, which in zip(
+        names, marks, made.renderers[::2], (holds, ~holds, some_of == found), strict=False
     ):
-        kept = some & (condition.holds(worst) == holds)
+        kept = some & which
         points = {"x": x[kept].astype(np.float32), "y": (worst * factor)[kept].astype(np.float32)}
-        mark.data_source.data, mark.name, mark.glyph.size = points, name, 4
+        mark.data_source.data, mark.name = points, name
+        mark.glyph.size = 12 if name == "found" else 4
         line.visible = False
         items.append(bokeh.LegendItem(label={"value": name}, renderers=[mark]))
     made.select_one({"name": "legend"}).items = items

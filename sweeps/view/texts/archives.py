@@ -21,7 +21,7 @@ from sweeps.running.archive.partial import Partial
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.texts.key_texts import unit_text, with_word
 from sweeps.view.texts.readable_units import factor, readable_of_archive
-from sweeps.view.texts.reductions import outcomes_of_all, reduction_lines
+from sweeps.view.texts.reductions import at_points, outcomes_of_all, reduction_lines
 from sweeps.view.texts.tables import aligned, last_digits, without_rounding
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ def _size_line(dataset: xr.Dataset, name: str) -> str:
     levels = [v.encoding.get("complevel", 0) for v in results]
     reduced = " reduced" if REDUCTION in dataset.attrs else ""
     parts = [
-        counted(count_of_designs(dataset), "design") + reduced,
+        counted(count_of_designs(dataset), "design") + at_points(dataset) + reduced,
         f"{size_text(sum(v.nbytes for v in results))} of results",
         *sorted(numbers),
         f"compression {max(levels)}" if any(levels) else "not compressed",

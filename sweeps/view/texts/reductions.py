@@ -29,8 +29,14 @@ def outcomes_of_all(dataset: xr.Dataset) -> dict[str, int]:
     return dict(zip(map(str, dataset["outcome"].values), map(int, counts), strict=True))
 
 
+def at_points(dataset: xr.Dataset) -> str:
+    """Text on the points of the designs, where designs are judged at every one of several."""
+    points = count_of_designs(dataset, "points")
+    return f" at {points:,} points" if points > count_of_designs(dataset) else ""
+
+
 def counts_within(dataset: xr.Dataset) -> list[tuple[str, int]]:
-    """Each condition that designs were counted by, and how many fulfil it."""
+    """Each condition that designs, or their points, were counted by, and how many fulfil it."""
     if "designs_within" not in dataset:
         return []
     array = dataset["designs_within"]
@@ -88,9 +94,9 @@ def reduction_lines(dataset: xr.Dataset, chosen: Mapping[str, str]) -> list[str]
     lines = []
     within = counts_within(dataset)
     if within:
-        designs = f"{count_of_designs(dataset):,}"
-        lines += ["", "designs within limits"]
-        lines += [f"  {condition}: {n:,} of {designs}" for condition, n in within]
+        points = f"{count_of_designs(dataset, 'points'):,}"
+        lines += ["", f"{'points' if at_points(dataset) else 'designs'} within limits"]
+        lines += [f"  {condition}: {n:,} of {points}" for condition, n in within]
     searched = searches(dataset)
     if searched:
         lines += ["", "searches"]
