@@ -480,7 +480,7 @@ def test_designs_at_every_speed_are_not_their_points() -> None:
     points, designs = (
         int(n.sum()) for n in (every.delta <= 0.02, (every.delta <= 0.02).all("speed"))
     )
-    assert 0 < designs < points < 2 * designs
+    assert 0 < 2 * designs < points < 600
     assert f"points within limits\n  {TARGET}: {points} of 600" in "\n".join(
         reduction_lines(reduced, {})
     )
