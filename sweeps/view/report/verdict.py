@@ -381,8 +381,8 @@ def _shaft(found: Verdict, archive: xr.Dataset) -> None:
     others = [d for d in dims if d not in ("speed", "shaft")]
     at = np.unravel_index(worst, [archive.sizes[d] for d in others]) if others else ()
     near = int(np.abs(archive["speed"].values - speed).argmin())
-    names = archive["shaft_name"].values if "shaft_name" in archive else []
-    shaft = next((i for i, name in enumerate(names) if str(name) == part), 0)
+    names = archive["shaft_name"].values.tolist() if "shaft_name" in archive else [part]
+    shaft = names.index(part) if part else 0
     place = dict(zip(others, map(int, at), strict=True))
     found.at = found.at or {**place, "speed": near, "shaft": shaft}
     case = case_text(archive, solved.cases[0]) if solved.cases[0] else ""
