@@ -456,6 +456,9 @@ def _axes(raw: str | Sequence[str], scene: Scene, where: str) -> tuple[str, ...]
     """Axes named by a key, in the order of the scene."""
     names = names_given(raw, where)
     for axis in names:
+        if axis in scene.designs and axis not in scene.dimensions:
+            table = "sample" if scene.sample is not None else "designs"
+            raise SceneError(f"{where}: '{axis}': is given by [{table}]; use 'design'")
         _check_known(axis, scene.dimensions, where)
     return tuple(d for d in scene.dimensions if d in names)
 

@@ -325,6 +325,7 @@ def test_portions_are_those_of_the_whole_sample(method: str) -> None:
         ({"within": "omega <= 3"}, "scene: [reduce]: 'omega': not in the archive"),
         ({"best": 3}, "best = 3: must be a list of tables [[reduce.best]]"),
         ({"at_every": "speed"}, "at_every: 'speed': not in the scene"),
+        ({"over": "inertia"}, "'inertia': is given by [sample]; use 'design'"),
         ({"best": [{"least": "delta", "not_counted": "stalled"}]}, "only used with at_every"),
         ({"bset": []}, "bset: unknown key"),
         ({"over": [], "best": [{"least": "delta"}]}, "over: leaves design, 2048 points"),
