@@ -13,8 +13,8 @@ from engine_dyn.pressure.motored import motored
 from engine_dyn.transient.api import Transients, follow_designs
 from engine_dyn.transient.limits import ISO_8528_5_G2, kept
 from engine_dyn.transient.tables import TransientEngine, transient_engine
+from oracle.transients import Reference
 from sweeps.scene.engine.engine_files import load_engine
-from tests.support.transient_reference import Reference
 
 pytestmark = pytest.mark.compiled
 

@@ -30,6 +30,7 @@ class Reference:
     load: tuple[list[float], list[float]]
     missed: tuple[tuple[int, int], ...] = ()
     held: list[tuple[Any, Any, float]] = field(default_factory=list)
+    gap: float = 1.0  # Last relative deviation that the governor saw
 
     def velocity(self, x: float) -> float:
         s, c = math.sin(x), math.cos(x)
@@ -137,7 +138,8 @@ class Reference:
         self.air, self.air_time = n["start_command"], 0.0
         self.outputs: list[tuple[float, float]] = []
         self.samples: list[tuple[float, float]] = []
-        self.integral, self.gap = n["start_command"], 1.0
+        self.integral = n["start_command"]
+        self.gap = 1.0
         omega = n["start_speed"]
         self.pulling = omega < n.get("starter_speed", 1.0)
         for i in range(len(self.firing)):
