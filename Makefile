@@ -19,7 +19,7 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map bench bench-gpu bench-kernels studies rates compile-times warm-run stress \
+.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map transients bench bench-gpu bench-kernels studies rates compile-times warm-run stress \
 	large-runs large-study reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
@@ -35,6 +35,7 @@ help:
 	@echo "make calibrate   fit the modelled diagrams of the catalogue engines again"
 	@echo "make data-sheet  write docs/data_sheet.md, whose commands it runs"
 	@echo "make misfire-map write docs/misfire_detection.md and its figure: a few minutes"
+	@echo "make transients  write docs/transients.md and its figure, with rates of this machine: a minute"
 	@echo "make bench       docs/benchmarks.md: run time against error, beside other solvers (15 min)"
 	@echo "make bench-gpu   how fast an NVIDIA card solves sampled designs, as a table to paste (5 min at most)"
 	@echo "make studies     the table of studies alone, on the terminal (5 min; STUDIES='--quick --only sampled')"
@@ -107,6 +108,9 @@ data-sheet: $(VENV)/.installed-test
 
 misfire-map: $(VENV)/.installed-test
 	$(python) tools/misfire_map.py
+
+transients: $(VENV)/.installed-test
+	$(python) tools/transients.py
 
 # Settings: BENCH=--quick (a minute or two, into out/bench).
 bench: $(VENV)/.installed-bench

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import engine_dyn
+import engine_dyn.transient
 import sweeps
 from sweeps.view.accessor.archive import ArchiveAccessor, Plots
 
@@ -18,6 +19,9 @@ def public() -> dict[str, Any]:
     """Everything that the page of the Python interface lists, by name."""
     found = {f"sweeps.{name}": getattr(sweeps, name) for name in sweeps.__all__}
     found |= {f"engine_dyn.{name}": getattr(engine_dyn, name) for name in engine_dyn.__all__}
+    room = engine_dyn.transient
+    found |= {f"engine_dyn.transient.{name}": getattr(room, name) for name in room.__all__}
+    del found["engine_dyn.transient.ISO_8528_5_G2"]  # Values, not a function
     found |= {"archive.dyn": ArchiveAccessor, "archive.dyn.plot": Plots}
     for name, member in vars(ArchiveAccessor).items():
         if not name.startswith("_"):

@@ -98,6 +98,15 @@ def test_the_flywheel_of_the_readme(folder: Path) -> None:
     assert float(found["inertia"]) == grid[np.searchsorted(grid, exact)]
 
 
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_the_generating_set_of_the_page_on_transients(capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = blocks("python", "transients.md")
+    exec(example, {})
+    (told,) = blocks("text", "transients.md")
+    assert capsys.readouterr().out == told
+
+
 @pytest.mark.slow
 def test_the_million_designs_of_the_readme() -> None:
     (text,) = blocks("python", "README.md")

@@ -61,6 +61,23 @@ class Transients:
     curves : dict of str to ndarray, shape (designs, points)
         crank_angle [rad] since the beginning, time [s], omega [rad/s], load_torque [N m] and
         command [percent], at the ends of the steps of the recorded cycles.
+
+    Examples
+    --------
+    A disc that friction of 7 N m slows down, without gas; see `follow_designs`:
+
+    >>> import math
+    >>> from engine_dyn.geometry.cylinders import even_cylinders
+    >>> from engine_dyn.transient import follow_designs, transient_engine
+    >>> from sweeps.scene.engine.engine_files import load_engine
+    >>> engine = transient_engine(
+    ...     load_engine("ntua").family, even_cylinders(1, 4.0 * math.pi), crank_ratio=0.257
+    ... )
+    >>> found = follow_designs(
+    ...     engine, 100, inertia=3.0, lever=1e-12, speed=40.0, friction_constant=7.0, fuel_cut=1e-9
+    ... )
+    >>> found.outcome, found.run["end_time"].round(3)  # 9 is stopped; 40 rad/s * 3 kg m2/7 N m
+    (array([9]), array([17.143]))
     """
 
     outcome: Integers
@@ -130,6 +147,29 @@ def follow_designs(
     -----
     The fuel command of a cylinder is a place on the load axis of the diagrams. Load and friction
     are the torque (T_load, T_fr) of E' = T_gas - T_load - T_fr; see `step` and `fields`.
+
+    Examples
+    --------
+    Load put on a governed engine of six cylinders, with two flywheels:
+
+    >>> import math
+    >>> from engine_dyn.geometry.cylinders import even_cylinders
+    >>> from engine_dyn.transient import follow_designs, transient_engine
+    >>> from sweeps.scene.engine.engine_files import load_engine
+    >>> engine = transient_engine(
+    ...     load_engine("ntua").family, even_cylinders(6, 4.0 * math.pi), crank_ratio=0.257,
+    ...     command_angle=math.radians(-15.0),
+    ... )
+    >>> found = follow_designs(
+    ...     engine, 100, load=([0.0, 2.0, 2.0], [0.0, 0.0, 700.0]), marks=[2.0], speed=157.08,
+    ...     inertia=[10.0, 20.0], reciprocating_inertia=0.054, lever=0.001385,
+    ...     friction_constant=200.0, governed=1.0, reference_speed=157.08, gain=500.0,
+    ...     integral_gain=1000.0, actuator_lag=0.05, highest_command=90.0, lowest_command=-20.0,
+    ... )
+    >>> (found.marks["speed_lowest"][:, 0] / 157.08).round(3)
+    array([0.927, 0.94 ])
+    >>> (found.error < 1e-6).tolist()
+    [True, True]
     """
     cycles = _whole("cycles", cycles, 1, MOST_CYCLES)
     steps = _whole("steps", steps, 4, 10_000)

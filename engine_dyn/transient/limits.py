@@ -5,13 +5,21 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from engine_dyn.transient.api import Transients
-from engine_dyn.types import Booleans, Floats
+from engine_dyn.types import Booleans
 
 
 class TransientLimits(NamedTuple):
-    """Limits relative to the nominal speed [1], and a time [s]."""
+    """Limits relative to the nominal speed [1], and a time [s].
+
+    Examples
+    --------
+    >>> from engine_dyn.transient import ISO_8528_5_G2
+    >>> ISO_8528_5_G2._replace(recovery=3.0)
+    TransientLimits(fall=0.1, rise=0.12, band=0.015, recovery=3.0, droop=0.05)
+    """
 
     fall: float  # Largest fall of the speed after load is put on
     rise: float  # Largest rise after load is taken off
@@ -26,13 +34,39 @@ not seen). What could be read of classes G1 and G3 contradicts itself: give thos
 """
 
 
-def kept(result: Transients, nominal: Floats, limits: TransientLimits) -> Booleans:
-    """Whether runs keep the limits behind each mark, shape (designs, marks).
+def kept(result: Transients, nominal: npt.ArrayLike, limits: TransientLimits) -> Booleans:
+    """Whether runs keep the limits behind each mark; `droop`, a matter of two runs, is not judged.
 
-    Give `follow_designs` half of `limits.band` as `recovery_band`. A speed that does not recover
-    keeps none. `nominal` is the nominal speed of each design [rad/s].
+    Parameters
+    ----------
+    result : Transients
+        From `follow_designs`, to which half of `limits.band` was given as `recovery_band`.
+    nominal : array_like, shape () or (designs,)
+        Nominal speeds [rad/s].
+    limits : TransientLimits
+        Such as `ISO_8528_5_G2`.
+
+    Returns
+    -------
+    ndarray of bool, shape (designs, marks)
+        False, too, for a speed that does not recover.
+
+    Examples
+    --------
+    A speed that nothing disturbs is within all limits:
+
+    >>> import math
+    >>> from engine_dyn.geometry.cylinders import even_cylinders
+    >>> from engine_dyn.transient import ISO_8528_5_G2, follow_designs, kept, transient_engine
+    >>> from sweeps.scene.engine.engine_files import load_engine
+    >>> engine = transient_engine(
+    ...     load_engine("ntua").family, even_cylinders(1, 4.0 * math.pi), crank_ratio=0.257
+    ... )
+    >>> found = follow_designs(engine, 30, marks=[1.0], inertia=3.0, lever=1e-12, speed=157.0)
+    >>> kept(found, 157.0, ISO_8528_5_G2)
+    array([[ True]])
     """
-    found, speed = result.marks, np.reshape(nominal, (-1, 1))
+    found, speed = result.marks, np.reshape(np.asarray(nominal, dtype=np.float64), (-1, 1))
     fall = (found["speed_before"] - found["speed_lowest"]) / speed
     rise = (found["speed_highest"] - found["speed_before"]) / speed
     quick = found["recovery_time"] <= limits.recovery  # False for NaN

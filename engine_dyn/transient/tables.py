@@ -74,7 +74,20 @@ class Tables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TransientEngine:
-    """An engine, of which tables are made; keywords of `transient_engine`."""
+    """An engine, of which tables are made; keywords of `transient_engine`.
+
+    Examples
+    --------
+    >>> import math
+    >>> from engine_dyn.geometry.cylinders import even_cylinders
+    >>> from engine_dyn.transient import transient_engine
+    >>> from sweeps.scene.engine.engine_files import load_engine
+    >>> engine = transient_engine(
+    ...     load_engine("ntua").family, even_cylinders(4, 4.0 * math.pi), crank_ratio=0.257
+    ... )
+    >>> engine.cylinders.count
+    4
+    """
 
     family: Family
     cylinders: Cylinders
@@ -225,6 +238,21 @@ def transient_engine(
     ValueError
         For values outside their range; cylinders with a firing pattern; diagrams without a
         compression, from which no cycle without combustion can be made.
+
+    Examples
+    --------
+    The first command is the engine without combustion: the governor can go down to it.
+
+    >>> import math
+    >>> from engine_dyn.geometry.cylinders import even_cylinders
+    >>> from engine_dyn.transient import transient_engine
+    >>> from sweeps.scene.engine.engine_files import load_engine
+    >>> engine = transient_engine(
+    ...     load_engine("ntua").family, even_cylinders(6, 4.0 * math.pi), crank_ratio=0.257,
+    ...     command_angle=math.radians(-15.0), row_step=30.0,
+    ... )
+    >>> engine.tables(36).commands.round(1)
+    array([-16.4,   0. ,  25. ,  50. ,  70. ,  90. ])
     """
     angle = given_number("command_angle", command_angle, finite=True)
     if not -family.period <= angle <= 0.0:
