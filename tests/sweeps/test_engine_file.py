@@ -136,6 +136,8 @@ def cycle(old: str, new: str) -> Callable[[], str]:
 
 WRONG: list[tuple[Any, ...]] = [
     (swapped("bore = 0.14", "bore = 0,14"), "line 9", "not TOML", "of bore", "mark is a point"),
+    (swapped("bore = 0.14", "bore = .14"), "line 9", "not TOML", "of bore", "write 0.084 in place"),
+    (swapped("bore = 0.14", "bore = 14."), "line 9", "not TOML", "of bore", "84.0 of 84."),
     (swapped("bore = 0.14", "bore = 140 mm"), "line 9", "of bore", "without their unit"),
     (swapped("bore = 0.14", "bore = 1/7"), "line 9", "of bore; a fraction needs quotes"),
     (swapped('"four-stroke"', "four-stroke"), "a text needs quotes"),

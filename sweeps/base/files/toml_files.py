@@ -18,6 +18,7 @@ lists stand in tables."""
 _MISTAKES = (
     (re.compile(r"[-+]?[\d.]+ ?/ ?[\d.]+"), "a fraction needs quotes"),
     (re.compile(r"[-+]?\d+,\d+ *(#|$)"), "the decimal mark is a point"),
+    (re.compile(r"[-+]?(\.\d|\d+\.(?!\d))"), "write 0.084 in place of .084, and 84.0 of 84."),
     (re.compile(r"[-+]?[\d.]+(e\d+)? *[a-df-wyzA-DF-WYZ]"), "numbers stand without their unit"),
     (re.compile(r"[-+]?(true|false|nan|inf)\b", re.IGNORECASE), "such words are written small"),
     (re.compile(r"[a-zA-Z]"), "a text needs quotes"),
