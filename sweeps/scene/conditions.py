@@ -150,7 +150,8 @@ def check_name(archive: xr.Dataset, name: str) -> None:
         raise SceneError(f"{name}: an axis of words, not of numbers; --select {name}=... takes one")
     if name not in known:
         known = [each for each in known if each not in words]
-        raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}")
+        hint = f"; `engine-dyn optimise` searches it (--over {name})" if name in PARAMETERS else ""
+        raise SceneError(f"{shown(name)}: not in the archive{not_known(name, known)}{hint}")
     empty = [str(d) for d, size in archive[name].sizes.items() if not size]
     if empty:
         raise SceneError(f"{name}: has no values, because there is no {empty[0]}")

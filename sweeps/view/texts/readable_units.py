@@ -61,7 +61,10 @@ def asked_units(text: str | None, known: Mapping[str, str]) -> dict[str, str]:
         if name not in known and not meant:
             raise SceneError(f"--units {name}: no column{not_known(name, known)}")
         for one in meant:
-            factor(known[one], wanted)  # A wrong unit is refused here, before anything is printed
+            try:
+                factor(known[one], wanted)  # Refused before anything is printed
+            except SceneError as error:
+                raise SceneError(f"{one}: {error}") from None
             asked[one] = wanted
     return asked
 
