@@ -463,6 +463,7 @@ def calibrate(
         )
     options = {"power": power, "speed": speed, "peak": peak, "fuel_consumption": fuel_consumption}
     given = published(sheet, "--", options, kind, shares)
+    warn(() if quiet else sheet.unusual)
     announce_compiling(quiet)
     made = fit(sheet, given)
     text = made.text

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -170,6 +170,7 @@ class EngineMeasures:
     # Values of engine parameters by key, in the units of files, with `compression_ratio` if known.
     values: Mapping[str, float]
     own_cylinders: Cylinders | None  # Firing angles of the cylinders, if the engine gives them
+    silenced: Sequence[str] = ()  # Plausibility checks that the engine silences
 
 
 def measures_of(engine: Engine) -> EngineMeasures:
@@ -182,7 +183,7 @@ def measures_of(engine: Engine) -> EngineMeasures:
     10.3
     """
     values = {**known_ratio(engine.compression_ratio), **engine.values}
-    return EngineMeasures(engine.period, values, engine.own_cylinders)
+    return EngineMeasures(engine.period, values, engine.own_cylinders, engine.silenced_warnings)
 
 
 def known_ratio(ratio: float | None) -> dict[str, float]:
@@ -221,9 +222,15 @@ def _worth_of_shift(
     shift = f"{options.shift - level.shift / DEGREE:.1f}"
     how = ""
     if abs(level.shift) > 0.05 * DEGREE:
-        how = f"; --shift {shift} (shift = {shift}) would move it so far"
+        how = f"; {_shift_text(shift, options)} would move it so far"
     worth = f"one degree earlier is worth {degree / BAR:+.3g} bar{share} of imep"
     return f"'{one_line(name, 60)}': {worth}{how}"
+
+
+def _shift_text(shift: str, options: PressureOptions) -> str:
+    """The option with the whole shift, which takes the place of one that is given."""
+    place = f" in place of --shift {options.shift:g}" if options.shift else ""
+    return f"--shift {shift}{place} (shift = {shift})"
 
 
 def offer_of(
@@ -233,7 +240,7 @@ def offer_of(
     motored = looks_motored(cycles) if level is None else level.motored
     if finding.check == "dead_centre" and motored and math.isfinite(finding.value):
         shift = f"{options.shift - finding.value:.2f}"
-        return f"; give --shift {shift} (shift = {shift}) for all recordings with this zero"
+        return f"; give {_shift_text(shift, options)} for all recordings with this zero"
     if finding.check != "level" or level is None:
         return ""
     inlet = f"{level.inlet / BAR:.2f}"

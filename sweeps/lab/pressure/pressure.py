@@ -64,6 +64,8 @@ from sweeps.scene.engine.silenced_warnings import STATED_UNIT
 
 USUAL_CRANK_RATIO = 0.28  # Assumed where none is given; the imep depends on it by some percent
 
+MOST_STEP = 10.0 + 1e-6  # Largest usual step of the angle [degree]; radians have 57 times that
+
 MOST_PRESSURE = 1e10  # Largest pressure [Pa]; no sensor measures as much
 
 
@@ -183,6 +185,11 @@ def _cycles(
                 f"{np.abs(values).max() / BAR:.3g} bar; must be below {MOST_PRESSURE / BAR:g} bar"
             )
     angles = _degrees(recording, signals, pressures, degrees, options, said)
+    if not options.is_loop and (step := float(np.median(np.abs(np.diff(angles))))) > MOST_STEP:
+        raise SceneError(
+            f"{recording.label}: the angle has steps of {step:.3g} degree; must be at most "
+            f"{MOST_STEP:g}; is the angle in degrees?"
+        )
     crank_signals = crank_angles(recording, angles, pressures, degrees, options, said)
     crank = crank_signals.angle + _correction(options, said)
     firing = _firing_angles(

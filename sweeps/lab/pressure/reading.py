@@ -6,6 +6,7 @@ to be written, or none.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,8 @@ from sweeps.scene.engine.engine_files import (
     read_cylinders,
     read_values,
 )
+from sweeps.scene.engine.silenced_warnings import read_silenced
+from sweeps.scene.engine.usual_engine import unusual_values
 
 
 def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
@@ -82,7 +85,11 @@ def read_pressure(path: str | Path, **options: Any) -> ImportedPressure:
         known = read_engine_measures(chosen.engine)
     two_stroke = chosen.two_stroke or (known is not None and known.period == TWO_STROKE)
     period = TWO_STROKE if two_stroke else FOUR_STROKE
-    return imported(read_recording(path, str(path), chosen), path.name, chosen, period, known)
+    made = imported(read_recording(path, str(path), chosen), path.name, chosen, period, known)
+    if known is None:
+        return made
+    unusual = unusual_values(known.values, known.silenced, str(chosen.engine or "engine"))
+    return replace(made, warnings=(*made.warnings, *unusual))
 
 
 def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> EngineMeasures:
@@ -103,4 +110,5 @@ def read_engine_measures(name_or_path: str | Path, where: str = "engine") -> Eng
     ratio = known_ratio(compression_ratio_in(given, values, stated, name))
     count = count_cylinders(given, values, period, name)
     own = read_cylinders(given, count, period, name)[1] if count else None
-    return EngineMeasures(period, {**ratio, **values}, own)
+    silenced = read_silenced(given.silenced_warnings, name)
+    return EngineMeasures(period, {**ratio, **values}, own, silenced)

@@ -8,6 +8,7 @@ sheet has it, and every assumption is kept with its reason. docs/method.md (134)
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from engine_dyn.geometry.firing_orders import customary_order
+from engine_dyn.plausibility.judgement import ImplausibleWarning
 from engine_dyn.pressure.first_law import FourStrokeCycle
 from engine_dyn.units import BAR, DEGREE, RPM
 from sweeps.base.arguments import a_path
@@ -84,7 +86,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        Its `text` is the engine file.
+        Its `text` is the engine file. Values that are not usual give an `ImplausibleWarning`.
 
     Raises
     ------
@@ -119,6 +121,8 @@ def calibrate(
         {"power": power, "speed": speed, "peak": peak, "fuel_consumption": fuel_consumption},
         kind, None if loads is None else list(loads),
     )  # fmt: skip
+    for line in sheet.unusual:
+        warnings.warn(line, ImplausibleWarning, stacklevel=2)
     return fit(sheet, given)
 
 

@@ -6,7 +6,7 @@ and cylinders.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from sweeps.scene.engine.engine_files import PERIODS, engine_file_of, read_cylin
 from sweeps.scene.engine.engine_tables import DataSheet
 from sweeps.scene.engine.modelled_diagrams import KINDS
 from sweeps.scene.engine.silenced_warnings import read_silenced
+from sweeps.scene.engine.usual_engine import unusual_values
 from sweeps.scene.features import KEYS_OF_SET
 from sweeps.scene.features.torque_tables import read_driver, read_load
 
@@ -46,6 +47,7 @@ class Sheet:
     known: Mapping[str, float]  # Known numbers of the cycle, in the units of files
     rest: Mapping[str, Any]  # Other keys of the file as they are, without diagrams
     diagrams: int  # Number of diagrams in the file
+    unusual: Sequence[str]  # One line for each measure of the values outside its usual range
 
 
 def read_data_sheet(path: str | Path) -> Sheet:
@@ -64,7 +66,7 @@ def read_data_sheet(path: str | Path) -> Sheet:
                 f"{name}: {key}: not allowed here; diagrams are fitted for equal cylinders at "
                 "rated speed"
             )
-    read_values(given.values, name)
+    own = read_values(given.values, name)
     values = {
         key: number(item, f"{name}: [values] {key}", PARAMETERS[key])
         for key, item in given.values.items()
@@ -90,7 +92,7 @@ def read_data_sheet(path: str | Path) -> Sheet:
     for key, read in (("load_table", read_load), ("driver_table", read_driver)):
         if raw.get(key) is not None:
             read(raw[key], path.parent, f"{name}: {key}")
-    read_silenced(given.silenced_warnings, name)
+    silenced = read_silenced(given.silenced_warnings, name)
     sheet = given.data_sheet or DataSheet()
     rest = {k: item for k, item in raw.items() if k not in ("values", "diagram", "data_sheet")}
     return Sheet(
@@ -101,6 +103,7 @@ def read_data_sheet(path: str | Path) -> Sheet:
         known=_known(sheet.cycle, f"{name}: [data_sheet.cycle]"),
         rest=rest,
         diagrams=len(given.diagram),
+        unusual=unusual_values(own, silenced, name),
     )
 
 

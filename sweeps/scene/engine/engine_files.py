@@ -351,6 +351,12 @@ def read_values(raw: Mapping[str, Any], name: str) -> dict[str, float]:
         raise SceneError(f"{name}: [values] has both {first} and {second}: {reason}")
     if "rod_length" in values:
         values["crank_ratio"] = _crank_ratio(values.pop("rod_length"), values, name)
+    rod = 0.5 * values.get("stroke", math.inf) / values.get("crank_ratio", 1.0)
+    if values.get("rod_centre_of_gravity", 0.0) > rod * (1.0 + 1e-9):
+        raise SceneError(
+            f"{name}: [values] rod_centre_of_gravity = {values['rod_centre_of_gravity']:g}: must "
+            f"be at most the rod's length, {rod:.6g} m; it is measured from the big end"
+        )
     return values
 
 
