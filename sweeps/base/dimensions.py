@@ -6,12 +6,12 @@ Scenes, plans and archives use the same names; each stands here alone.
 from __future__ import annotations
 
 import contextlib
-import math
 import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sweeps.base.errors import SceneError, not_known, shown
+from sweeps.base.errors import SceneError, not_known, outside_axis, shown
+from sweeps.base.files.numbers_with_units import factor_between, number_with_unit
 from sweeps.base.ratios import number_or_ratio
 
 if TYPE_CHECKING:
@@ -118,6 +118,10 @@ OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, "passing_status")
 """Variables with the outcome of each design: of its speed, of the vibration of its shaft, of that
 with couplings that are not linear, and of that while it passes a range of speeds."""
 
+OWN_UNITS = "units_of_archive"
+"""Attribute of variables that are converted for people: their unit in the archive, in which numbers
+without a unit are taken."""
+
 COMPARED = "_compared"
 """Ending of the variables of a second archive that is compared with the first."""
 
@@ -143,7 +147,7 @@ def selected_places(archive: xr.Dataset, values: Mapping[str, float | str]) -> d
     values : mapping of str to float or str
         Of axes, and of columns of words along one. Of words the label itself: 110 and "110" both
         mean the one that is written so. Only where no label is written so, "#2" is the second
-        place. Of numbers the value, which may be a fraction such as "1/200".
+        place. Of numbers the value (`axis_number`).
 
     Returns
     -------
@@ -153,8 +157,8 @@ def selected_places(archive: xr.Dataset, values: Mapping[str, float | str]) -> d
     Raises
     ------
     SceneError
-        For a name that is no axis, labels that there are not, what is no finite number, and an axis
-        that is selected twice.
+        For a name that is no axis, labels that there are not, what is no number of the axis, and an
+        axis that is selected twice.
     """
     places: dict[str, list[int]] = {}
     labelled: set[str] = set()
@@ -188,18 +192,38 @@ def _places_of(archive: xr.Dataset, name: str, value: float | str) -> tuple[str,
     if name not in axes:
         known = [*words, *(a for a in axes if a not in words)]
         raise SceneError(f"{name}: not an axis of the archive{not_known(name, known)}")
-    number: Any = value
-    if isinstance(value, str):
-        with contextlib.suppress(ValueError):
-            number = number_or_ratio(value)
-    if (
-        isinstance(number, bool)
-        or not isinstance(number, int | float | np.number)
-        or not math.isfinite(number)
-    ):
-        raise SceneError(f"{name} = {shown(value)}: must be a finite number")
+    number = axis_number(archive, name, value)
     distances = np.abs(archive[name].values - number)
     return name, [int(np.argmin(np.where(np.isnan(distances), np.inf, distances)))]
+
+
+def axis_number(archive: xr.Dataset, name: str, value: float | str) -> float:
+    """Return a value of an axis of numbers, in the unit of its coordinate.
+
+    It may be a fraction such as "1/200", have a unit, such as "110 kW", or be "none", which is no
+    misfire in figures too. A number without a unit is in that of the archive, also where the
+    coordinate was converted since. SceneError refuses anything else, and names the unit.
+    """
+    attributes = archive[name].attrs
+    unit = str(attributes.get("units", "")) or "1"
+    own = str(attributes.get(OWN_UNITS, unit))
+    number: Any = getattr(value, "item", lambda: value)()  # Also of NumPy's own numbers
+    if name == "misfire" and value == "none":
+        number = 0
+    elif isinstance(value, str):
+        with contextlib.suppress(ValueError):
+            number = number_or_ratio(value)
+    return number_with_unit(number, name, own) * (factor_between(own, unit) or 1.0)
+
+
+def number_inside(archive: xr.Dataset, name: str, value: float | str) -> tuple[float, str]:
+    """As `axis_number`, with the unit behind the number; SceneError also for one outside."""
+    unit = str(archive[name].attrs.get("units", "1"))
+    number, unit = axis_number(archive, name, value), f" {unit}" if unit not in ("", "1") else ""
+    outside = outside_axis(number, archive[name].values)
+    if outside:
+        raise SceneError(f"{name} = {number:.12g}{unit}: {outside}{unit}")
+    return number, unit
 
 
 def _places_of_label(name: str, value: float | str, labels: Any) -> list[int]:

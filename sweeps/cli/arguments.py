@@ -17,6 +17,7 @@ from click.shell_completion import CompletionItem
 
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import SceneError, one_line, plain_number
+from sweeps.base.files.numbers_with_units import number_with_unit, with_unit_of_last
 from sweeps.base.ratios import number_or_ratio
 
 LISTED = ("quantities", "engines", "scenes", "shafts", "keys", "classes", "sources")
@@ -140,7 +141,8 @@ def select_option(help: str) -> Decorator:
         "slices",
         multiple=True,
         metavar="AXIS=VALUE",
-        help=f"{help} Several separated by commas, or given several times.",
+        help=f"{help} A number may have a unit; without one it is in that of the archive (W, m). "
+        "Several separated by commas, or given several times.",
     )
 
 
@@ -215,22 +217,26 @@ def shard_number(text: str) -> tuple[int, int]:
 
 
 def new_points(text: str) -> tuple[str, list[float]]:
-    """Return the axis and the values of "speed=1600,1700"."""
-    name, _, values = text.partition("=")
-    try:
-        points = [number_or_ratio(value) for value in values.split(",")]
-    except ValueError:
-        points = []
-    if name.strip() in LABELS[1:]:
+    """Return the axis and the values of "speed=1600,1700" or "bore=80, 90 mm"."""
+    name, _, values = (part.strip() for part in text.partition("="))
+    if name in LABELS[1:]:
         raise SceneError(
-            f"--axis {name.strip()}: {name.strip()} cannot be added to an archive; run a scene "
-            "with all of them"
+            f"--axis {name}: {name} cannot be added to an archive; run a scene with all of them"
         )
-    if not name.strip() or not points or not all(math.isfinite(value) for value in points):
+    if not name or not values:
         raise SceneError(
             f"--axis {one_line(text, 60)}: must be AXIS=VALUE,VALUE, such as speed=1600,1700"
         )
-    return name.strip(), points
+    from engine_dyn.quantities.graph import PARAMETERS
+
+    unit = PARAMETERS[name].unit if name in PARAMETERS else "1"
+    points = []
+    for value in with_unit_of_last(values.split(",")):
+        try:
+            points.append(number_or_ratio(value))
+        except ValueError:
+            points.append(number_with_unit(value, f"--axis {name}", unit))
+    return name, points
 
 
 def number_of(text: str, option: str) -> float:

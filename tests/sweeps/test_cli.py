@@ -388,8 +388,8 @@ def test_plot_takes_slices_and_refuses_bad_ones(tmp_path: Path) -> None:
     good, folder = tmp_path / "good.nc", tmp_path / "figures"
     good.write_bytes(sound_archive())
     for bad, said in (
-        ("speed=1751", "speed = 1751: outside the axis, 1500 to 1700"),
-        ("speed=-5", "speed = -5: outside the axis, 1500 to 1700"),
+        ("speed=1751", "speed = 1751 rpm: outside the axis, 1500 to 1700 rpm"),
+        ("speed=-5", "speed = -5 rpm: outside the axis, 1500 to 1700 rpm"),
         ("speed", "speed"), ("=3", "=3"), ("speeed=1500", "speeed"), ("speed=", "speed"),
     ):  # fmt: skip
         assert said in refused("plot", good, "-o", folder, "--select", bad)

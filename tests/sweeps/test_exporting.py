@@ -143,9 +143,9 @@ def test_by_the_command_whole_or_a_slice(
     assert_array_equal(table["delta"], part.delta)
     assert_allclose(table["speed"], first * np.pi / 30.0)
     told = invoke("export", source, "-o", path, "--select", "speed=1501", "--overwrite")
-    assert "speed = 1501 is not in the archive; the nearest value, 1500, was taken" in told.stderr
+    assert "speed = 1501 rpm is not in the archive; the nearest value, 1500 rpm" in told.stderr
     outside = ("--select", "speed=9", "--overwrite")
-    assert "speed = 9: outside the axis" in refused("export", source, "-o", path, *outside)
+    assert "speed = 9 rpm: outside the axis" in refused("export", source, "-o", path, *outside)
 
 
 def test_an_exported_table_of_axes_is_a_table_of_designs(folder: Path, tmp_path: Path) -> None:

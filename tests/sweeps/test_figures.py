@@ -382,8 +382,8 @@ def test_maps_over_two_axes_and_more() -> None:
     [
         ({"inertai": 2.0}, r"inertai: not an axis of the archive; did you mean 'inertia'\?"),
         ({"method": "nowton"}, r"method = 'nowton': unknown; did you mean 'newton'\?"),
-        ({"inertia": "large"}, r"inertia = 'large': must be a finite number"),
-        ({"inertia": np.nan}, r"inertia = nan: must be a finite number"),
+        ({"inertia": "large"}, r"inertia = 'large': must be a number in kg m2"),
+        ({"inertia": np.nan}, r"inertia = nan: must be a number in kg m2"),
     ],
 )
 def test_a_slice_that_is_not_there_is_bad_input(select: dict, message: str) -> None:

@@ -202,12 +202,12 @@ def nearest(archive: xr.Dataset, **values: float | str) -> xr.Dataset:
     archive : Dataset
         As `open` or `run` returns it.
     **values : float or str
-        A value of each axis to be cut, in the units of the archive, a fraction such as "1/200", or
-        a word of an axis of words: `nearest(archive, load=50, method="newton")`. Of equally near
-        values the first is taken. A word that looks like a number means itself: of the firing
-        patterns "1" and "110", 1 is the first and 110 the second, wherever they stand; ``"#2"`` is
-        the second place of an axis of words. Designs may also be named, `case="B"`,
-        `engine="ntua"`: where several have that label, all of them stay.
+        A value of each axis to be cut, in the units of the archive, with a unit ("110 kW"), a
+        fraction such as "1/200", or a word of an axis of words: `nearest(archive, load=50,
+        method="newton")`. Of equally near values the first is taken. A word that looks like a
+        number means itself: of the firing patterns "1" and "110", 1 is the first and 110 the
+        second, wherever they stand; ``"#2"`` is the second place of an axis of words. Designs may
+        also be named, `case="B"`, `engine="ntua"`: where several have that label, all of them stay.
 
     Returns
     -------

@@ -91,7 +91,7 @@ def options_of(
         What the general kinds draw (``numbers``, ``curves``, ``orders``), several with commas:
         ``"delta,omega_max"``.
     select : mapping, optional
-        Values of axes that are not drawn along.
+        Values of axes that are not drawn along, as `sweeps.nearest` takes them.
     style : str, Path or mapping, optional
         Settings in place of those of `sweeps.view.figures.sheet.STYLE`: a matplotlib style file,
         the name of one of matplotlib's own styles (``"dark_background"``), or the settings

@@ -13,9 +13,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from engine_dyn.types import Integers
-from sweeps.base.dimensions import DESIGN, RANK, REDUCTION, SEARCHED, selected_places, words_of
-from sweeps.base.errors import SceneError, outside_axis
-from sweeps.base.ratios import number_or_ratio
+from sweeps.base.dimensions import (
+    DESIGN,
+    RANK,
+    REDUCTION,
+    SEARCHED,
+    number_inside,
+    selected_places,
+    words_of,
+)
 from sweeps.view.figures.options import Options, with_angle_from_zero, with_targets
 from sweeps.view.figures.views import MISFIRE, MOST_LINES, RUNNING, View, is_words, pick
 from sweeps.view.figures.wording import shorten, slug, value_text
@@ -240,10 +246,7 @@ def study_of(
     given, data = data, kept_as_cases(with_angle_from_zero(data, options))
     places = selected_places(data, select)
     for name in select.keys() - words_of(data).keys():
-        number = number_or_ratio(str(select[name]))
-        outside = outside_axis(number, data[name].values)
-        if outside:
-            raise SceneError(f"select: {name} = {number:.12g}: {outside}")
+        number_inside(data, name, select[name])
     several = {dim: here for dim, here in places.items() if len(here) > 1}
     data = data.isel(several) if several else data
     options = replace(options, select=select)

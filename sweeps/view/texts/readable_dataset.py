@@ -10,6 +10,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from sweeps.base.dimensions import OWN_UNITS
 from sweeps.view.texts.readable_units import asked_of_archive, factor, readable_of_archive
 
 
@@ -44,6 +45,7 @@ def _converted(array: xr.DataArray, wanted: str) -> xr.Variable:
     """The same numbers in another unit; read and multiplied on demand."""
     attributes = dict(array.attrs)
     times = factor(str(attributes.get("units", "")) or "1", wanted)
+    attributes[OWN_UNITS] = attributes.get("units", "")
     attributes["units"] = wanted
     if wanted == "rpm":
         symbol = str(attributes.get("symbol", ""))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.base.dimensions import words_of
-from sweeps.base.errors import SceneError, counted, one_line, outside_axis
+from sweeps.base.dimensions import number_inside, words_of
+from sweeps.base.errors import counted, one_line
 from sweeps.base.numbers import DIGITS, digits_of, finest, last_digit, number_text
-from sweeps.base.ratios import number_or_ratio
 from sweeps.decide.explore.rows import Rows
 from sweeps.view.texts.readable_units import converted, unit_choices
 
@@ -281,26 +278,14 @@ def nearest_notes(archive: xr.Dataset, values: Mapping[str, float | str]) -> lis
     for name, value in values.items():
         if name in words or name not in archive.dims or name not in archive.coords:
             continue
-        number = _number(value)
         axis = archive[name].values
-        if not math.isfinite(number) or axis.dtype.kind not in "iuf":
+        if axis.dtype.kind not in "iuf":
             continue
-        outside = outside_axis(number, axis)
-        if outside:
-            raise SceneError(f"{name} = {number:.12g}: {outside}")
+        number, unit = number_inside(archive, name, value)
         taken = float(axis[np.nanargmin(np.abs(axis - number))])
         if number_text(taken) != number_text(number):
             notes.append(
-                f"{name} = {number:.12g} is not in the archive; the nearest value, "
-                f"{number_text(taken)}, was taken"
+                f"{name} = {number:.12g}{unit} is not in the archive; the nearest value, "
+                f"{number_text(taken)}{unit}, was taken"
             )
     return notes
-
-
-def _number(value: float | str) -> float:
-    """A value as a number; NaN for a word."""
-    if isinstance(value, str):
-        with contextlib.suppress(ValueError):
-            return number_or_ratio(value)
-        return math.nan
-    return float(value)
