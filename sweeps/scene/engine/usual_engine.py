@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from engine_dyn.geometry.masses import reciprocating_mass
 from engine_dyn.plausibility.judgement import implausible
@@ -15,7 +16,9 @@ def unusual_values(values: Mapping[str, float], silenced: Sequence[str], name: s
 
     Spacings of cylinders are left to scenes, which know the arrangement.
     """
-    si = {key: value * PARAMETERS[key].si for key, value in values.items() if key in PARAMETERS}
+    si: dict[str, Any] = {
+        key: value * PARAMETERS[key].si for key, value in values.items() if key in PARAMETERS
+    }  # fmt: skip
     if si.keys() >= {"stroke", "crank_ratio"}:
         si["rod"] = 0.5 * si["stroke"] / si["crank_ratio"]
     parts = ("piston_mass", "rod_mass", "rod_centre_of_gravity", "rod")
