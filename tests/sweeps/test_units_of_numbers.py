@@ -28,6 +28,7 @@ OTHERS = {
     "N m rad-1": ("MN m/rad", 1e6), "MPa": ("N/mm2", 1.0), "kg m2": ("kg cm²", 1e-4),
     "N m": ("kN·m", 1e3), "degree": ("rad", 57.29577951308232), "GPa": ("MPa", 1e-3),
     "kg": ("g", 1e-3), "m2": ("cm^2", 1e-4), "rpm": ("rad/s", 30.0 / math.pi),
+    "rpm s-1": ("rad/s2", 30.0 / math.pi),
     "bar": ("Pa", 1e-5),
     "m s-1": ("mm/s", 1e-3), "W": ("kW", 1e3), "percent": ("%", 1.0), "N m s": ("kN m s", 1e3),
     "N m s2": ("kg m2", 1.0), "bar s m-1": ("kPa s/m", 0.01), "bar s2 m-2": ("Pa s2/m2", 1e-5),
