@@ -114,6 +114,9 @@ def constraint(text: str, units: Units | None = None) -> Constraint:
             f"condition {shown(text)}: {shown(limit)}: unknown{not_known(limit, named)}, "
             "or a number such as 1/150"
         )
+    ratio = re.fullmatch(r"[\d.]++\s*+/\s*+[\d.]++\s*+([A-Za-z].*+)", limit)
+    if ratio is not None and name in FLUCTUATIONS:
+        raise SceneError(f"condition {shown(text)}: {name} has no unit {shown(ratio[1])}")
     raise _no_condition(text)
 
 

@@ -356,11 +356,14 @@ def _check_choice(archive: xr.Dataset, own: Sequence[str], named: set[str]) -> N
     if points:
         axes, first = ",".join(points), points[0]
         them = "them" if points[1:] else "it"
+        # Of a cylinder's or a cycle's number, more is neither better nor worse
+        chosen = "" if first in ("misfire", "recorded_cycle", "cycle_number") else (
+            f"; a condition such as --within '{first} >= VALUE' lets the search choose"
+        )  # fmt: skip
         raise SceneError(
             f"{listed(points)}: a design works at all values of {them}, so none is chosen "
             f"with it. Say which count: --at-every {axes} (at_every) takes all, with the worst "
-            f"result; --select {first}=VALUE (sweeps.nearest) takes one; a condition such as "
-            f"--within '{first} >= VALUE' lets the search choose"
+            f"result; --select {first}=VALUE (sweeps.nearest) takes one{chosen}"
         )
     for name in NOT_CHOSEN if DESIGN in own else ():
         if name not in named and name in archive.coords and _varies(archive[name].variable):

@@ -19,7 +19,7 @@ from sweeps.view.figures.scales import free_scale
 from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, rc, x_label, y_label
 from sweeps.view.figures.study import Study, design_text, parameters_of
 from sweeps.view.figures.views import MOST_LINES, View, is_words, pick
-from sweeps.view.figures.wording import middle_of_sentence, name_of
+from sweeps.view.figures.wording import middle_of_sentence, name_of, wrap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,24 +110,37 @@ def _searched_figure(
             markersize=2.5, color=colour, markeredgewidth=0.0, rasterized=True,
         )  # fmt: skip
         entries[text] = points
-    # Marks of more than 100 designs would hide the line of the front.
-    (line,) = panel.plot(
-        *values[:, best], color=shade(0.15), markersize=3.0, linewidth=1.2,
-        marker="" if two and best.size > 100 else "o",
-        linestyle="-" if two else "none", drawstyle="steps-post", rasterized=best.size > 1000,
-    )  # fmt: skip
-    entries[f"Best found: front of {best.size} designs"] = line
+    front = f"Best found: front of {best.size:,} designs"
+    third = [name for name in (*about["least"], *about["most"]) if name not in pair]
+    if len(third) == 1:  # The front is an area, and its colours tell what is gained across it
+        coloured = _worst(view, third[0], third[0] in about["least"])[best]
+        area = entries[front] = panel.scatter(
+            values[0, best], values[1, best], c=coloured, s=5.0, cmap="viridis", linewidths=0.0,
+            rasterized=best.size > 1000, zorder=2.5,
+        )  # fmt: skip
+        bar = figure.colorbar(area, ax=panel, aspect=28, pad=0.02)
+        bar.set_label(wrap(_wanted_label(view, third[0], about), 36))
+    else:
+        # Marks of more than 100 designs would hide the line of the front.
+        (entries[front],) = panel.plot(
+            *values[:, best], color=shade(0.15), markersize=3.0, linewidth=1.2,
+            marker="" if two and best.size > 100 else "o",
+            linestyle="-" if two else "none", drawstyle="steps-post", rasterized=best.size > 1000,
+        )  # fmt: skip
     common = _named_designs(view, about, best, values, entries, panel)
     for axis, name in enumerate(pair):
-        label = f"{view.label(name)}, "
-        label += "less is better" if name in about["least"] else "more is better"
-        (x_label, y_label)[axis](panel, label, (4.5, 3.2)[axis])
+        (x_label, y_label)[axis](panel, _wanted_label(view, name, about), (4.5, 3.2)[axis])
     free_scale(panel, [values[1, known]])
     conditions = ", ".join(about["within"]).replace("<=", "\N{LESS-THAN OR EQUAL TO}")
     conditions = conditions.replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
     every = f" at every {' and '.join(about['at_every'])}" if about["at_every"] else ""
-    notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "", *common]
+    notes = [*view.notes(pair), f"with {conditions}{every}" if conditions else "",
+             about.get("text", ""), *common]  # fmt: skip
     return finish(figure, title_of_front(view, pair), notes, entries)
+
+
+def _wanted_label(view: View, name: str, about: Mapping[str, Any]) -> str:
+    return f"{view.label(name)}, {'less' if name in about['least'] else 'more'} is better"
 
 
 def number_design(panel: Axes, number: int, here: Floats, text: str, entries: Entries) -> None:
