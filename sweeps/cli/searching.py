@@ -143,6 +143,11 @@ def barred(archive: Path, slices: tuple[str, ...], threads: int | None, quiet: b
         limits = [name for name in OVER_LIMITS if name in dataset]
         if not limits:
             raise SceneError(f"{archive}: has none of {', '.join(OVER_LIMITS)}; {NEEDED}")
+        if dataset.sizes.get("speed", 1) < 2:
+            raise SceneError(
+                f"{archive}: has one speed alone; barred needs two speeds or more, between which "
+                "it looks"
+            )
         used = {d for name in limits for d in dataset[name].dims}
         for key in [key for key in select if key in dataset.sizes and key not in used]:
             others = ", ".join(sorted(map(str, used - {"speed"}))) or "left out"

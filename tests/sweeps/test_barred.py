@@ -180,7 +180,7 @@ def test_designs_with_names_and_a_part_of_an_archive() -> None:
 def test_what_cannot_be_told_is_refused_in_one_line(diesel: xr.Dataset) -> None:
     for archive, why in (
         (diesel.drop_vars(STRESS), "has none of shaft_stress_over_limit"),
-        (diesel.isel(speed=0), "has no axis of speed"),
+        (diesel.isel(speed=0), "two speeds or more"),
         (diesel.where(diesel[STRESS] < 0.0), "no shaft has a limit"),
         (diesel.drop_attrs(), "does not have the scene"),
     ):
@@ -215,6 +215,38 @@ def test_it_stands_beside_the_other_functions(diesel: xr.Dataset, solved: Barred
     assert diesel.dyn.barred_ranges(threads=1).ranges == solved.ranges
     with pytest.raises(SceneError, match="archive = 'first': must be"):
         sweeps.barred_ranges("first")
+
+
+@pytest.mark.parametrize(
+    ("shape", "rated", "said"),
+    [(0.55, 3600.0, "below the limit for passing"), (0.25, 3600.0, "barring does not suffice"),
+     (0.55, 2400.0, "it permits no barred range above 0.8 of the rated speed")],
+)  # fmt: skip
+def test_ranges_of_propulsion_shafts_are_held_against_the_limit_for_passing(
+    shape: float, rated: float, said: str
+) -> None:
+    pytest.importorskip("bokeh")
+    path = Path(str(resources.files("sweeps.catalogue"))) / "shafts" / f"{ENGINE}.toml"
+    shaft: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))["shaft"]
+    shaft["shafts"][7] |= {"tensile_strength": 600.0, "shape_factor": shape}
+    archive = sweeps.run(
+        engine=ENGINE, shaft=shaft, axes={"speed": [2050, 2300], "misfire": [0, 4]},
+        set={"rated_speed": rated}, output={"quantities": ["propulsion_stress_over_limit"]},
+        silenced_warnings=["all"],
+    )  # fmt: skip
+    found = barred_ranges(archive)
+    assert len(found.ranges) >= 2
+    for one in found.ranges:
+        # IACS UR M68: tau_T = 1.7 tau_C / sqrt(c_K), up to 0.8 of the rated speed
+        expected = one.largest * np.sqrt(shape) / 1.7 if one.at <= 0.8 * rated else np.nan
+        assert one.peaks[0].over_passing == pytest.approx(expected, rel=1e-9, nan_ok=True)
+    rule = [line for line in barred_text(archive, found).split("\n") if "UR M68" in line]
+    assert len(rule) == 1 and said in rule[0]
+    verdict = verdicts.verdict(archive, [], [], None).html
+    first, second = verdict.split("</p>")[:2]
+    assert "Barred in any case, on any shaft: " in first and said in second
+    assert verdict.count("IACS") == 1 and "<details>" in verdict
+    assert verdict.partition("<details>")[0].count("<tr>") == 2  # Heads and one shaft
 
 
 # ---- reports -------------------------------------------------------------------------------------

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 
 SPEED, SHAFT = "speed", PLACES[1]
 
+PROPULSION = "propulsion_stress_over_limit"
+
 MOST_POINTS = 2_000_000  # Largest number of points that are solved, speeds times cases
 
 MOST_STEPS = 3000  # Largest number of steps of the first speeds
@@ -75,6 +77,10 @@ class Peak:
         is forced, without a resonance.
     critical_speed : float
         That speed [rpm]; NaN where there is none.
+    over_passing : float
+        Of a propulsion shaft, ratio of the stress at the top to the limit of IACS UR M68 for
+        ranges that are passed quickly; above 1 barring does not suffice. NaN of other limits, and
+        above 0.8 of the rated speed, where the rule has no such limit.
     """
 
     largest: float
@@ -82,6 +88,7 @@ class Peak:
     order: float = math.nan
     mode: int = 0
     critical_speed: float = math.nan
+    over_passing: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -273,7 +280,10 @@ def _asked(archive: xr.Dataset) -> tuple[list[str], Floats]:
         raise SceneError(f"archive: has none of {', '.join(OVER_LIMITS)}; {NEEDED}")
     for name in names:
         if SPEED not in archive[name].dims or archive.sizes[SPEED] < 2:
-            raise SceneError(f"archive: {name}: has no axis of speed; give one in [axes]")
+            raise SceneError(
+                f"archive: {name}: has one speed alone; barred speeds need an axis of two speeds "
+                "or more, between which they are looked for"
+            )
     names = [name for name in names if np.isfinite(archive[name].values).any()]
     if not names:
         raise SceneError(
@@ -445,6 +455,8 @@ def _explained(ranges: tuple[BarredRange, ...], scene: _Scene) -> Iterator[Barre
     if not ranges:
         return
     names = ["shaft_torque_largest_order", "natural_frequency"]
+    if any(one.quantity == PROPULSION for one in ranges):
+        names += ["propulsion_stress_limit", "propulsion_stress_limit_passing"]
     found = scene.solved(np.unique([peak.at for one in ranges for peak in one.peaks]), names)
     shafts = [str(name) for name in found["shaft_name"].values]
     cases: dict[str, dict[str, xr.DataArray]] = {}
@@ -452,18 +464,23 @@ def _explained(ranges: tuple[BarredRange, ...], scene: _Scene) -> Iterator[Barre
         key = json.dumps({**one.case}, default=str)
         if key not in cases:
             cases[key] = {name: _at(found, name, one.case) for name in names}
-        order, natural = (cases[key][name] for name in names)
-        order = order.isel({SHAFT: shafts.index(one.place)})
+        here = {SHAFT: shafts.index(one.place)}
+        data = [cases[key][name].isel(here, missing_dims="ignore") for name in names]
         yield replace(one, peaks=tuple(
-            _cause(one, peak, *(data.sel({SPEED: peak.at}) if SPEED in data.dims else data
-                                for data in (order, natural)))
+            _cause(one, peak, *(one.sel({SPEED: peak.at}) if SPEED in one.dims else one
+                                for one in data))
             for peak in one.peaks
         ))  # fmt: skip
 
 
-def _cause(one: BarredRange, peak: Peak, order: xr.DataArray, natural: xr.DataArray) -> Peak:
-    """A peak of a range with its order, and the mode that is near."""
+def _cause(
+    one: BarredRange, peak: Peak, order: xr.DataArray, natural: xr.DataArray, *limits: xr.DataArray
+) -> Peak:
+    """A peak of a range with its order, the mode that is near, and the limit for passing."""
     peak = replace(peak, order=float(order))
+    if one.quantity == PROPULSION:
+        permitted, passing = map(float, limits)
+        peak = replace(peak, over_passing=peak.largest * permitted / passing)
     critical = 60.0 * natural.values / peak.order
     if not np.isfinite(critical).any():
         return peak

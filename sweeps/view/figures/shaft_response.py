@@ -164,7 +164,7 @@ def _draw_limits(
             continue
         look = LIMIT_LOOK | {"linestyle": DASHES[(1, 3, 4)[rank % 3]]}
         entries[view.title(limit)] = panel.plot(speed, values, **look)[0]
-        if (worst > values).any():
+        if "passing" not in limit and (worst > values).any():  # To bar does not help above those
             barred = "above the limit: barred"
             entries[barred] = panel.fill_between(
                 speed, worst, values, where=worst > values, interpolate=True, color=PALE,

@@ -70,6 +70,9 @@ def _figure(height: int, **options: Any) -> Any:
                   active_drag="box_zoom", toolbar_location="above", min_border_right=12,
                   outline_line_color="#bbb", **options)  # fmt: skip
     made.toolbar.logo = None
+    # The page's own style sheet does not reach into a figure of Bokeh.
+    hidden = models().InlineStyleSheet(css="@media print { :host { display: none; } }")
+    made.toolbar.stylesheets = [hidden]
     for side, axis, grid in (
         ("x", made.xaxis[0], made.xgrid[0]),
         ("y", made.yaxis[0], made.ygrid[0]),

@@ -34,9 +34,17 @@ from sweeps.decide.explore.shaft_extremes import (
 from sweeps.running.reduce.every_point import KEPT, EveryPoint
 from sweeps.scene.conditions import PARTS, Constraint, check_name, conditions_of, units_of
 from sweeps.view.report.charts import Drawn
-from sweeps.view.report.html import listed, paragraph, table, text
+from sweeps.view.report.html import details, listed, paragraph, table, text
 from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_figure, target_figure
-from sweeps.view.texts.barred import HEADS, case_text, cases_text, notes, range_rows
+from sweeps.view.texts.barred import (
+    HEADS,
+    case_text,
+    cases_text,
+    notes,
+    range_rows,
+    shaft_rows,
+    summary,
+)
 from sweeps.view.texts.optimised import decision_lines
 from sweeps.view.texts.reductions import at_points, counts_within
 from sweeps.view.texts.wording import REQUIRED, Wording, margin_of
@@ -393,15 +401,20 @@ def _shaft(found: Verdict, archive: xr.Dataset) -> None:
 def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:
     low, high = solved.speeds
     if solved.ranges:
+        for said in summary(archive, solved):
+            yield paragraph(f"{said[0].upper()}{said[1:]}.", "verdict")
         worst = max(solved.ranges, key=lambda one: one.largest)
         case = f", {case_text(archive, worst.case)}" if solved.cases[1:] else ""
         yield paragraph(
             f"Above the limit in {cases_text(solved)}: up to "
-            f"{worst.largest:.3g} times, {worst.place}{case}, at {worst.at:.5g} rpm.",
-            "verdict",
+            f"{worst.largest:.3g} times, {worst.place}{case}, at {worst.at:.5g} rpm."
         )
+        heads, of_shafts = shaft_rows(archive, solved)
+        yield _filled(heads, of_shafts)
         rows = [row for one in solved.ranges for row in range_rows(archive, one)]
-        yield table(HEADS, rows, (1, 4, 5))
+        if len(rows) > len(of_shafts):
+            number = counted(len(solved.ranges), "range")
+            yield details(f"Each case and peak: {number}", _filled(HEADS, rows))
     elif any(worst[1] for worst in solved.worst):
         lacking = sum(1 for worst in solved.worst if not worst[1])
         some = f", but for {counted(lacking, 'case')} without a result" if lacking else ""
@@ -410,6 +423,13 @@ def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:
         *notes(archive, solved),
         f"solved at {counted(solved.solved.size, 'speed')} between those of the archive",
     ])  # fmt: skip
+
+
+def _filled(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table without columns that are empty."""
+    kept = [i for i in range(len(heads)) if any(row[i] for row in rows)]
+    numbers = [n for n, i in enumerate(kept) if "over" in heads[i] or "rpm" in heads[i]]
+    return table([heads[i] for i in kept], [[row[i] for i in kept] for row in rows], numbers)
 
 
 def _unsolved(archive: xr.Dataset, command: str, why: str) -> Iterator[str]:
