@@ -36,7 +36,7 @@ from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.torsion.shaft import Shaft
 from engine_dyn.torsion.system import ShaftSystem, shaft_stiffness
-from engine_dyn.units import BAR, RPM
+from engine_dyn.units import BAR, MPA, RPM
 from sweeps.base.dimensions import DESIGN
 from sweeps.base.errors import counted, printable, shown
 from sweeps.scene.engine.silenced_warnings import (
@@ -387,6 +387,13 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
         )
         if diameter is None:
             continue
+        at = f"{SHAFT_SECTION}: shaft {place + 1}, {shown(shaft.shaft_names[place])}"
+        strength = values.get(f"shaft_tensile_strength_{place + 1}")
+        if strength is not None and not 300.0 <= strength / MPA <= 1500.0:  # Mild to spring steels
+            yield (
+                f"{at}: tensile_strength = {strength / MPA:.4g} MPa; of steels usual are 300 to "
+                "1500 MPa, and IACS UR M68 holds from 400 MPa on"
+            )
         if length is None and stiffness is not None:
             length = shaft_stiffness(80e9, 1.0, diameter, bore or 0.0) / stiffness
         # Usual lengths over the diameter: webs are as stiff as short shafts; the longest are ships'
@@ -396,9 +403,9 @@ def _odd_sections(shaft: Shaft, values: Mapping[str, Any]) -> Iterator[str]:
             continue
         given = "" if stiffness is None else f" of {stiffness:.4g} N m/rad"
         yield (
-            f"{SHAFT_SECTION}: shaft {place + 1}, {shown(shaft.shaft_names[place])}{given}: a "
-            f"steel shaft of its diameter, {diameter:.4g} m, is {length:.3g} m long, "
-            f"{length / diameter:.3g} diameters; usual are {shortest:g} to {longest:g}"
+            f"{at}{given}: a steel shaft of its diameter, {diameter:.4g} m, is {length:.3g} m "
+            f"long, {length / diameter:.3g} diameters; usual are {shortest:g} to {longest:g}"
+            + ("; is the diameter in mm?" if diameter > 5.0 else "")
         )
 
 

@@ -192,7 +192,7 @@ def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
             if not largest:
                 continue
             figure, (panel,) = new_sheet(1, 1, min(2.2 + 0.22 * len(rows), 6.0))
-            gap = float(np.median(np.diff(np.sort(speeds))))
+            gap = float(np.min(np.diff(np.sort(speeds))))
             # The largest stem almost reaches the next row, so that none hides another.
             factor = 0.95 * gap / largest  # Height on the axis of speeds of one unit of amplitude
             _stems(panel, view.numbers("order"), speeds, amplitudes, factor)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine_dyn.quantities.graph import PARAMETERS
+from engine_dyn.units import RPM
 from sweeps.base.errors import one_line
 from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import members_of
@@ -26,7 +28,8 @@ def numeric(archive: xr.Dataset, place: str) -> bool:
 
 
 def system(
-    archive: xr.Dataset, more: Mapping[str, Mapping[str, Sequence[str]]] | None = None
+    archive: xr.Dataset,
+    more: Mapping[str, Mapping[str, Sequence[str]]] | None = None,
 ) -> Iterator[str]:
     """Section on the shaft: numbers that all designs share, and those that vary.
 
@@ -56,7 +59,7 @@ def system(
         body = [[row[i] for i in shown] for row in rows]
         yield table([heads[i] for i in shown], body, range(1, len(shown)))
     dampers = {
-        key: f"{value:.6g}" for key, value in given.items()
+        _with_unit(key): f"{value:.6g}" for key, value in given.items()
         if key.startswith(
             ("damper_", "pendulum_", "shaft_gear_ratio_", "load_damping", "modal_damping_",
              "excitation_factor_", "rated_speed"))
@@ -64,8 +67,39 @@ def system(
     }  # fmt: skip
     varying = [str(n) for n in archive.coords if str(n).startswith(("damper_", "pendulum_"))]
     dampers |= dict.fromkeys(varying, "varies")
+    dampers |= _slope_of_load(archive, given)
     if dampers:
         yield table(("dampers, pendulums, gears, load", ""), list(dampers.items()), (1,))
+
+
+def _slope_of_load(archive: xr.Dataset, given: Mapping[str, Any]) -> dict[str, str]:
+    """Damping by the slope of the load's torque over the speed, alpha k omega^alpha/omega."""
+    name, power = "load_torque_nominal", given.get("load_exponent")
+    if (
+        name not in archive
+        or not isinstance(power, int | float)
+        or any(
+            key in given or key in archive.coords for key in ("load_damping", "load_damping_factor")
+        )
+    ):
+        return {}
+    torque = next(cases(archive))[1][name]
+    torque = torque.isel({d: 0 for d in torque.dims if d != "speed"})
+    speeds = np.atleast_1d(archive["speed"].values if "speed" in archive.coords else
+                           given.get("speed", np.nan))  # fmt: skip
+    values = np.broadcast_to(torque.values, speeds.shape) * power / (speeds * RPM)
+    shown = sorted({0, speeds.size // 2, speeds.size - 1})
+    return {
+        f"load damping at {speeds[i]:g} rpm, at the crank, {power:g} T/omega [N m s/rad]":
+        f"{values[i]:.4g}"
+        for i in shown if np.isfinite(values[i])
+    }  # fmt: skip
+
+
+def _with_unit(key: str) -> str:
+    """A parameter with its unit in brackets."""
+    node = PARAMETERS.get(key)
+    return key if node is None or node.unit == "1" else f"{key} [{node.unit}]"
 
 
 def _headed(fact: str) -> str:
