@@ -164,7 +164,7 @@ class TransientEngine:
         still = motored(family.at(float(loads[0])))
         factor = member.pressure_factor
         if isinstance(factor, tuple) or factor < 0.0:
-            raise ValueError("firing_pattern: not followed in time; give the missed firings")
+            raise ValueError("firing patterns are not followed in time; give the missed firings")
         if not np.array_equal(still.angle, rows[0].angle):
             values, slopes = still(rows[0].angle), still.derivative(rows[0].angle)
             still = Diagram(rows[0].angle, values, slopes, still.period)
@@ -265,7 +265,7 @@ def transient_engine(
         raise ValueError(f"row_step = {step:g} percent: must lie from 0.1 to 100")
     cylinders.check_turning(crank_ratio, offset_ratio)
     if cylinders.cycles > 1:
-        raise ValueError("firing_pattern: not followed in time; give the missed firings")
+        raise ValueError("firing patterns are not followed in time; give the missed firings")
     return TransientEngine(
         family, cylinders, given_number("crank_ratio", crank_ratio),
         given_number("offset_ratio", offset_ratio),

@@ -185,7 +185,8 @@ def _cycles(
                 f"{np.abs(values).max() / BAR:.3g} bar; must be below {MOST_PRESSURE / BAR:g} bar"
             )
     angles = _degrees(recording, signals, pressures, degrees, options, said)
-    if not options.is_loop and (step := float(np.median(np.abs(np.diff(angles))))) > MOST_STEP:
+    steps = np.abs(np.diff(angles))
+    if not options.is_loop and steps.size and (step := float(np.median(steps))) > MOST_STEP:
         raise SceneError(
             f"{recording.label}: the angle has steps of {step:.3g} degree; must be at most "
             f"{MOST_STEP:g}; is the angle in degrees?"
