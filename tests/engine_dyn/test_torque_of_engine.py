@@ -92,8 +92,8 @@ def test_closed_form_is_exact_between_the_knots() -> None:
 @pytest.mark.parametrize(
     ("harmonics", "message"),
     [
-        ({0.0: (1.0, 0.0)}, "order = 0: must be above 0 and at most 64"),
-        ({65.0: (1.0, 0.0)}, "order = 65: must be above 0 and at most 64"),
+        ({0.0: (1.0, 0.0)}, "order = 0: must be above 0 and at most 256"),
+        ({257.0: (1.0, 0.0)}, "order = 257: must be above 0 and at most 256"),
         ({math.pi: (1.0, 0.0)}, r"order = 3.14159: must repeat within 64 revolutions"),
         ({1 / 7: (1, 0), 1 / 11: (1, 0)}, "repeat together after 77 revolutions: must be at most"),
         ({1: (math.nan, 0.0)}, "torque must be a finite number"),

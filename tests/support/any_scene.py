@@ -335,7 +335,7 @@ def _each_cylinder(draw: Draw, given: Given) -> None:
     }  # fmt: skip
     if "motor_slip" in given.own:
         del factors["pressure_factor"]  # a compressor has no combustion
-    for what, values in some(draw, factors, 2).items():
+    for what, values in some(draw, factors, 3).items():
         first = 2 if what == "radius_factor" else 1
         if draw(st.booleans()):
             listed = draw(st.lists(values, min_size=count, max_size=count))
@@ -458,6 +458,7 @@ def _shaft(draw: Draw, given: Given) -> None:
         "pendulum_mass_1": 1.0, "pendulum_distance_1": 0.1, "pendulum_length_1": 0.02,
         "pendulum_stop_angle_1": 30.0, "excitation_factor_1": 1.0,
         f"shaft_clearance_{coupling}": 0.1, f"shaft_friction_torque_{coupling}": 20.0,
+        f"shaft_friction_stiffness_{coupling}": 1e4,
         f"shaft_transient_stress_limit_{long}": 60.0,
     }  # fmt: skip
     given.values |= {key: around(size) for key, size in some(draw, numbers, 8, least=0).items()}

@@ -83,6 +83,7 @@ def test_strategies_use_the_whole_language() -> None:
     wanted -= {"largest_speed", "smallest_speed"}  # of torque diagrams: so do these
     wanted -= {"sample", "uncertainty"}  # tests/sweeps/sampling: in parts, alone, of whole sweeps
     wanted -= {"bore_*"}  # of cylinders with bores of their own: test_single_makes.py
+    wanted -= {"passing_start", "passing_end", "speed_ramp"}  # test_shaft_passing.py
     wanted -= {"modal_damping_*"}  # without the heat of shafts: test_shaft_excitations.py
     wanted -= {"reduce"}  # what becomes of results, not what is computed: test_reduced.py
     assert sorted(wanted - seen.keys()) == [], sorted(wanted - seen.keys())

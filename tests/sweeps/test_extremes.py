@@ -17,6 +17,7 @@ from engine_dyn.quantities.graph import NODES, QUANTITIES
 from sweeps.base.errors import SceneError
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
+from tests.support.scenes import IN_PASSING
 
 pytestmark = pytest.mark.compiled
 
@@ -61,6 +62,7 @@ NO_CURVE = {
                      "rim_speed_at_stress_limit"), GIVEN),
     **dict.fromkeys(("acceleration_truncation_error", "position_truncation_error",
                      "velocity_truncation_error", "rod_thrust_error", "rod_torque_error"), RATIO),
+    **dict.fromkeys(IN_PASSING, "of a passing, whose cycles differ: no curve holds it"),
     **dict.fromkeys(("triangle_energy_swing", "triangle_torque_max"), "of a torque that is drawn"),
 }  # fmt: skip
 

@@ -141,7 +141,14 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
         elif key in OF_SHAFT or key.startswith("load_damping"):
             more = {key.replace("tensile_strength", "shape_factor"): 1.0}  # which the limit needs
             more = more if "tensile_strength" in key else {}
+            if key.startswith("shaft_friction"):  # Dry friction has both
+                more = {
+                    key.replace("torque", "stiffness"): 1.0,
+                    key.replace("stiffness", "torque"): 1.0,
+                }
             raw = scene(set={key: value, **more}, shaft=shaft_with(key))
+        elif key in ("passing_start", "passing_end", "speed_ramp"):
+            raw = scene(set={key: value}, shaft=passing_shaft(1))
         elif key in OF_EXTREMES:  # of an engine whose torque is given
             (tmp_path / "torque.toml").write_text(
                 "[values]\ninertia = 1\nload_exponent = 1\nload_offset = 0\n[[diagram]]\n"

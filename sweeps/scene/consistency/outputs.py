@@ -131,6 +131,7 @@ def check_needs(scene: Scene, name: str) -> None:
     if scene.indicator is None and not scene.engine.family.diagrams:
         given.remove("family")
     missing: dict[str, list[str]] = {}
+    shaft = scene.engine.shaft
     for quantity in scene.quantities:
         where = f"{name}: [output] quantities: '{quantity}'"
         waiting, seen = [quantity], set(given)
@@ -144,11 +145,10 @@ def check_needs(scene: Scene, name: str) -> None:
             if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
                 two = "another crankshaft", f"{feature.written} of the engine"
                 raise refused(*two, where, engine=scene.engine.name)
-            if need in _NOT_OF_SHAFT and scene.engine.shaft is not None:
+            if need in _NOT_OF_SHAFT and shaft is not None:
                 lacks, why = _NOT_OF_SHAFT[need]
-                if lacks(scene.engine.shaft):
+                if lacks(shaft):
                     raise SceneError(f"{where} {why}")
-            shaft = scene.engine.shaft
             of_couplings = need in ("nonlinear_response", "coupling_departure")
             if of_couplings and shaft and not shaft.couplings(dict.fromkeys(scene.shaft_keys)):
                 raise SceneError(
@@ -188,7 +188,7 @@ def check_needs(scene: Scene, name: str) -> None:
                 raise SceneError(
                     f"{where} is not computed for cylinders with bores or diagrams of their own"
                 )
-            if kind := _missing_of_shaft(node, scene.shaft_keys):
+            if node.of_shaft and (kind := _missing_of_shaft(node, scene.shaft_keys)):
                 part, _, number = kind.partition("_")
                 raise SceneError(
                     f"{where} needs {number} of a {part} in [shaft], which no {part} there has"
