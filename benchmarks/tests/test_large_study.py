@@ -15,7 +15,8 @@ def test_the_study_prints_what_it_found(tmp_path: Path, capfd: pytest.CaptureFix
     main(["--points", "64", "-o", str(path)])
     printed = capfd.readouterr().out
     with sweeps.open(path) as found:
-        assert f"{64 * (len(RANGES) + 2) * len(SPEEDS)} designs reduced" in printed
+        designs = 64 * (len(RANGES) + 2)
+        assert f"{designs} designs at {designs * len(SPEEDS):,} points reduced" in printed
         ranks = found["rank"].values
         best, least = (found.isel(design=(ranks[search] == 1).argmax()) for search in (0, 1))
         assert (best.delta.values <= 1 / 9).all() and (best.torque_mean.values >= 282).all()
