@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -61,18 +62,19 @@ def train() -> xr.Dataset:
 
 def torsiogram() -> xr.Dataset:
     """Speed of a pulley at some twenty speeds, whose damper is weaker than the scene says."""
-    damped = {"engine": "diesel_105x137", "shaft": "diesel_105x137_damper"}
+    damped: dict[str, Any] = {"engine": "diesel_105x137", "shaft": "diesel_105x137_damper"}
     speeds = list(range(1200, 2351, 50))
     names = ["disc_angle_order", "disc_angle_phase"]
     found = sweeps.run(**damped, set={"damper_damping_1": 70.0}, axes={"speed": speeds},
                        output={"quantities": names}).isel(disc=0)  # fmt: skip
-    theta = np.radians(found[names[0]]) * np.exp(1j * np.radians(found[names[1]]))
+    size, phase = (np.radians(found[name].values) for name in names)
+    theta = size * np.exp(1j * phase)
     phi = np.radians(np.arange(-360.0, 720.0 * 4 - 360.0, 0.5))
     waves = np.exp(1j * np.multiply.outer(found.order.values, phi))
     noise = np.random.default_rng(3)
     with tempfile.TemporaryDirectory() as folder:
         files = [str(Path(folder) / f"{rpm}.csv") for rpm in speeds]
-        for file, rpm, own in zip(files, speeds, theta.values, strict=True):
+        for file, rpm, own in zip(files, speeds, theta, strict=True):
             swing = (1j * found.order.values * own) @ waves + 5e-4 * noise.standard_normal(phi.size)
             table = [np.degrees(phi + (own @ waves).real), rpm * (1.0 + swing.real)]
             heads = "crank angle [deg],speed [rpm]"

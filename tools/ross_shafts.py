@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import ross
+import ross  # type: ignore[import-not-found]
 
 HELD, MESH = 1e9, 1e14  # Stiffness of bearings and of teeth [N/m]
 
