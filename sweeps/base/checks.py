@@ -11,6 +11,7 @@ import contextlib
 import math
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -60,6 +61,7 @@ class Strict(BaseModel):
         return {**data, **{key: _plain_numbers(data[key], unit) for key, unit in units if unit}}
 
 
+@cache
 def unit_of_field(model: type[Strict], key: str) -> str | None:
     """Return the unit of a field of numbers, "1" if it has none; None for other fields."""
     field = model.model_fields.get(key)
