@@ -31,6 +31,7 @@ FIELDS = (
     _above("inertia", "kg m2", "engine with all that always turns with it, cycle mean"),
     Field("reciprocating_inertia", "kg m2", "a cylinder's reciprocating mass times r^2", 0.0),
     _above("lever", "m3", "piston area times crank radius"),
+    Field("gas_factor", "1", "factor on the pressure of the diagrams", 1.0),
     _above("speed", "rad s-1", "nominal speed, to which load and limits refer"),
     Field("start_speed", "rad s-1", "speed at the beginning, at crank angle 0; nominal by default"),
     Field("start_command", "percent", "fuel command at the beginning; the governor's output without"

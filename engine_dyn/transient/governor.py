@@ -35,7 +35,7 @@ LOW, HIGH = AT["lowest_command"], AT["highest_command"]
 GAIN, INTEGRAL_GAIN, DERIVATIVE_GAIN = AT["gain"], AT["integral_gain"], AT["derivative_gain"]
 DROOP, WINDOW, REFERENCE = AT["droop"], AT["window"], AT["reference_speed"]
 BOOST_LAG, BOOST_MARGIN = AT["boost_lag"], AT["boost_margin"]
-LEVER = AT["lever"]
+LEVER, GAS_FACTOR = AT["lever"], AT["gas_factor"]
 SEED, DISPERSION, BETWEEN = AT["seed"], AT["dispersion"], AT["cylinder_dispersion"]
 
 
@@ -162,7 +162,7 @@ def take(
     part = (command - commands[low]) / (commands[high] - commands[low])
     work.row[cylinder], work.part[cylinder] = low, part
     lower, upper = tables.gas[cylinder, low], tables.gas[cylinder, high]
-    own, lever = work.own[cylinder], numbers[LEVER]
+    own, lever = work.own[cylinder], numbers[LEVER] * numbers[GAS_FACTOR]
     for k in range(len(own)):
         new = lever * (lower[k] + part * (upper[k] - lower[k]))
         work.all_gas[k] += new - own[k]

@@ -28,7 +28,8 @@ MOST_EVENTS = 100  # In a step; beyond it, speeds are no longer looked for in it
 MOST_SWINGS = 100  # Standstills after which a shaft swings to and fro, and has stopped
 MOST_PIECES = 200  # Pieces of time in a step, mean of a cycle
 
-INERTIA, RECIPROCATING, LEVER = AT["inertia"], AT["reciprocating_inertia"], AT["lever"]
+INERTIA, RECIPROCATING = AT["inertia"], AT["reciprocating_inertia"]
+LEVER, GAS_FACTOR = AT["lever"], AT["gas_factor"]
 SPEED, START_SPEED, START_COMMAND = AT["speed"], AT["start_speed"], AT["start_command"]
 EXPONENT, OFFSET, DURATION = AT["load_exponent"], AT["load_offset"], AT["duration"]
 CONSTANT, PEAK_SHARE = AT["friction_constant"], AT["friction_peak_share"]
@@ -94,7 +95,8 @@ def _friction(numbers: Floats, tables: Tables, work: Work) -> float:
     for i in range(len(work.held)):
         row = work.row[i]
         total += tables.peaks[row] + work.part[i] * (tables.peaks[row + 1] - tables.peaks[row])
-    return numbers[CONSTANT] + numbers[PEAK_SHARE] * total / len(work.held)
+    share = numbers[PEAK_SHARE] * numbers[GAS_FACTOR]
+    return numbers[CONSTANT] + share * total / len(work.held)
 
 
 @inlined
@@ -220,6 +222,7 @@ def _extremes(
                 lower = tables.torques[i, work.row[i], place_of]
                 upper = tables.torques[i, work.row[i] + 1, place_of]
                 torque += lower + work.part[i] * (upper - lower)
+            torque = numbers[GAS_FACTOR] * torque - tables.crankcase_torques[place_of]
             torque = numbers[LEVER] * torque + work.rate[k]
             torque -= 0.5 * square[k] * numbers[RECIPROCATING] * tables.squares[n, 5 + k]
             work.slope[k] = width * work.inverse[k] * torque
@@ -254,7 +257,7 @@ def _run(
     square = numbers[START_SPEED] * numbers[START_SPEED]
     omega = numbers[START_SPEED]
     for k in range(4 * steps):
-        work.all_gas[k] = 0.0
+        work.all_gas[k] = -numbers[LEVER] * tables.crankcase_gas[k]
     for i in range(len(work.held)):
         work.held[i] = numbers[START_COMMAND]
         for k in range(4 * steps):

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,7 +40,7 @@ BURNING = (0.35, 0.7)
 CLOSED = math.pi
 """Angle before a firing [rad] back to which a cylinder that stops may be turned by its charge."""
 
-GAUSS = np.polynomial.legendre.leggauss(6)
+GAUSS = np.polynomial.legendre.leggauss(4)
 
 
 class Tables(NamedTuple):
@@ -47,10 +48,13 @@ class Tables(NamedTuple):
 
     period: float  # Angle of a cycle [rad]
     nodes: Floats  # Ends of the steps [rad], from 0 to the period; shape (steps + 1,)
-    # Over piston area and crank radius of the engine: works [Pa rad] from the beginning of each
-    # step to its points 1 to 4, shape (cylinders, rows, 4 steps), and torques [Pa] at all five.
+    # Over piston area and crank radius of the engine: works [Pa rad] of the pressure in each
+    # cylinder from the beginning of each step to its points 1 to 4, shape (cylinders, rows,
+    # 4 steps), and torques [Pa] at all five; the same of the crankcase pressure on all pistons.
     gas: Floats
     torques: Floats
+    crankcase_gas: Floats
+    crankcase_torques: Floats
     commands: Floats  # Command of each row [percent of load], ascending; shape (rows,)
     # Largest pressure [Pa] of each row, mean of the cylinders; shape (rows,).
     peaks: Floats
@@ -105,106 +109,151 @@ class TransientEngine:
         return self._made[steps]
 
     def _make(self, steps: int) -> Tables:
-        period = self.family.period
-        members, crank = self.cylinders.members, (self.crank_ratio, self.offset_ratio)
-        fire = [(-m.phase) % period for m in members]
-        take = [(angle + self.command_angle) % period for angle in fire]
-        early = [math.floor((angle + self.command_angle) / period + 1e-9) for angle in fire]
-        nodes = _divided(np.array([*fire, *take]), np.array(fire), period, steps)
-        count = len(nodes) - 1
-        fires = np.zeros(count, dtype=np.int64)
-        taken = np.zeros_like(fires)
-        taken[[_node(nodes, angle) for angle in take]] = 1
-        fires[[_node(nodes, angle) for angle in fire]] = 1
-        loads, commands = self._load_axis()
-        points = (nodes[:-1, None] + np.diff(nodes)[:, None] * np.array(POINTS)).ravel()
-        gas, torques, peaks, squares = [], [], [], np.zeros((2, points.size))
-        for member in members:
-            diagrams = self._diagrams(member, loads)
-            own = points + member.phase_of(*crank)
-            torques.append(self._torques(member, diagrams, own))
-            gas.append(self._works(member, diagrams, nodes).reshape(len(diagrams), -1))
-            squares += member.square(own, *crank)
-            peaks.append([diagram.peak for diagram in diagrams])
-        even = np.arange(720) * (period / 720)
-        mean = sum(float(np.mean(member.square(even, *crank)[0])) for member in members)
-        squares[0] -= mean
-        return Tables(
-            period, nodes, np.array(gas), np.array(torques), commands, np.mean(peaks, axis=0),
-            np.concatenate([one.reshape(count, 5) for one in squares], axis=1), fires,
-            np.array([_node(nodes, angle) for angle in take], dtype=np.int64), taken,
-            -np.array(early, dtype=np.int64), _back_to(nodes, np.array(fire), fires, period),
-        )  # fmt: skip
-
-    def _load_axis(self) -> tuple[Floats, Floats]:
-        """Loads of the rows that burn, and commands of all rows."""
-        given = self.family.loads
-        pieces = [
-            np.linspace(a, b, math.ceil((b - a) / self.row_step - 1e-9), endpoint=False)
-            for a, b in pairwise(given)
-        ]
-        loads = np.concatenate([*pieces, given[-1:]])
-        first = self.cylinders.members[0]
-        period = self.family.period
-        ends = [motored(self.family.at(given[0])), self.family.at(given[0])]
-        ends += [self.family.at(given[1])] if given.size > 1 else []
-        work = self._works(first, ends, np.array([0.0, period]))[:, 0, 3]
-        if given.size > 1:
-            slope = (work[2] - work[1]) / (given[1] - given[0])
-            below = (work[1] - work[0]) / slope if slope > 0.0 < work[1] - work[0] else 0.0
-        else:
-            below = given[0]
-        below = below if below > 0.0 else 100.0
-        return loads, np.concatenate([[loads[0] - below], loads])
-
-    def _diagrams(self, member: Member, loads: Floats) -> list[Diagram]:
-        """Diagrams of the rows for one cylinder; a factor is that of docs/method.md (20)."""
-        family = own_diagrams(self.family, member.diagram)
-        rows = [family.at(float(load)) for load in loads]
-        still = motored(family.at(float(loads[0])))
-        factor = member.pressure_factor
-        if isinstance(factor, tuple) or factor < 0.0:
-            raise ValueError("firing patterns are not followed in time; give the missed firings")
-        if not np.array_equal(still.angle, rows[0].angle):
-            values, slopes = still(rows[0].angle), still.derivative(rows[0].angle)
-            still = Diagram(rows[0].angle, values, slopes, still.period)
-        if factor == 1.0:
-            return [still, *rows]
-        return [still, *(
-            Diagram(
-                one.angle, still.pressure + factor * (one.pressure - still.pressure),
-                still.slope + factor * (one.slope - still.slope), one.period,
-            )
-            for one in rows
-        )]  # fmt: skip
-
-    def _torques(self, member: Member, diagrams: list[Diagram], own: Floats) -> Floats:
-        """Torque [Pa] of each diagram at the cylinder's own angles, shape (rows, angles)."""
         crank = self.crank_ratio, self.offset_ratio
-        pressure = np.empty((len(diagrams), own.size))
-        values_at(diagrams, np.asarray(member.diagram_angle(own, *crank)), pressure)
-        pressure -= self.crankcase_pressure
-        pressure *= member.velocity(own, *crank) * member.area_factor
-        return pressure
+        shared, makes, places = _shared(
+            self.family, self.cylinders, self.command_angle, self.row_step, steps,
+            crank if self.cylinders.articulated else (0.0, 0.0),
+        )  # fmt: skip
+        made = [_curves(make, crank) for make in makes]
+        each = [[np.roll(one, turn, axis=-2) for one in made[make]] for make, turn in places]
+        gas, torques, squares, slopes, travels, velocities = zip(*each, strict=True)
+        rows = len(gas[0])
+        works = np.sum(gas, axis=0)[:, :, 3].sum(axis=1)
+        below = self.crankcase_pressure * np.sum(travels, axis=0)
+        return Tables(
+            gas=np.array(gas).reshape(len(gas), rows, -1),
+            torques=np.array(torques).reshape(len(gas), rows, -1),
+            crankcase_gas=(below[:, 1:] - below[:, :1]).ravel(),
+            crankcase_torques=self.crankcase_pressure * np.sum(velocities, axis=0).ravel(),
+            commands=self._commands(shared["loads"], works),
+            squares=np.concatenate([np.sum(squares, axis=0), np.sum(slopes, axis=0)], axis=1),
+            **{name: value for name, value in shared.items() if name in Tables._fields},
+        )
 
-    def _works(self, member: Member, diagrams: list[Diagram], nodes: Floats) -> Floats:
-        """Work [Pa rad] of diagrams from each node to the points behind it, (rows, steps, 4)."""
-        period, crank = self.family.period, (self.crank_ratio, self.offset_ratio)
-        phase = member.phase_of(*crank)
-        width = np.diff(nodes)[:, None]
-        wanted = np.append((nodes[:-1, None] + width * np.array(POINTS[:4])).ravel(), period)
-        knots = (diagrams[0].angle - phase) % period
-        edges = np.unique(np.concatenate([wanted, knots]))
-        edges = edges[(edges >= 0.0) & (edges <= period)]
-        half = 0.5 * np.diff(edges)[:, None]
-        angle = (edges[:-1, None] + half * (1.0 + GAUSS[0])).ravel() + phase
-        torque = self._torques(member, diagrams, angle)
-        pieces = (torque.reshape(len(diagrams), -1, GAUSS[0].size) @ GAUSS[1]) * half[:, 0]
-        sums = np.concatenate([np.zeros((len(diagrams), 1)), np.cumsum(pieces, axis=1)], axis=1)
-        at = sums[:, np.searchsorted(edges, wanted)]
-        begin, end = at[:, :-1].reshape(len(diagrams), -1, 4), at[:, 4::4]
-        inner = begin[:, :, 1:] - begin[:, :, :1]
-        return np.concatenate([inner, (end - begin[:, :, 0])[:, :, None]], axis=2)
+    def _commands(self, loads: Floats, works: Floats) -> Floats:
+        """Commands of all rows, from the loads of those that burn and the works of all."""
+        given, below = self.family.loads, self.family.loads[0]
+        if given.size > 1:
+            gained = works[1] - works[0]
+            slope = (works[1 + np.searchsorted(loads, given[1])] - works[1]) / (given[1] - given[0])
+            below = gained / slope if slope > 0.0 < gained else 0.0
+        return np.concatenate([[loads[0] - (below if below > 0.0 else 100.0)], loads])
+
+
+class _Make(NamedTuple):
+    """Cylinders that are alike, at the angles of one of them; pressures of each row."""
+
+    member: Member
+    angle: Floats  # Own angles at the points of steps [rad], shape (steps, 5)
+    pressure: Floats  # [Pa] there, shape (rows, steps, 5)
+    fine: Floats  # Own angles of Gauss's formula [rad]
+    weighted: Floats  # Pressures there times weights [Pa rad], shape (rows, angles)
+    first: Integers  # Place in these of each point of the steps but the last
+
+
+def _curves(make: _Make, crank: tuple[float, float]) -> tuple[Floats, ...]:
+    """Works, torques, f v^2 less its mean, its slope, travels and velocities at the points."""
+    member, angle = make.member, make.angle
+    fine = make.weighted * (member.area_factor * member.velocity(make.fine, *crank))
+    parts = np.add.reduceat(fine, make.first, axis=1).reshape(len(fine), -1, 4)
+    velocity = member.area_factor * member.velocity(angle, *crank)
+    square, slope = member.square(angle, *crank)
+    # Its harmonics fall by the crank ratio: equal samples find the mean to rounding.
+    mean = np.mean(member.square(np.arange(64) * (2.0 * math.pi / 64), *crank)[0])
+    travel = member.area_factor * member.position(angle, *crank)
+    return parts.cumsum(axis=2), make.pressure * velocity, square - mean, slope, travel, velocity
+
+
+@lru_cache(maxsize=4)
+def _shared(
+    family: Family, cylinders: Cylinders, command_angle: float, row_step: float, steps: int,
+    crank: tuple[float, float],
+) -> tuple[dict[str, Any], list[_Make], list[tuple[int, int]]]:  # fmt: skip
+    """What engines of different crank ratios share; the crank matters for articulated rods alone.
+
+    Tables by their names and the loads of rows that burn; makes of cylinders; for each cylinder its
+    make and the steps by which it fires later.
+    """
+    period = family.period
+    fire = [(-m.phase) % period for m in cylinders.members]
+    take = [(angle + command_angle) % period for angle in fire]
+    early = [math.floor((angle + command_angle) / period + 1e-9) for angle in fire]
+    nodes = _divided(np.array([*fire, *take]), np.array(fire), period, steps)
+    width = np.diff(nodes)
+    fires, taken = np.zeros((2, width.size), dtype=np.int64)
+    takes = np.array([_node(nodes, angle) for angle in take], dtype=np.int64)
+    fired = [_node(nodes, angle) for angle in fire]
+    taken[takes] = fires[fired] = 1
+    pieces = [
+        np.linspace(a, b, math.ceil((b - a) / row_step - 1e-9), endpoint=False)
+        for a, b in pairwise(family.loads)
+    ]
+    loads = np.concatenate([*pieces, family.loads[-1:]])
+    makes: list[_Make] = []
+    begins: list[int] = []
+    places, peaks = [], []
+    for member, first in zip(cylinders.members, fired, strict=True):
+        alike = (
+            known for known, (make, begin) in enumerate(zip(makes, begins, strict=True))
+            if make.member[1:] == member[1:]
+            and np.allclose(width, np.roll(width, first - begin), rtol=0.0, atol=1e-9)
+        )  # fmt: skip
+        known = next(alike, len(makes))
+        if known == len(makes):
+            begins.append(first)
+            diagrams = _diagrams(family, member, loads)
+            makes.append(_make_of(member, diagrams, nodes, crank))
+            peaks.append([diagram.peak for diagram in diagrams])
+        places.append((known, first - begins[known]))
+    shared = {
+        "period": period, "nodes": nodes, "fires": fires, "takes": takes, "taken": taken,
+        "peaks": np.mean([peaks[known] for known, _ in places], axis=0), "loads": loads,
+        "early": -np.array(early, dtype=np.int64),
+        "back_to": _back_to(nodes, np.array(fire), fires, period),
+    }  # fmt: skip
+    return shared, makes, places
+
+
+def _diagrams(family: Family, member: Member, loads: Floats) -> list[Diagram]:
+    """Diagrams of the rows for one cylinder; a factor is that of docs/method.md (20)."""
+    own, factor = own_diagrams(family, member.diagram), member.pressure_factor
+    rows = [own.at(float(load)) for load in loads]
+    still = motored(rows[0])
+    if isinstance(factor, tuple) or factor < 0.0:
+        raise ValueError("firing patterns are not followed in time; give the missed firings")
+    if not np.array_equal(still.angle, rows[0].angle):
+        values, slopes = still(rows[0].angle), still.derivative(rows[0].angle)
+        still = Diagram(rows[0].angle, values, slopes, still.period)
+    if factor == 1.0:
+        return [still, *rows]
+    return [still, *(
+        Diagram(
+            one.angle, still.pressure + factor * (one.pressure - still.pressure),
+            still.slope + factor * (one.slope - still.slope), one.period,
+        )
+        for one in rows
+    )]  # fmt: skip
+
+
+def _make_of(
+    member: Member, diagrams: list[Diagram], nodes: Floats, crank: tuple[float, float]
+) -> _Make:
+    """Pressures of a cylinder at the points of steps, and for Gauss's formula between knots."""
+    period, phase = diagrams[0].period, member.phase_of(*crank)
+    points = nodes[:-1, None] + np.diff(nodes)[:, None] * np.array(POINTS)
+
+    def pressures(own: Floats) -> Floats:
+        found = np.empty((len(diagrams), own.size))
+        values_at(diagrams, np.asarray(member.diagram_angle(own, *crank)).ravel(), found)
+        return found.reshape(len(diagrams), *own.shape)
+
+    wanted = points[:, :4].ravel()
+    edges = np.unique(np.concatenate([wanted, (diagrams[0].angle - phase) % period, [period]]))
+    half = 0.5 * np.diff(edges)[:, None]
+    fine = (edges[:-1, None] + half * (1.0 + GAUSS[0])).ravel() + phase
+    weighted = pressures(fine) * (half * GAUSS[1]).ravel()
+    first = GAUSS[0].size * np.searchsorted(edges, wanted)
+    return _Make(member, points + phase, pressures(points + phase), fine, weighted, first)
 
 
 def transient_engine(
@@ -279,8 +328,8 @@ def _divided(events: Floats, fire: Floats, period: float, steps: int) -> Floats:
     They are half as long while a cylinder burns: the pressure changes most there.
     """
     begin, end = fire - BURNING[0], fire + BURNING[1]
-    marks = np.concatenate([events, [0.0], fire - CLOSED, begin, end])
-    ends = np.append(np.unique(np.round(marks / period % 1.0, 12) % 1.0), 1.0)
+    marks = np.concatenate([[0.0], events, fire - CLOSED, begin, end]) / period % 1.0
+    ends = np.append(marks[np.unique(np.round(marks, 12) % 1.0, return_index=True)[1]], 1.0)
     pieces = []
     for a, b in pairwise(ends):
         after = (0.5 * (a + b) * period - begin) % period

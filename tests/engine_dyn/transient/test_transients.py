@@ -1,14 +1,15 @@
 """The speed while nothing repeats: against DOP853, the periodic solution, energy, and outcomes."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from engine_dyn import periodic_speed, status
-from engine_dyn.geometry.cylinders import even_cylinders
-from engine_dyn.pressure.family import Family
+from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
+from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.pressure.motored import motored
 from engine_dyn.transient.api import Transients, follow_designs
 from engine_dyn.transient.limits import ISO_8528_5_G2, kept
@@ -275,6 +276,40 @@ def test_recovery_and_limits(family: Family) -> None:
     assert dip[0] > dip[-1]  # a heavier flywheel
     verdict = kept(found, np.full(12, SPEED), ISO_8528_5_G2)
     assert verdict.shape == (12, 2) and verdict.any() and not verdict.all()
+
+
+def test_a_factor_on_the_gas_is_that_of_other_diagrams(family: Family) -> None:
+    """Not on the crankcase pressure; friction's share of the peak pressure follows it."""
+    factor = 0.8
+    diagrams = [
+        replace(one, pressure=factor * one.pressure, slope=factor * one.slope)
+        for one in family.diagrams
+    ]
+    scaled = family_from_diagrams(family.loads, diagrams)
+    found = []
+    for one, more in ((family, {"gas_factor": factor}), (scaled, {})):
+        engine = transient_engine(
+            one, even_cylinders(3, CYCLE), crank_ratio=RATIO, crankcase_pressure=3e5
+        )
+        load = ([0.0, 0.3, 0.3], [100.0, 100.0, 400.0])
+        found.append(follow_designs(engine, 8, load=load, **(BASE | GOVERNOR | more)))
+    for name, values in found[0].cycles.items():
+        np.testing.assert_allclose(values, found[1].cycles[name], rtol=1e-10, err_msg=name)
+    np.testing.assert_allclose(found[0].delta, found[1].delta, rtol=1e-8)
+    assert (found[0].outcome == status.FOLLOWED).all()
+
+
+def test_tables_of_alike_cylinders_are_those_of_each(family: Family) -> None:
+    """Cylinders that are not alike have tables of their own, which engines made before share."""
+    equal = even_cylinders(6, CYCLE)
+    differ = [one._replace(mass_factor=1.0 + 1e-13 * i) for i, one in enumerate(equal.members)]
+    unequal = Cylinders(CYCLE, tuple(differ))
+    made = {}
+    for ratio in (0.2, RATIO):
+        for cylinders in (equal, unequal):
+            made[cylinders] = transient_engine(family, cylinders, crank_ratio=ratio).tables(36)
+    for one, other in zip(made[equal], made[unequal], strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
 
 
 def random_designs(count: int) -> dict[str, Any]:
