@@ -274,13 +274,8 @@ LOAD_LAWS = {law.name: law for law in LAWS if law.keys and not law.drives}
 
 
 @inlined
-def piece_at(
-    place: float, points: Floats, values: Floats, slopes: Floats
-) -> tuple[int, float, float, float, float, float, float]:
-    """Number and width of the piece, t in [0, 1] within it, and its cubic's coefficients.
-
-    docs/method.md (43). The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
-    """
+def point_before(place: float, points: Floats) -> int:
+    """Number of the last point that is not above a place, the first or last but one beyond them."""
     low, high = 0, len(points) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -288,6 +283,19 @@ def piece_at(
             low = middle
         else:
             high = middle
+    return low
+
+
+@inlined
+def piece_at(
+    place: float, points: Floats, values: Floats, slopes: Floats
+) -> tuple[int, float, float, float, float, float, float]:
+    """Number and width of the piece, t in [0, 1] within it, and its cubic's coefficients.
+
+    docs/method.md (43). The value is y + t (m + t (c + t d)), from the constant y to d of t^3.
+    """
+    low = point_before(place, points)
+    high = low + 1
     step = points[high] - points[low]
     t = (place - points[low]) / step
     y0, m0, m1 = values[low], step * slopes[low], step * slopes[high]

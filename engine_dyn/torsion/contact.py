@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from engine_dyn.compilation import inlined, kernel
+from engine_dyn.loads.laws import point_before
 from engine_dyn.types import Floats, Integers
 
 # Part of the stiffness that Newton's method, not the torque, has in the clearance, where otherwise
@@ -46,16 +47,12 @@ class Steps(NamedTuple):
 
 
 @inlined
-def _piece(laws: Laws, c: int, x: float) -> int:
-    """Point before a twist."""
-    low, high = laws.first[c], laws.first[c + 1] - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if laws.twist[middle] <= x:
-            low = middle
-        else:
-            high = middle
-    return low
+def _torque(laws: Laws, c: int, x: float) -> tuple[float, float]:
+    """Torque and slope of a coupling's table at a twist."""
+    first = laws.first[c]
+    place = first + point_before(x, laws.twist[first : laws.first[c + 1]])
+    slope = laws.slope[place]
+    return laws.torque[place] + slope * (x - laws.twist[place]), slope
 
 
 @kernel
@@ -80,9 +77,7 @@ def torques(
     for c in range(couplings):
         x, limit = delta[c], laws.friction[c]
         for i in range(size):
-            place = _piece(laws, c, x[i])
-            rise = laws.slope[place]
-            torque[c, i] = laws.torque[place] + rise * (x[i] - laws.twist[place])
+            torque[c, i], rise = _torque(laws, c, x[i])
             slope[c, i] = rise if rise > 0.0 else SLACK * laws.stiffness[c]
             grip[c, i], origin[c, i] = 0.0, -2
         if not limit > 0.0:
@@ -128,8 +123,7 @@ def march(
     for c in range(couplings):
         for i in range(size):
             delta[c] += steps.twist[c, i] * state[i]
-        place = _piece(laws, c, delta[c])
-        own = laws.torque[place] + laws.slope[place] * (delta[c] - laws.twist[place])
+        own, _ = _torque(laws, c, delta[c])
         slider[c], excess[c] = delta[c], own - laws.stiffness[c] * delta[c]
     for cycle in range(GROWING + CYCLES):
         change = 0.0
@@ -157,10 +151,10 @@ def march(
                     x = base[c]
                     for d in range(couplings):
                         x += steps.at_once[c, d] * last[d]
-                    place = _piece(laws, c, x)
+                    own, _ = _torque(laws, c, x)
                     held = laws.stick[c] * (x - slider[c])
                     held = min(max(held, -laws.friction[c]), laws.friction[c])
-                    own = laws.torque[place] + laws.slope[place] * (x - laws.twist[place]) + held
+                    own += held
                     delta[c], excess[c] = x, own - laws.stiffness[c] * x
                     moved = max(moved, abs(excess[c] - last[c]))
                     most = max(most, abs(own) + laws.stiffness[c] * abs(x))
