@@ -56,14 +56,14 @@ def largest_torques(
         np.empty((2, orders)), np.empty(orders), np.empty(orders), np.empty((6, quarter)),
         np.empty(4 * quarter + 4), np.empty(3),
     )  # fmt: skip
-    last, times = np.empty((2, orders)), np.empty(MOST)
+    last, times, best = np.empty((2, orders)), np.empty(MOST), np.empty(shafts)
     for case in range(passes.start.size):
         count = _sampled(case, passes, nu, samples, times)
         pairs = passes.first[case + 1] - passes.first[case]
         states = np.empty((count + 1, pairs), dtype=np.complex128)
         _follow(case, passes, nu, times, count, states)
         bound, moved = np.empty(count), np.empty(count)
-        fine, own = np.empty(FINER * count), np.empty(FINER * count)
+        fine, own = np.empty(FINER * count), np.full((shafts, FINER * count), -1.0)
         for step in range(count):
             for i in range(FINER):
                 later = times[min(step + 1, count - 1)]
@@ -72,7 +72,7 @@ def largest_torques(
         for shaft in range(shafts):
             # The half range is no more than the sum of amplitudes, and changes by no more than the
             # sum of their changes: few samples need more than that.
-            own[:], last[:] = -1.0, 0.0
+            last[:] = 0.0
             for step in range(count):
                 _torque(case, passes, shaft, times[step], states[step], scratch.line)
                 bound[step], moved[step] = 0.0, 0.0
@@ -83,41 +83,49 @@ def largest_torques(
                         (real - last[0, v]) ** 2 + (imaginary - last[1, v]) ** 2
                     )
                     last[0, v], last[1, v] = real, imaginary
-            best, first = 0.0, int(np.argmax(bound))
+            best[shaft], first = 0.0, int(np.argmax(bound))
             for way in (1, -1):
                 step, at_most = first, bound[first]
                 while 0 <= step < count:
-                    if at_most >= CLOSE * best:
+                    if at_most >= CLOSE * best[shaft]:
                         at_most = _half_range(
                             case, passes, shaft, table, times[step], states[step], scratch
                         )
-                        own[FINER * step] = at_most
-                        best = max(best, at_most)
+                        own[shaft, FINER * step] = at_most
+                        best[shaft] = max(best[shaft], at_most)
                     step += way
                     if 0 <= step < count:
                         at_most += moved[step] if way > 0 else moved[step + 1]
                         at_most = min(at_most, bound[step])
-            for step in range(count - 1):
-                if max(own[FINER * step], own[FINER * step + FINER]) >= CLOSE * best:
-                    for i in range(FINER * step + 1, FINER * step + FINER):
+        for step in range(count - 1):
+            for i in range(FINER * step + 1, FINER * step + FINER):
+                known = False  # Whether Q of the pairs at this time is
+                for shaft in range(shafts):
+                    beside = max(own[shaft, FINER * step], own[shaft, FINER * step + FINER])
+                    if beside < CLOSE * best[shaft]:
+                        continue
+                    if not known:
                         _moved(case, passes, nu, times[step], fine[i], states[step], states[count])
-                        own[i] = _half_range(
-                            case, passes, shaft, table, fine[i], states[count], scratch
-                        )
-            top = int(np.argmax(own))
-            best, place = own[top], fine[top]
+                        known = True
+                    own[shaft, i] = _half_range(
+                        case, passes, shaft, table, fine[i], states[count], scratch
+                    )
+        for shaft in range(shafts):
+            line = own[shaft]
+            top = int(np.argmax(line))
+            most, place = line[top], fine[top]
             for i in range(1, FINER * (count - 1)):
-                if own[i] >= CLOSEST * own[top] and own[i - 1] <= own[i] >= own[i + 1]:
-                    step = i // FINER if own[i + 1] >= own[i - 1] else (i - 1) // FINER
+                if line[i] >= CLOSEST * line[top] and line[i - 1] <= line[i] >= line[i + 1]:
+                    step = i // FINER if line[i + 1] >= line[i - 1] else (i - 1) // FINER
                     time = fine[i] + _peak(
-                        fine[i - 1] - fine[i], fine[i + 1] - fine[i], own[i] - own[i - 1],
-                        own[i] - own[i + 1],
+                        fine[i - 1] - fine[i], fine[i + 1] - fine[i], line[i] - line[i - 1],
+                        line[i] - line[i + 1],
                     )  # fmt: skip
                     _moved(case, passes, nu, times[step], time, states[step], states[count])
                     value = _half_range(case, passes, shaft, table, time, states[count], scratch)
-                    if value > best:
-                        best, place = value, time
-            found[0, case, shaft] = best
+                    if value > most:
+                        most, place = value, time
+            found[0, case, shaft] = most
             found[1, case, shaft] = passes.start[case] + speed * place
 
 

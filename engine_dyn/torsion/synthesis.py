@@ -125,10 +125,13 @@ def extremes_of(
     # An extreme is at most half a step from a sample, and exceeds it by no more than this.
     lift = 0.125 * curved * step**2
     low, high = least + lift, most - lift
-    for i in range(2, 4 * quarter + 2):
-        if not low < curve[i] < high:
-            value = _extreme_near(curve, i)
-            least, most = min(least, value), max(most, value)
+    for p in range(quarter):
+        if low < bottom[p] and top[p] < high:
+            continue
+        for i in range(2 + p, 2 + p + 4 * quarter, quarter):
+            if not low < curve[i] < high:
+                value = _extreme_near(curve, i)
+                least, most = min(least, value), max(most, value)
     known = square == square
     extremes[0] = least if known else math.nan
     extremes[1] = most if known else math.nan
