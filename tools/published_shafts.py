@@ -15,14 +15,12 @@ import numpy as np
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.impacts import Pulses, pulse_response
 from engine_dyn.torsion.modes import (
+    Modes,
     critical_speeds,
     damped_modes,
     modal_damping,
-    modal_excitation,
     natural_modes,
-    resonance_angle,
 )
-from engine_dyn.torsion.shaft import optimum_tuned, optimum_viscous
 from engine_dyn.torsion.synthesis import half_range
 from engine_dyn.torsion.system import ShaftSystem, matrices, shaft_system
 from engine_dyn.units import DEGREE, RPM
@@ -98,6 +96,74 @@ def made(system: dict[str, Any], given: dict[str, Any]) -> ShaftSystem:
     ground = np.zeros(count)
     ground[0] = stiffness[0]
     return shaft_system(inertia[1:], stiffness[1:], ground_stiffness=ground)
+
+
+class Optimum(NamedTuple):
+    """The stiffness and damping that hold a damper's ring, and the largest amplitude with them."""
+
+    stiffness: Any  # Stiffness of the damper [N m/rad]
+    damping: Any  # Damping of the damper [N m s/rad]
+    magnifier: Any  # Largest amplitude of a mode over that of its static twist [1]
+
+
+def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
+    """Best viscous damping c = 2 zeta J_d omega_m of a ring without spring.
+
+    zeta = 1/sqrt(2 (1 + mu) (2 + mu)); the peak 1 + 2/mu lies at omega_m sqrt(2/(2 + mu)), where
+    all curves of other damping pass. Den Hartog, Mechanical Vibrations, on the Houdaille damper.
+
+    Parameters
+    ----------
+    ring, modal_inertia : array_like
+        Inertia of the damper's ring; of the mode, over the square of the hub's amplitude [kg m2].
+    omega : array_like
+        Natural frequency of the mode [rad/s].
+    """
+    mu = ring / modal_inertia
+    zeta = (2.0 * (1.0 + mu) * (2.0 + mu)) ** -0.5
+    return Optimum(0.0 * mu, 2.0 * zeta * ring * omega, 1.0 + 2.0 / mu)
+
+
+def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
+    """Best spring and damping of a `ring` for a mode: inertias [kg m2], `omega` [rad/s].
+
+    Tuned to omega_m/(1 + mu), with zeta = c/(2 J_d omega_m) = sqrt(3 mu/(8 (1 + mu)^3)). The
+    magnifier is that of the two fixed points, sqrt(1 + 2/mu); the peak is up to 1.3 percent
+    higher for mu up to 1. Den Hartog, Mechanical Vibrations, on the damped absorber.
+    """
+    mu = ring / modal_inertia
+    tuned = omega / (1.0 + mu)
+    zeta = (0.375 * mu / (1.0 + mu) ** 3) ** 0.5
+    return Optimum(ring * tuned**2, 2.0 * zeta * ring * omega, (1.0 + 2.0 / mu) ** 0.5)
+
+
+def modal_excitation(modes: Modes, throws: Any, torque: Any) -> Any:
+    """Torque on each mode [N m], sum_j a_j U_j: with U_j = exp(i nu psi_j) the phase-vector sum.
+
+    Parameters
+    ----------
+    modes : Modes
+        Their discs.
+    throws : array_like of int
+        Disc on which each torque acts.
+    torque : array_like of complex
+        U, shape (..., T, orders): amplitude and phase of each order.
+
+    Returns
+    -------
+    ndarray, shape (..., m, orders)
+    """
+    return np.asarray(np.matmul(modes.shape[..., np.asarray(throws)], np.asarray(torque)))
+
+
+def resonance_angle(modes: Modes, zeta: Any, excitation: Any) -> Any:
+    """Amplitude [rad] of the disc of unit amplitude at resonance, |W|/(2 zeta omega^2 J_m).
+
+    One mode alone: for a comparison, and to rank critical speeds. `excitation` is what
+    `modal_excitation` returns, `zeta` what `modal_damping` returns.
+    """
+    stiff = 2.0 * np.asarray(zeta) * modes.omega**2 * modes.modal_inertia
+    return np.asarray(np.abs(excitation) / stiff[..., None])
 
 
 def of_modes(values: Any, given: dict[str, Any]) -> Any:

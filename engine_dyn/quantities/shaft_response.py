@@ -294,10 +294,12 @@ def _torque_min(*torques: Any) -> Any:
 
 
 def _largest_order(of: str) -> Any:
-    def make(order: Any, **needs: Any) -> Any:
-        from engine_dyn.torsion.forced import largest_order
+    """Order of the largest amplitude of harmonics; NaN where all are."""
 
-        return largest_order(needs[of], order)[1]
+    def make(order: Any, **needs: Any) -> Any:
+        size = np.abs(needs[of])
+        place = np.where(np.isnan(size), -1.0, size).argmax(axis=-1)
+        return np.where(np.isnan(size).all(axis=-1), np.nan, np.ravel(order)[place])
 
     return make
 

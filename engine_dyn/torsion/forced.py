@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +34,7 @@ from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.graded import graded_modes
 from engine_dyn.torsion.modes import checked_orders, coordinates
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
-from engine_dyn.torsion.system import ShaftSystem
+from engine_dyn.torsion.system import ShaftSystem, along_one_axis
 from engine_dyn.types import Booleans, Floats, Integers
 
 RESULTS = {
@@ -57,8 +56,6 @@ DETUNED = 1e-12  # Smallest |k* + Z| over (|k*|^2 + |Z|^2)^(1/2); nearer to 0 it
 # Where |k* + Z| is below this fraction of (|k*|^2 + |Z|^2)^(1/2), the sum has lost six digits by
 # cancellation, which matters where torques act on what is behind the shaft
 SMALL = 1e-6
-
-MODAL = "modal_damping"  # Field of a system whose damping belongs to modes
 
 AT_ONCE = 1024  # Number of cases that a thread takes at once
 
@@ -197,7 +194,8 @@ def forced_response(
         if outside:
             raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
     cases, shape = _cases(system, orders, speed, throws, torque, factors, kept)
-    tree = _Tree(system.parent, *(_lines(getattr(system, name)) for name in _Tree._fields[1:]))
+    designs = system.along_one_axis()
+    tree = _Tree(*(getattr(designs, name) for name in _Tree._fields))
     signals, lines = _signals(system, wanted, twist, speed_of)
     table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
     count, orders = cases.speed.size, cases.orders.size
@@ -216,7 +214,7 @@ def forced_response(
     def solve(some: Integers) -> int:
         known = none
         if modal:
-            known, resonant[some] = _in_modes(system, cases, some)
+            known, resonant[some] = _in_modes(designs, cases, some)
         _respond(some, known, tree, cases, signals, table, responses)
         return some.size
 
@@ -262,12 +260,12 @@ def _cases(
     axes = (a.shape[: a.ndim - own] for own, some in ((3, parts), (0, scales)) for a in some)
     shape = np.broadcast_shapes(system.shape, omega.shape, *axes)
     at_throws = np.asarray(throws, dtype=np.int64)
-    tables = [_lines(part, 3) for part in parts]
+    tables = [along_one_axis(part, 3) for part in parts]
     first = np.cumsum([0, *(len(table) for table in tables)])
-    lines = [_numbers(p.shape[:-3], shape) + i for p, i in zip(parts, first[:-1], strict=True)]
+    lines = [lines_of(p.shape[:-3], shape) + i for p, i in zip(parts, first[:-1], strict=True)]
     return _Cases(
-        _numbers(system.shape, shape), np.broadcast_to(omega, shape).flatten(),
-        system.node_of_disc[at_throws], _lines(system.ratio[..., at_throws]),
+        lines_of(system.shape, shape), np.broadcast_to(omega, shape).flatten(),
+        system.node_of_disc[at_throws], along_one_axis(system.ratio[..., at_throws]),
         np.stack(lines, axis=-1),
         np.stack([np.broadcast_to(scale, shape).flatten() for scale in scales], axis=-1),
         np.concatenate(tables), nu,
@@ -282,7 +280,7 @@ def _signals(
     speed_of: Sequence[int],
 ) -> tuple[_Signals, dict[str, slice]]:
     """Lines of harmonics that results need, and the place of each result among its kind."""
-    discs, ratio = system.node_of_disc, _lines(system.ratio)
+    discs, ratio = system.node_of_disc, along_one_axis(system.ratio)
     pairs = np.asarray(twist, dtype=np.int64).reshape(-1, 2)
     turning = np.asarray(speed_of, dtype=np.int64)
     sizes = {
@@ -311,7 +309,7 @@ def _signals(
     shafts = system.node_of_shaft[: sizes["torque"]]
     return _Signals(
         discs[ends], np.ascontiguousarray(ratios), first["speed"], shafts,
-        _lines(system.shaft_factor), stored, swung,
+        along_one_axis(system.shaft_factor), stored, swung,
     ), places  # fmt: skip
 
 
@@ -325,13 +323,7 @@ def _torques(given: Any, throws: int, orders: int) -> Floats:
     return np.stack([values.real, values.imag], axis=-2)
 
 
-def _lines(values: Floats, own: int = 1) -> Floats:
-    """Values with all designs along one axis, before the last `own` axes."""
-    shape = math.prod(values.shape[:-own]), *values.shape[-own:]
-    return np.ascontiguousarray(values.reshape(shape))
-
-
-def _numbers(own: tuple[int, ...], shape: tuple[int, ...]) -> Integers:
+def lines_of(own: tuple[int, ...], shape: tuple[int, ...]) -> Integers:
     """Line of each case in a table over the axes `own`."""
     lines = np.arange(math.prod(own)).reshape(own)
     return np.broadcast_to(lines, shape).flatten()
@@ -496,18 +488,14 @@ def _to_lines(
             line[1, v] = factor * (k[0, v] * turned[1, v] + k[1, v] * turned[0, v])
 
 
-def _in_modes(system: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Floats, Booleans]:
+def _in_modes(designs: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Floats, Booleans]:
     """Angles and twists of the nodes, (cases, 2, M, 2, V), with given damping of modes.
 
     That damping joins all nodes, which no elimination along the tree can: it is solved in modes.
     Besides, whether an order of a case meets an undamped mode.
     """
     design, speed = cases.design[some], cases.speed[some]
-    values: dict[str, Any] = {
-        name: _lines(getattr(system, name))[design] for name in (*_Tree._fields[1:], MODAL)
-    }
-    own = replace(system, **values)
-    modes = coordinates(own, speed)
+    modes = coordinates(designs.of(design), speed)
     w = cases.orders * speed[:, None]
     parts = np.einsum("cp,cptrv->ctrv", cases.factor[some], cases.harmonics[cases.line[some]])
     torque = cases.throw_ratio[design][..., None] * (parts[:, :, 0] + 1j * parts[:, :, 1])
@@ -576,25 +564,3 @@ def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Boole
     # Natural frequencies are known to some ten digits: nearer to one than that, and with a damping
     # as small, the amplitude has no bound.
     return np.asarray((np.abs(gap) <= 1e-9 * (w**2)[:, None]).any(axis=-1))
-
-
-def largest_order(harmonics: Any, orders: Any) -> tuple[Any, Any]:
-    """Largest amplitude of a single order, and that order.
-
-    Parameters
-    ----------
-    harmonics : array_like of complex
-        Orders along the last axis. NaN is left out.
-    orders : array_like
-        nu.
-
-    Returns
-    -------
-    tuple of ndarray
-        Amplitude and order, NaN where there is none.
-    """
-    size = np.abs(np.asarray(harmonics))
-    known = np.where(np.isnan(size), -1.0, size)
-    place, most = known.argmax(axis=-1), known.max(axis=-1)
-    there = most >= 0.0
-    return np.where(there, most, np.nan), np.where(there, np.ravel(orders)[place], np.nan)

@@ -134,15 +134,9 @@ def free_vectors(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats]:
 
 
 def free_parts(system: ShaftSystem, speed: Any) -> Integers:
-    """Number of parts of each design that nothing holds, by adding up from the ends of the tree."""
-    joins = system.stiffness_at(speed) > 0.0
-    held = np.broadcast_to(system.ground_stiffness, joins.shape) > 0.0
-    free = np.zeros(joins.shape[:-1], dtype=np.int64)
-    for node in range(system.parent.size - 1, 0, -1):
-        parent = system.parent[node]
-        held[..., parent] |= held[..., node] & joins[..., node]
-        free += ~held[..., node] & ~joins[..., node]
-    return np.asarray(free + ~held[..., 0])
+    """Number of parts of each design that nothing holds."""
+    angle, _ = free_vectors(system, speed)
+    return np.asarray(np.count_nonzero(angle.any(axis=-1), axis=-1))
 
 
 def count_below(system: ShaftSystem, omega: float) -> int:
@@ -247,35 +241,6 @@ def given_damping(system: ShaftSystem, count: int) -> Any:
     if not given.shape[-1]:
         return 0.0
     return given[..., np.minimum(np.arange(count), given.shape[-1] - 1)]
-
-
-def modal_excitation(modes: Modes, throws: Any, torque: Any) -> Complexes:
-    """Torque on each mode [N m], sum_j a_j U_j: with U_j = exp(i nu psi_j) the phase-vector sum.
-
-    Parameters
-    ----------
-    modes : Modes
-        Their discs.
-    throws : array_like of int
-        Disc on which each torque acts.
-    torque : array_like of complex
-        U, shape (..., T, orders): amplitude and phase of each order.
-
-    Returns
-    -------
-    ndarray, shape (..., m, orders)
-    """
-    return np.asarray(np.matmul(modes.shape[..., np.asarray(throws)], np.asarray(torque)))
-
-
-def resonance_angle(modes: Modes, zeta: Any, excitation: Any) -> Floats:
-    """Amplitude [rad] of the disc of unit amplitude at resonance, |W|/(2 zeta omega^2 J_m).
-
-    One mode alone: for a comparison, and to rank critical speeds. `excitation` is what
-    `modal_excitation` returns, `zeta` what `modal_damping` returns.
-    """
-    stiff = 2.0 * np.asarray(zeta) * modes.omega**2 * modes.modal_inertia
-    return np.asarray(np.abs(excitation) / stiff[..., None])
 
 
 def checked_orders(orders: Any) -> Floats:

@@ -34,9 +34,8 @@ sqrt(pi/(2 beta)) = 3.68 sqrt(q), with his q = f_m^2/(change of frequency a seco
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,7 +43,7 @@ import numpy as np
 from engine_dyn.given_numbers import given_array
 from engine_dyn.speed.mechanisms import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
-from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.forced import forced_response, lines_of
 from engine_dyn.torsion.modes import checked_orders, modal_roots
 from engine_dyn.torsion.ramp import NODES, Passes, largest_torques, recorded
 from engine_dyn.torsion.synthesis import synthesis
@@ -226,14 +225,11 @@ def _passes(
     )
     parts = []
     for (many, given), own, scale, power in zip(tables, axes, scales, exponents, strict=True):
-        lines = np.broadcast_to(np.arange(math.prod(own)).reshape(own), shape).flatten()
         rows = given.reshape((-1, NODES if many else 1, *given.shape[-2:]))
-        parts.append((rows, lines, np.broadcast_to(scale, shape).flatten(), power))
-    size = math.prod(system.shape)
-    flat = _each(system, lambda values: values.reshape((size, values.shape[-1])))
-    design = np.arange(size).reshape(system.shape)
+        factor = np.broadcast_to(scale, shape).flatten()
+        parts.append((rows, lines_of(own, shape), factor, power))
     return _Given(
-        flat, np.broadcast_to(design, shape).flatten(), nu,
+        system.along_one_axis(), lines_of(system.shape, shape), nu,
         np.stack([np.broadcast_to(v, shape).flatten() for v in ramp]), list(throws), parts,
     ), shape  # fmt: skip
 
@@ -264,7 +260,7 @@ def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
     # The torques (cases, nodes, T, V), and their second derivatives over the speed
     acting = np.stack([torque, _bent(torque, apart)])
     root, left, right = (
-        values[design] for values in modal_roots(_lines_of(given.system, lines), given.throws)
+        values[design] for values in modal_roots(given.system.of(lines), given.throws)
     )
     force = np.matmul(left[:, None], acting)  # (2, cases, nodes, modes, V)
     # Which pairs are followed in time
@@ -283,18 +279,20 @@ def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
     share = np.divide(sizes, largest, out=np.zeros(sizes.shape), where=largest > 0.0).max(axis=-1)
     share[share < FAINT] = 0.0
     case, mode, order = np.nonzero(met)
+    meeting, own = force[:, case, :, mode, order].swapaxes(0, 1), root[case, mode]
     # A node close to a resonance without damping moves a little: little is left of the difference
     # of two large torques, and what remains without the pairs is smooth.
-    met = met[:, None]
-    poles = np.where(met, 1j * nu * at[:, :, None, None] - root[:, None, :, None], np.inf)
-    close = (np.abs(poles) < 1e-3 * nu * np.abs(apart)[:, None, None, None]).any(axis=(2, 3))
+    gap = np.abs(1j * at[case] - (own / nu[order])[:, None])
+    close = np.zeros(at.shape, dtype=bool)
+    np.logical_or.at(close, case, gap < 1e-3 * np.abs(apart)[case, None])
     at = np.where(close, at + 2e-3 * apart[:, None], at)
-    poles = np.where(met, 1j * nu * at[:, :, None, None] - root[:, None, :, None], 1.0)
     # It lags by -i alpha/(2 nu) (2 H' F' + H'' F) of the steady H F, derivatives over the speed.
-    whole = _lines_of(given.system, given.design[some][:, None])
+    whole = given.system.of(given.design[some][:, None])
     response = forced_response(whole, nu, at, given.throws, acting, wanted=("torque",))
-    steady = np.matmul(right[:, None].swapaxes(-1, -2), np.where(met, force, 0.0) / poles)
-    rest, of_bent = response["torque"] - steady
+    over = 1.0 / (1j * nu[order, None] * at[case] - own[:, None])
+    steady = np.zeros(force.shape, dtype=np.complex128)
+    steady[:, case, :, mode, order] = (meeting * over).swapaxes(0, 1)
+    rest, of_bent = response["torque"] - np.matmul(right[:, None].swapaxes(-1, -2), steady)
     rest = rest - 0.5j * alpha[:, None, None, None] / nu * (_bent(rest, apart) - of_bent)
     smooth = np.stack([rest.real, rest.imag], axis=3)
     first = np.searchsorted(case, np.arange(some.size + 1))
@@ -302,8 +300,8 @@ def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
     bad = ((at_start < 1e-9 * np.abs(root)[..., None]) & (most > 0.0)).any(axis=(1, 2))
     bad |= (response["status"] != CONVERGED).any(axis=(0, 2))
     return Passes(
-        start, end, np.abs(end - start) / rate, smooth, first, order, root[case, mode],
-        np.ascontiguousarray(force[0, case, :, mode, order]), right[case, mode],
+        start, end, np.abs(end - start) / rate, smooth, first, order, own,
+        np.ascontiguousarray(meeting[0]), right[case, mode],
         share[case, mode, order],
     ), bad  # fmt: skip
 
@@ -314,16 +312,3 @@ def _bent(values: Complexes, apart: Floats) -> Complexes:
     ends = 2.0 * inner[:, [0, -1]] - inner[:, [1, -2]]
     result = np.concatenate([ends[:, :1], inner, ends[:, 1:]], axis=1)
     return np.asarray(result / apart[(..., *(None,) * (values.ndim - 1))] ** 2)
-
-
-def _lines_of(system: ShaftSystem, lines: Any) -> ShaftSystem:
-    """Some designs of a system whose designs have one axis."""
-    return _each(system, lambda values: values[lines])
-
-
-def _each(system: ShaftSystem, change: Callable[[Floats], Floats]) -> ShaftSystem:
-    """Return a system with other arrays over its designs."""
-    names = {field.name for field in dataclasses.fields(system)}
-    names -= {"shafts", "node_of_disc", "node_of_shaft", "parent"}
-    changed: dict[str, Any] = {name: change(getattr(system, name)) for name in names}
-    return dataclasses.replace(system, **changed)

@@ -4,11 +4,10 @@ What is the same for all designs (names, what joins what, where the throws, the 
 load are) is a `Shaft`. Its numbers go by keys, such as `disc_inertia_3`, which scenes may vary;
 they and a `Shaft` make a `ShaftSystem`.
 
-A damper's ring of inertia J_d on a hub is a disc, and what holds it a shaft: with viscous damping
-alone (Houdaille), with stiffness and loss factor (rubber), or with both. Here are the values that
-are best for one mode of modal inertia J_m and natural frequency omega_m, mu = J_d/J_m; what makes
-a pendulum a disc on a shaft; and what cylinders put on the discs of their throws besides the orders
-of the torque (`engine_dyn.forces.harmonics.of_throws`).
+A damper's ring on a hub is a disc, and what holds it a shaft: with viscous damping alone
+(Houdaille), with stiffness and loss factor (rubber), or with both. Here is what makes a pendulum a
+disc on a shaft, and what cylinders put on the discs of their throws besides the orders of the
+torque (`engine_dyn.forces.harmonics.of_throws`).
 """
 
 from __future__ import annotations
@@ -313,45 +312,6 @@ def stacked(values: list[Any]) -> Floats:
     return np.stack(np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in values)), axis=-1)
 
 
-class Optimum(NamedTuple):
-    """The stiffness and damping that hold a damper's ring, and the largest amplitude with them."""
-
-    stiffness: Any  # Stiffness of the damper [N m/rad]
-    damping: Any  # Damping of the damper [N m s/rad]
-    magnifier: Any  # Largest amplitude of a mode over that of its static twist [1]
-
-
-def optimum_viscous(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
-    """Best viscous damping c = 2 zeta J_d omega_m of a ring without spring.
-
-    zeta = 1/sqrt(2 (1 + mu) (2 + mu)); the peak 1 + 2/mu lies at omega_m sqrt(2/(2 + mu)), where
-    all curves of other damping pass. Den Hartog, Mechanical Vibrations, on the Houdaille damper.
-
-    Parameters
-    ----------
-    ring, modal_inertia : array_like
-        Inertia of the damper's ring; of the mode, over the square of the hub's amplitude [kg m2].
-    omega : array_like
-        Natural frequency of the mode [rad/s].
-    """
-    mu = ring / modal_inertia
-    zeta = (2.0 * (1.0 + mu) * (2.0 + mu)) ** -0.5
-    return Optimum(0.0 * mu, 2.0 * zeta * ring * omega, 1.0 + 2.0 / mu)
-
-
-def optimum_tuned(ring: Any, modal_inertia: Any, omega: Any) -> Optimum:
-    """Best spring and damping of a `ring` for a mode: inertias [kg m2], `omega` [rad/s].
-
-    Tuned to omega_m/(1 + mu), with zeta = c/(2 J_d omega_m) = sqrt(3 mu/(8 (1 + mu)^3)). The
-    magnifier is that of the two fixed points, sqrt(1 + 2/mu); the peak is up to 1.3 percent
-    higher for mu up to 1. Den Hartog, Mechanical Vibrations, on the damped absorber.
-    """
-    mu = ring / modal_inertia
-    tuned = omega / (1.0 + mu)
-    zeta = (0.375 * mu / (1.0 + mu) ** 3) ** 0.5
-    return Optimum(ring * tuned**2, 2.0 * zeta * ring * omega, (1.0 + 2.0 / mu) ** 0.5)
-
-
 class Pendulum(NamedTuple):
     """A centrifugal pendulum as a disc on a shaft."""
 
@@ -385,14 +345,6 @@ def pendulum(mass: Any, distance: Any, length: Any, ratio: Any = 1.0) -> Pendulu
     inertia = mass * (distance + length) ** 2
     square = distance / length
     return Pendulum(inertia, inertia * square * ratio**2, square**0.5, 1.0 + square)
-
-
-def load_damping(torque: Any, exponent: Any, speed: Any, offset: Any = 0.0) -> Any:
-    """Damping [N m s/rad] of a disc whose load is a + k omega^alpha, alpha (M - a)/omega.
-
-    The slope of the load at its mean torque M [N m] and the speed of the disc [rad/s].
-    """
-    return exponent * (torque - offset) / speed
 
 
 def reciprocating_inertia_of_throws(

@@ -12,8 +12,9 @@ Besides, stiffness and nominal stress of round shafts, and limits of propulsion 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -63,16 +64,18 @@ class ShaftSystem:
 
     def mapped(self, change: Callable[[Floats], Floats]) -> ShaftSystem:
         """Return a system whose arrays of values are those that a function makes of them."""
-        names = (
-            "ratio", "shaft_factor", "inertia", "disc_damping", "ground_stiffness", "stiffness",
-            "loss_factor", "damping", "speed_stiffness",
-        )  # fmt: skip
+        names = {one.name for one in fields(self)}
+        names -= {"shafts", "node_of_disc", "node_of_shaft", "parent"}
         own: dict[str, Any] = {name: change(getattr(self, name)) for name in names}
         return replace(self, **own)
 
     def of(self, which: Any) -> ShaftSystem:
         """Return some of the designs, which lie along one axis."""
         return self.mapped(lambda values: values[which])
+
+    def along_one_axis(self) -> ShaftSystem:
+        """Return the same designs along one axis."""
+        return self.mapped(along_one_axis)
 
     def stiffness_at(self, speed: Any) -> Floats:
         """Stiffness of the shafts to the parents with the crank at a speed [rad/s]."""
@@ -277,6 +280,12 @@ def _tree(
     if -1 in node:
         raise ValueError(f"disc {node.index(-1)}: no shafts or meshes join it to disc {crank}")
     return parent, node, below, ratio
+
+
+def along_one_axis(values: Floats, own: int = 1) -> Floats:
+    """Values with all designs along one axis, before the last `own` axes."""
+    shape = math.prod(values.shape[:-own]), *values.shape[-own:]
+    return np.ascontiguousarray(values.reshape(shape))
 
 
 def matrices(system: ShaftSystem, speed: Any = 0.0) -> tuple[Floats, Floats, Floats, Floats]:

