@@ -37,7 +37,7 @@ what still counts as running.  With ``power_mean`` the limit is a sharp one.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
 from typing import Any
@@ -341,48 +341,36 @@ def friction_torque(design: Design, phi: ArrayLike) -> Array:
     """Friction torque of all cylinders [N m], each an equal share of the mean, shape of ``phi``."""
     if design.friction_shares is None:
         return np.full(np.shape(phi), design.friction_torque)
-    forms, means = friction_forms(design)
-    shares = design.friction_shares
-    one = [1.0 - sum(shares)] * design.cylinders
-    angle = _crank_angles(design, phi)
-    total: Any = 0.0
-    for i in range(design.cylinders):
-        here = one[i]
-        for share, form, mean in zip(shares, forms, means[i], strict=True):
-            here = here + share * form(angle, i) / mean
-        total = total + here * design.friction_torque / design.cylinders
-    return np.asarray(total)
+    shares = np.asarray(design.friction_shares)
+    one = 1.0 - shares.sum() + friction_regimes(design, phi) / friction_means(design) @ shares
+    return np.asarray(one.sum(axis=-1) * design.friction_torque / design.cylinders)
 
 
-@cache
-def friction_forms(design: Design) -> tuple[Any, Any]:
-    """Force times lever of each regime of lubrication, and its mean for each cylinder.
+def friction_regimes(design: Design, phi: ArrayLike) -> Array:
+    """Force times lever of each regime of lubrication, shape ``(..., cylinders, 4)``.
 
     With the speed of the piston u and the load N on its rings: dry friction, mu N u; mixed, mu
     falling with the speed as 1 - |sin|; hydrodynamic, mu = sqrt(u/N); a film of given thickness.
     """
+    angle = _crank_angles(design, phi)
+    over = design.cylinder_pressures(angle) - design.crankcase_pressure
+    load = np.maximum(over + design.ring_pressure, 0.0)
+    speed = np.abs(_speeds(design, angle))
+    dry = load * speed
+    mixed = dry * (1.0 - np.abs(np.sin(angle)))
+    return np.stack([dry, mixed, load * np.sqrt(speed / load) * speed, speed**2], axis=-1)
 
-    def load(angle: Array, i: int) -> Array:
-        over = design.cylinder_pressures(angle)[..., i] - design.crankcase_pressure
-        return np.maximum(over + design.ring_pressure, 0.0)
 
-    def speed(angle: Array, i: int) -> Array:
-        return np.abs(_speeds(design, angle)[..., i])
+@cache
+def friction_means(design: Design) -> Array:
+    """Cycle means of `friction_regimes`, shape ``(cylinders, 4)``."""
+    # Every cylinder at its own angle, so that the dead centres lie at the ends of pieces.
+    together = replace(design, firing_angles=(0.0,) * design.cylinders)
 
-    forms = (
-        lambda a, i: load(a, i) * speed(a, i),
-        lambda a, i: load(a, i) * (1.0 - np.abs(np.sin(a[..., i]))) * speed(a, i),
-        lambda a, i: load(a, i) * np.sqrt(speed(a, i) / load(a, i)) * speed(a, i),
-        lambda a, i: speed(a, i) ** 2,
-    )
-    # At its own angle, so that the dead centres lie at the ends of pieces.
-    count = design.cylinders
+    def mean(i: int, regime: int) -> float:
+        return cycle_mean(lambda phi: friction_regimes(together, phi)[..., i, regime])
 
-    def mean(form: Any, i: int) -> float:
-        return cycle_mean(lambda phi: form(np.asarray(phi)[..., None] + np.zeros(count), i))
-
-    means = [[mean(form, i) for form in forms] for i in range(count)]
-    return forms, means
+    return np.array([[mean(i, regime) for regime in range(4)] for i in range(design.cylinders)])
 
 
 def total_torque(design: Design, phi: ArrayLike) -> Array:
@@ -596,8 +584,8 @@ def _increasing_root(function: Callable[[float], tuple[float, float]], guess: fl
             else:
                 low, low_is_stalled = x, False
             step = -value / slope
-            # Newton is quadratic: a step this small leaves an error far below the rounding.
-            if abs(step) < 1e-11 * abs(x):
+            # Newton is quadratic: a step this small leaves an error of the order of its square.
+            if abs(step) < 1e-7 * abs(x):
                 return x + step
             trial = x + step
             x = trial if low < trial < high else 0.5 * (low + min(high, 4.0 * x))
@@ -645,7 +633,7 @@ def _shoot(problem: Problem, kappa: float) -> tuple[float, float]:
     value, matrix = residual(start, level)
     for _ in range(60):
         step = -np.linalg.solve(matrix, value)
-        if abs(step[0]) < 1e-11 * start and abs(step[1]) < 1e-11 * level:
+        if abs(step[0]) < 1e-7 * start and abs(step[1]) < 1e-7 * level:
             return start + float(step[0]), level + float(step[1])
         share = 1.0
         while share > 1e-10:

@@ -84,10 +84,9 @@ def test_another_process_finds_what_one_has_compiled(tmp_path: Path) -> None:
     assert run(tmp_path) == (False, "")
     assert archive.read_bytes() == content
     # For another kind of argument it is compiled, and the first one stays.
-    assert run(tmp_path, "2") == (True, "")
+    assert run(tmp_path, "1.5", "2") == (True, "")
     assert archives(tmp_path) == [archive]
-    assert run(tmp_path, "1.5", "2", "1j") == (True, "")
-    assert run(tmp_path, "1j", "1.5", "2") == (False, "")
+    assert run(tmp_path, "2", "1.5") == (False, "")
 
 
 @pytest.mark.parametrize("damage", ["empty", "of the code"])
@@ -206,11 +205,10 @@ def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path) -> None:
     home = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path)}
     folder = tmp_path / "engine-dyn"
     folder.mkdir()
-    for mode in (0o770, 0o777):
-        folder.chmod(mode)
-        compiled, errors = run(tmp_path, **home)
-        assert compiled and cannot(errors) == f"{folder}: others may write to it"
-        assert list(folder.iterdir()) == []
+    folder.chmod(0o702)
+    compiled, errors = run(tmp_path, **home)
+    assert compiled and cannot(errors) == f"{folder}: others may write to it"
+    assert list(folder.iterdir()) == []
     folder.chmod(0o700)
     assert run(tmp_path, **home) == (True, "")
     assert len(list(folder.iterdir())) == 1

@@ -130,7 +130,7 @@ def test_wanted_delta_replaces_the_inertia() -> None:
     )  # fmt: skip
     assert (good["status"] == 0).all()
     # the status tells what the search met, not that the inertia is NaN; to meet it takes long
-    none = computed(names, set={**given, "wanted_delta": 1.9}, solver=models)
+    none = computed(names, set={**given, "wanted_delta": 1.9})
     assert (none["status"] == 1).all()
     assert none["inertia_required"].isnull().all()
     assert none["omega_max"].isnull().all()

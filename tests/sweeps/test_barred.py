@@ -288,8 +288,13 @@ def pendulum() -> dict[str, Any]:
     return {**shaft, "pendulums": [one]}
 
 
-@pytest.mark.parametrize("axes", [{}, {"misfire": [0, 1]}, {"pendulum_mass_1": [3.0, 6.0]}])
-@pytest.mark.parametrize("limited", [False, True])
+@pytest.mark.parametrize(
+    ("axes", "limited"),
+    [
+        ({}, False), ({"misfire": [0, 1]}, True),
+        ({"pendulum_mass_1": [3.0, 6.0]}, False), ({"pendulum_mass_1": [3.0, 6.0]}, True),
+    ],
+)  # fmt: skip
 def test_modes_that_change_with_the_speed_are_drawn(
     pendulum: dict[str, Any], axes: dict[str, Any], limited: bool
 ) -> None:

@@ -28,7 +28,7 @@ from sweeps.scene.reading import built_in_scenes
 from sweeps.view.texts.lists import symbol_text
 from sweeps.view.texts.published import text as reference_text
 from tests.support import commands
-from tests.support.archives import sound_archive
+from tests.support.archives import PLAIN, sound_archive
 from tests.support.commands import invoke, ok, refused
 from tests.sweeps.processes import COMMAND, ROOT
 
@@ -132,19 +132,23 @@ def test_a_scene_comes_from_the_standard_input_or_a_pipe(tmp_path: Path) -> None
     expected = ok("plan", tmp_path / "scene.toml")
     told = CliRunner().invoke(main, ["plan", "-"], input=SCENE)
     assert told.exit_code == 0 and told.stdout == expected
-    for stream in ("-", "/dev/stdin"):
-        words = ["run", stream, "-o", output, "-q", "--overwrite"]
-        assert shell(*words, folder=tmp_path, text=SCENE).returncode == 0
-        with sweeps.open(output) as archive:
-            assert archive.delta.shape == (3, 2)
+    words = ["run", "-o", output, "-q", "--overwrite"]
+    done = CliRunner().invoke(main, [*map(str, words), "-"], input=SCENE)
+    assert done.exit_code == 0, done.output
+    with sweeps.open(output) as archive:
+        assert archive.delta.shape == (3, 2)
+    output.unlink()
+    assert shell(*words, "/dev/stdin", folder=tmp_path, text=SCENE).returncode == 0
+    with sweeps.open(output) as archive:
+        assert archive.delta.shape == (3, 2)
     bad = CliRunner().invoke(main, ["plan", "-"], input="engine = 1\nx = [")
     assert bad.exit_code == 2 and bad.stderr.startswith("engine-dyn: standard input, line 2: ")
 
 
 def test_designs_that_fail_end_with_3_where_asked(tmp_path: Path) -> None:
     tmp_path.joinpath("scene.toml").write_text(STALLING)
-    done = shell("run", "scene.toml", "-o", "out.nc", folder=tmp_path)
-    assert done.returncode == 3, done.stderr
+    done = invoke("run", tmp_path / "scene.toml", "-o", tmp_path / "out.nc")
+    assert done.exit_code == 3, done.stderr
     assert "stalled 1" in done.stderr
     assert "stalled 1" in done.stdout
     with xr.open_dataset(tmp_path / "out.nc") as dataset:
@@ -346,21 +350,21 @@ def test_published_against_computed_is_printed_row_by_row(tmp_path: Path) -> Non
     assert max(map(len, text.splitlines())) <= 120
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
 def test_a_caller_may_close_the_standard_streams(closed: str, tmp_path: Path) -> None:
-    output = tmp_path / "out.nc"
+    scene, output = tmp_path / "scene.toml", tmp_path / "out.nc"
+    scene.write_text(PLAIN)
     # A file that is opened gets the number of a stream that is closed: the one that is written is
     # in danger, and where all are closed, the one that is read.
-    for words in ("run first -o", *["info"] * (closed.count("&-") == 3)):
+    for words in ('run "$3" -o', *["info"] * (closed.count("&-") == 3)):
         command = f'exec "$0" -c "$1" {words} "$2" {closed}'
         done = subprocess.run(
-            ["sh", "-c", command, sys.executable, COMMAND, str(output)],
+            ["sh", "-c", command, sys.executable, COMMAND, str(output), str(scene)],
             cwd=ROOT, capture_output=True, text=True, timeout=600,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
     with xr.open_dataset(output, engine="netcdf4") as archive:
-        assert set(archive["status"].values.reshape(-1)) == {0}
+        assert (archive["mean_piston_speed"] > 0.0).all()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")

@@ -88,20 +88,22 @@ def in_time(
         acting[1:] -= torque
         return np.concatenate([state[count:], acting / inertia])
 
-    def run(state: Any, times: Any = None) -> Any:
+    def run(state: Any, times: Any = None, exact: bool = True) -> Any:
+        part = 1.0 if exact else 1e4
         return solve_ivp(
-            rates, (0.0, cycle), state, "DOP853", times, rtol=1e-10, atol=1e-12,
-            max_step=cycle / 300.0,
+            rates, (0.0, cycle), state, "DOP853", times, rtol=1e-10 * part, atol=1e-12 * part,
+            max_step=cycle / (300.0 if exact else 100.0),
         ).y  # fmt: skip
 
     state = np.concatenate([[0.0], np.cumsum(rest), np.zeros(count)])
-    for _ in range(periods):
-        before, state = state, run(state)[:, -1]
-        state[:count] -= state[0]
-        if np.abs(state - before).max() < 1e-9 * np.abs(state).max():
-            break
-    else:
-        raise AssertionError("does not repeat")
+    for exact, enough in ((False, 1e-5), (True, 1e-9)):  # most of the way by longer steps
+        for _ in range(periods):
+            before, state = state, run(state, exact=exact)[:, -1]
+            state[:count] -= state[0]
+            if np.abs(state - before).max() < enough * np.abs(state).max():
+                break
+        else:
+            raise AssertionError("does not repeat")
     return torques(run(state, np.arange(2**16) * cycle / 2**16))
 
 
@@ -144,14 +146,17 @@ def geared_in_time(
         spring = 0.0 if slips else stick * turn
         return np.concatenate([state[6:12], mass @ (follow.T @ acting), [spring]])
 
-    def run(state: Any, times: Any = None) -> Any:
-        most = cycle / 300.0
-        return solve_ivp(rates, (0.0, cycle), state, "DOP853", times, rtol=1e-6, max_step=most).y
+    def run(state: Any, times: Any = None, exact: bool = True) -> Any:
+        most, relative = (cycle / 300.0, 1e-6) if exact else (cycle / 75.0, 1e-4)
+        return solve_ivp(
+            rates, (0.0, cycle), state, "DOP853", times, rtol=relative, max_step=most
+        ).y  # fmt: skip
 
     state = np.zeros(13)
-    for _ in range(40):
-        before, state = state, run(state)[:, -1]
-        if np.abs(state - before)[6:12].max() < 1e-6 * np.abs(state[6:12]).max():
+    for number in range(40):
+        exact = number >= 28  # most of the way by longer steps
+        before, state = state, run(state, exact=exact)[:, -1]
+        if exact and np.abs(state - before)[6:12].max() < 1e-6 * np.abs(state[6:12]).max():
             break
     found = run(state, np.arange(2**13) * cycle / 2**13)
     own, twist, _ = torques(follow @ found[:6], follow @ found[6:12], found[12])
