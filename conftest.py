@@ -41,20 +41,31 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)  # when those that are not asked for are gone
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with slow tests: at the end, processes then share short ones, and none waits long.
+    """Begin with modules that have slow tests: at the end, processes then share short ones.
 
     Each process is first given one stretch of the list, and later steals from the end of another's.
-    So every stretch begins with its share of the slow tests.
+    So every stretch begins with its share of these modules, those with most slow tests first. A
+    module stays together: its fixtures, and what its tests keep, are made once.
     """
-    parts: tuple[list[pytest.Item], list[pytest.Item]] = ([], [])
+    modules: dict[Path, list[pytest.Item]] = {}
     for item in items:
-        parts[item.get_closest_marker("slow") is None].append(item)
-    slow, short = parts
+        modules.setdefault(item.path, []).append(item)
+
+    def slow(tests: list[pytest.Item]) -> int:
+        return sum(item.get_closest_marker("slow") is not None for item in tests)
+
+    processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    parts: list[list[pytest.Item]] = [[] for _ in range(processes)]
+    short = []
+    for number, tests in enumerate(sorted(modules.values(), key=slow, reverse=True)):
+        (parts[number % processes] if slow(tests) else short).extend(tests)
+    size = len(items) // processes
     items.clear()
-    for processes in range(int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")), 0, -1):
-        size, number = (len(slow) + len(short)) // processes, len(slow) // processes
-        items += slow[:number] + short[: size - number]
-        del slow[:number], short[: size - number]
+    for part in parts:
+        more = max(size - len(part), 0)
+        items += part + short[:more]
+        del short[:more]
+    items += short
 
 
 def _keep_temporary_files_apart(config: pytest.Config) -> None:
