@@ -226,7 +226,7 @@ def _followed(tables: Tables, given: Given, cycles: int, threads: int | None) ->
         *(np.full((designs, *shape), np.nan) for shape in shapes),
     )
     waiting = _waiting(given.numbers, tables)
-    firings = cycles * int(tables.fires.sum()) + 1
+    firings = cycles * tables.firings + 1
     seen: Any = plain(tables)
     designs_seen, filled = plain(given), plain(found)
 

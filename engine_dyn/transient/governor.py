@@ -147,7 +147,7 @@ def take(
     state[AIR_TIME] = time
     if numbers[DISPERSION] > 0.0 or numbers[BETWEEN] > 0.0:
         share = numbers[DISPERSION] * normal(numbers[SEED], cycle, cylinder)
-        share += numbers[BETWEEN] * normal(numbers[SEED], -1, cylinder)
+        share += numbers[BETWEEN] * normal(numbers[SEED], np.int64(-1), cylinder)
         command += (command - commands[0]) * share
     if motored:
         command = commands[0]

@@ -62,6 +62,7 @@ class Tables(NamedTuple):
     # shape (steps, 10).
     squares: Floats
     fires: Integers  # 1 where a cylinder fires at a node, else 0; shape (steps,)
+    firings: int  # Sum of these
     # Node at which each cylinder takes its command; shape (cylinders,).
     takes: Integers
     taken: Integers  # 1 where a cylinder takes it at a node, else 0; shape (steps,)
@@ -207,6 +208,7 @@ def _shared(
         places.append((known, first - begins[known]))
     shared = {
         "period": period, "nodes": nodes, "fires": fires, "takes": takes, "taken": taken,
+        "firings": int(fires.sum()),
         "peaks": np.mean([peaks[known] for known, _ in places], axis=0), "loads": loads,
         "early": -np.array(early, dtype=np.int64),
         "back_to": _back_to(nodes, np.array(fire), fires, period),

@@ -45,6 +45,8 @@ class Work(NamedTuple):
     row: Integers
     part: Floats
     held: Floats
+    run: Floats  # Of the run, see `kernel`
+    counts: Integers
     state: Floats  # Governor and actuator, see `governor`
     ring_angle: Floats  # Angles and times of the last samples
     ring_time: Floats
@@ -63,6 +65,7 @@ def make_work(cylinders: int, steps: int, waiting: int, firings: int) -> Work:
     made += [np.zeros(13), np.zeros(12), np.zeros(5), np.zeros(10)]
     made += [np.zeros((cylinders, 4 * steps)), np.zeros(4 * steps)]
     made += [np.zeros(cylinders, np.int64), np.zeros(cylinders), np.zeros(cylinders)]
+    made += [np.zeros(12), np.zeros(10, np.int64)]
     made += [np.zeros(n) for n in (STATES, RING, RING, waiting, waiting, firings, firings)]
     return cast(Work, plain(Work(*made)))
 
