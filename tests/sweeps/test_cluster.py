@@ -274,18 +274,17 @@ def test_addresses_that_are_none(bad: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["distributed", "dask"])
-def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(
-    name: str, tmp_path: Path
-) -> None:
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "__init__.py").write_text(f'raise ImportError("no {name}")')
+def test_dask_is_named_where_it_is_missing_and_needed_nowhere_else(tmp_path: Path) -> None:
     words = ["run", "first", "-o", tmp_path / "out.nc"]
-    done = python(COMMAND, *words, path=tmp_path)
+    for name in ("distributed", "dask"):
+        folder = tmp_path / f"without {name}"
+        (folder / name).mkdir(parents=True)
+        (folder / name / "__init__.py").write_text(f'raise ImportError("no {name}")')
+        done = python(COMMAND, *words, "--scheduler", "local:2", path=folder)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1
+        assert "needs dask" in done.stderr and "pip install 'engine-dyn[cluster]'" in done.stderr
+    done = python(COMMAND, *words, path=folder)  # distributed needs dask too
     assert done.returncode == 0, done.stderr
-    done = python(COMMAND, *words, "--scheduler", "local:2", "--overwrite", path=tmp_path)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert "needs dask" in done.stderr and "pip install 'engine-dyn[cluster]'" in done.stderr
 
 
 def elsewhere(folder: str, key: str) -> str:

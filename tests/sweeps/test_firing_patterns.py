@@ -208,10 +208,14 @@ def test_refused(tables: dict[str, Any], message: str) -> None:
         (("ntua", 0.5), {"longest": 24}, "patterns of density 1/2; at most 2,000"),
         (
             ("ntua", 0.5),
-            {"by": "omega", "settings": {"load": 50}},
+            {"by": "omega", "longest": 4, "settings": {"load": 50}},
             "by 'omega': must be a quantity",
         ),
-        (("ntua", 0.5), {"order": 1.0, "settings": {"load": 50}}, "order: only with a quantity"),
+        (
+            ("ntua", 0.5),
+            {"order": 1.0, "longest": 4, "settings": {"load": 50}},
+            "order: only with a quantity",
+        ),
         (("nothing", 0.5), {}, "neither an engine nor a scene"),
     ],
 )

@@ -160,24 +160,24 @@ def test_a_slow_pass_has_the_largest_torque_of_steady_running(tmp_path: Path) ->
 
 def test_keys_of_a_pass_vary_and_parts_of_a_run_are_the_whole(tmp_path: Path) -> None:
     path = engine(tmp_path, "[{ order = 1.5, sine = -8000 }]")
-    table = three(passing_start=300.0, passing_end=500.0, speed_ramp=30.0)
+    table = three(passing_start=300.0, passing_end=500.0, speed_ramp=90.0)
     table["shafts"] = [{"stiffness": 4e5, "damping": 120.0}, {"stiffness": 2e5}]
     axes = {"passing_start": [300.0, 500.0], "passing_end": [350.0, 500.0],
-            "speed_ramp": [10.0, 30.0]}  # fmt: skip
+            "speed_ramp": [60.0, 90.0]}  # fmt: skip
     whole = of_torque(path, PASSES, table, axes=axes)
     assert whole[TORQUE].dims == (*axes, "shaft") and whole[STATUS].dims == (*axes,)
     nowhere = (whole.passing_start == whole.passing_end).broadcast_like(whole[STATUS])
     assert_array_equal(whole[STATUS], np.where(nowhere, 4, 0))
     assert_array_equal(np.isnan(whole[TORQUE]).all("shaft"), nowhere)
     single = of_torque(path, PASSES, table)
-    at = whole.sel(passing_start=300.0, passing_end=500.0, speed_ramp=30.0)
+    at = whole.sel(passing_start=300.0, passing_end=500.0, speed_ramp=90.0)
     for name in PASSES:
         assert_array_equal(at[name], single[name])
     columns = of_torque(
-        path, PASSES, table, designs={"speed_ramp": [30.0, 10.0], "passing_start": [300.0, 500.0],
+        path, PASSES, table, designs={"speed_ramp": [90.0, 60.0], "passing_start": [300.0, 500.0],
                                       "passing_end": [500.0, 350.0]},
     )  # fmt: skip
-    want = whole.sel(passing_start=500.0, passing_end=350.0, speed_ramp=10.0)
+    want = whole.sel(passing_start=500.0, passing_end=350.0, speed_ramp=60.0)
     assert_array_equal(columns[TORQUE][1], want[TORQUE])
 
 
@@ -295,7 +295,7 @@ def test_a_run_of_passes_resumes_and_its_blocks_are_the_whole(
     monkeypatch.setattr(limits, "LARGEST_BLOCK", 2e5)
     scene: dict[str, Any] = {
         "engine": engine(tmp_path, "[{ order = 1.5, sine = -8000 }]"),
-        "shaft": three(**UP), "axes": {"speed_ramp": np.linspace(3.0, 40.0, 40).tolist()},
+        "shaft": three(**UP), "axes": {"speed_ramp": np.linspace(60.0, 100.0, 40).tolist()},
         "silenced_warnings": ["all"], "output": {"quantities": PASSES},
     }  # fmt: skip
     plan, output = make_plan(sweeps.read_scene(scene)), tmp_path / "out.nc"

@@ -34,15 +34,15 @@ def commands(*lines: str, folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.skipif(find_spec("bokeh") is None, reason="bokeh is not installed")
-def test_the_demo_a_plot_and_a_report(tmp_path: Path) -> None:
+def test_a_run_a_plot_and_a_report(tmp_path: Path) -> None:
     done = commands(
-        "run thesis -q -o thesis.nc",
-        "plot thesis.nc -o figures",
-        "report thesis.nc -o thesis.html",
+        "run first -q -o first.nc",
+        "plot first.nc -o figures",
+        "report first.nc -o first.html",
         folder=tmp_path,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert any((tmp_path / "figures").iterdir()) and (tmp_path / "thesis.html").exists()
+    assert any((tmp_path / "figures").iterdir()) and (tmp_path / "first.html").exists()
 
 
 MISSING = "the evaluation of recordings (sweeps.lab) is not installed; python -m pip install"

@@ -90,18 +90,23 @@ def followed(
     return (system.shaft_factor[:, None] * held).T
 
 
-@pytest.mark.parametrize("power", [0, 2])
-@pytest.mark.parametrize("upwards", [True, False], ids=["up", "down"])
+PASSAGES: list[tuple[Any, ...]] = [
+    (ONE, [1.0], (60.0, 160.0), 30.0, [1]), (ONE, [1.0], (60.0, 160.0), 200.0, [1]),
+    (FREE, [1.0, 2.0], (60.0, 140.0), 100.0, [1]),
+    (THREE, SIX, (60.0, 260.0), 100.0, [0, 1]), (GEARED, SIX, (100.0, 200.0), 60.0, [0, 1, 4]),
+    (NINE, np.arange(3.0, 12.25, 0.5), (100.0, 140.0), 25.0, DIESEL_NODES),
+]  # fmt: skip
+
+
+# Every pair of a passage, a direction and a power of the speed.
 @pytest.mark.parametrize(
-    ("shaft", "orders", "speeds", "rate", "throws"),
+    ("shaft", "orders", "speeds", "rate", "throws", "upwards", "power"),
     [
-        (ONE, [1.0], (60.0, 160.0), 30.0, [1]), (ONE, [1.0], (60.0, 160.0), 200.0, [1]),
-        (FREE, [1.0, 2.0], (60.0, 140.0), 100.0, [1]),
-        (THREE, SIX, (60.0, 260.0), 100.0, [0, 1]), (GEARED, SIX, (100.0, 200.0), 60.0, [0, 1, 4]),
-        (NINE, np.arange(3.0, 12.25, 0.5), (100.0, 140.0), 25.0, DIESEL_NODES),
+        (*one, upwards, power)
+        for number, one in enumerate(PASSAGES)
+        for upwards, power in zip((True, False), ((0, 2), (2, 0))[number % 2], strict=True)
     ],
-    ids=["one mode", "fast", "no damping", "three discs", "gears and a ring", "nine discs"],
-)  # fmt: skip
+)
 @pytest.mark.compiled
 def test_torques_over_time_are_those_of_an_integration(
     shaft: dict[str, Any], orders: Any, speeds: tuple[float, float], rate: float, throws: Any,
