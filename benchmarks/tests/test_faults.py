@@ -1,4 +1,4 @@
-"""Sixty points of fault injection; `make faults` has thousands."""
+"""Forty points of fault injection; `make faults` has thousands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from benchmarks.faults.server import Outcome, Server, Unavailable
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
-POINTS = 60
+POINTS = 40
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_every_fault_ends_as_promised(whole: Campaign) -> None:
     assert found["points"] + found["not_reached"] == POINTS
     assert found["not_reached"] < POINTS // 20
     assert found["ended"].keys() <= {"right", "told", "killed", "library"}
-    assert min(found["ended"][how] for how in ("right", "told", "killed")) > 3
+    assert min(found["ended"][how] for how in ("right", "told", "killed")) > 2
 
 
 def test_what_should_not_be_is_found(whole: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:

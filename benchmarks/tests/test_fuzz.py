@@ -28,7 +28,7 @@ from tests.support.tiers import all_but
 
 ROOT = Path(__file__).resolve().parents[2]
 
-EXAMPLES = {"figures": 2, "archive": 12, "engine": 12, "recording": 5}
+EXAMPLES = {"figures": 2, "archive": 6, "engine": 6, "recording": 3}
 """Inputs of a target where they take long; else as many as the profile says."""
 
 
