@@ -89,19 +89,16 @@ def test_another_process_finds_what_one_has_compiled(tmp_path: Path) -> None:
     assert run(tmp_path, "2", "1.5") == (False, "")
 
 
-@pytest.mark.parametrize("damage", ["empty", "of the code"])
-def test_damaged_files_of_a_cache_are_written_again(tmp_path: Path, damage: str) -> None:
+def test_damaged_files_of_a_cache_are_written_again(tmp_path: Path) -> None:
     assert run(tmp_path) == (True, "")
     (archive,) = archives(tmp_path)
     content = archive.read_bytes()
     with zipfile.ZipFile(archive) as opened:
         code = max(opened.infolist(), key=lambda info: info.compress_size)
     place = code.header_offset + code.compress_size // 2
-    changed = content[:place] + bytes(64) + content[place + 64 :]
-    archive.write_bytes({
-        "empty": b"", "of the code": changed,
-    }[damage])  # fmt: skip
-    assert run(tmp_path) == (True, "")
+    for damaged in (b"", content[:place] + bytes(64) + content[place + 64 :]):
+        archive.write_bytes(damaged)
+        assert run(tmp_path) == (True, "")
     assert run(tmp_path) == (False, "")
 
 
