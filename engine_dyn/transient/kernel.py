@@ -489,8 +489,8 @@ def _run(d: int, cycles: int, tables: Tables, given: Given, work: Work, found: F
         for k in range(4):
             work.gas[k + 1] = work.all_gas[4 * n + k]
         _inertia(n, numbers, tables, work)
-        if given.first_recorded <= cycle < given.last_recorded:
-            point = (cycle - given.first_recorded) * steps + n
+        point = (cycle - given.first_recorded) * steps + n
+        if 0 <= point < found.curves.shape[1]:  # The end of the last cycle is a point, too
             _record(d, point, angle, time, omega, numbers, work, found)
         by_time = place > 0.0 or not omega > slowest
         energy, y, fresh, inside = omega * omega / work.inverse[0], 0.0, False, True
@@ -594,7 +594,7 @@ def _measure(d: int, tables: Tables, given: Given, work: Work, found: Found) -> 
             outside -= 1
         if outside < begin:
             row[4] = 0.0
-        elif outside + per_cycle < end and found.outcome[d] == status.FOLLOWED:
+        elif outside + per_cycle < end and (found.outcome[d] == status.FOLLOWED or end < firings):
             # The speed passes the edge of the band between two firings.
             edge = after + (band if speeds[outside] > after else -band)
             part = (edge - speeds[outside]) / (speeds[outside + 1] - speeds[outside])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from engine_dyn.transient.api import Transients
 from engine_dyn.types import Booleans
+
+if TYPE_CHECKING:
+    from engine_dyn.transient.api import Transients
 
 
 class TransientLimits(NamedTuple):
@@ -69,5 +71,15 @@ def kept(result: Transients, nominal: npt.ArrayLike, limits: TransientLimits) ->
     found, speed = result.marks, np.reshape(np.asarray(nominal, dtype=np.float64), (-1, 1))
     fall = (found["speed_before"] - found["speed_lowest"]) / speed
     rise = (found["speed_highest"] - found["speed_before"]) / speed
-    quick = found["recovery_time"] <= limits.recovery  # False for NaN
-    return np.asarray((fall <= limits.fall) & (rise <= limits.rise) & quick)
+    return keeps(fall, rise, found["recovery_time"], limits)
+
+
+def keeps(
+    fall: npt.ArrayLike, rise: npt.ArrayLike, recovery: npt.ArrayLike, limits: TransientLimits
+) -> Booleans:
+    """Whether a relative fall and rise of the speed [1] and a recovery time [s] keep limits.
+
+    NaN keeps none: such a speed does not recover.
+    """
+    within = np.less_equal(fall, limits.fall) & np.less_equal(rise, limits.rise)
+    return np.asarray(within & np.less_equal(recovery, limits.recovery))

@@ -114,9 +114,10 @@ whether it is a result, and whether it fulfils the conditions."""
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
 STATUS, TORSION_STATUS, NONLINEAR_STATUS = "status", "torsion_status", "nonlinear_status"
-OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, "passing_status")
+OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, "passing_status", "transient_status")
 """Variables with the outcome of each design: of its speed, of the vibration of its shaft, of that
-with couplings that are not linear, and of that while it passes a range of speeds."""
+with couplings that are not linear, of that while it passes a range of speeds, and of the speed
+that does not repeat."""
 
 OWN_UNITS = "units_of_archive"
 """Attribute of variables that are converted for people: their unit in the archive, in which numbers

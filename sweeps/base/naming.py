@@ -50,6 +50,8 @@ _SHORT = {
     "firing_angle_N": "firing angle, cyl. N",
     "friction_mean_piston_speed": "fmep per speed",
     "friction_mean_piston_speed_square": "fmep per speed^2",
+    "governor_highest_command": "highest command",
+    "governor_lowest_command": "lowest command",
     "grid_angle_electrical_half_range": "el. grid half range",
     "grid_angle_electrical_mean": "mean el. grid angle",
     "grid_angle_electrical_order": "el. grid angle orders",
@@ -92,6 +94,10 @@ _SHORT = {
     "shaft_tensile_strength_N": "tensile strength N",
     "shaft_transient_stress_limit_N": "transient limit N",
     "shaft_twist_half_range": "half range of twist",
+    "transient_boost_margin": "boost margin",
+    "transient_command_angle": "command angle",
+    "transient_recovery_band": "recovery band",
+    "transient_start_command": "start command",
     "truncation": "highest order kept",
 }
 """Names by key or quantity where its own words are too long or say too little; N is a number."""

@@ -251,6 +251,48 @@ CROSSINGS = (
         f"{NOT_WITH} a driver, whose factor follows from the torque balance; must be over an "
         "angle",
     ),
+    # Pairs on a speed that is followed in time.
+    *(
+        Crossing("[transient]", other, says)
+        for other, says in (
+            (
+                "an engine that gives its torque",
+                "not allowed: engine {engine} gives its torque, which no fuel command changes",
+            ),
+            (
+                "double-acting cylinders",
+                "not allowed: the double-acting cylinders of engine {engine} burn nothing",
+            ),
+            (
+                "a compressor or pump",
+                "not allowed: the cylinders of engine {engine} burn nothing",
+            ),
+            ("[indicator]", f"{NOT_WITH} [indicator], whose one diagram no fuel command changes"),
+            ("[characteristic]", f"{NOT_WITH} [characteristic]; the load is that of [transient]"),
+            (HOLDING, f"{NOT_WITH} {HOLDING}; the load is that of [transient]"),
+            (
+                "parameters of the modelled cycle",
+                f"{NOT_WITH} parameters of the modelled cycle; give them in the engine file",
+            ),
+            (
+                "diagrams over load and speed",
+                "not allowed: the diagrams of engine {engine} depend on the speed; those over the "
+                "load alone are followed in time",
+            ),
+            ("firing_pattern", f"{NOT_WITH} firing_pattern; [transient] missed has single firings"),
+            (SINGLE, f"{NOT_WITH} {SINGLE}"),
+            (
+                "another load than a + k omega^alpha",
+                "supports only the load law a + k omega^alpha, with the k of [transient]; not "
+                "another law, a load_table, a driver, or [[auxiliaries]] over an angle",
+            ),
+            ("friction by components", f"{NOT_WITH} friction_law = 'patton_nitschke_heywood'"),
+            (
+                "friction over the stroke",
+                f"{NOT_WITH} friction over the stroke (friction_boundary and other shares)",
+            ),
+        )
+    ),
     # Pairs on methods of the solver.
     Crossing(
         "method thesis", "another load than a + k omega^alpha",

@@ -48,6 +48,7 @@ from sweeps.scene.toml_tables import (
     FAILURES,
     LARGEST_TOLERANCE,
     SMALLEST_TOLERANCE,
+    TRANSIENT,
     Range,
     SceneFile,
 )
@@ -285,6 +286,7 @@ def scene_schema() -> Schema:
     ]
     solver = tables["Solver"]["properties"]
     solver["method"] |= _one_or_several(METHOD_NAMES)
+    solver["method"]["anyOf"].append({"const": TRANSIENT})
     solver["inertia_model"] |= _one_or_several(INERTIA_MODELS)
     solver["closure"]["enum"] = list(CLOSURES)
     solver["tolerance"] |= {"minimum": SMALLEST_TOLERANCE, "maximum": LARGEST_TOLERANCE}

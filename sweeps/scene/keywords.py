@@ -44,6 +44,10 @@ class TablesButOutput(TypedDict, total=False):
     indicator: Any  # Mapping with a file, or a DataFrame, Series or DataArray
     measured: Mapping[str, Any] | None
     characteristic: Mapping[str, Any] | None
+    transient: Mapping[str, Any] | None
+    governor: Mapping[str, Any] | None
+    starter: Mapping[str, Any] | None
+    clutch: Mapping[str, Any] | None
     solver: Mapping[str, Any] | None
     reference: Mapping[str, Any] | None
 

@@ -26,6 +26,9 @@ from sweeps.scene.reduce import ReduceTable
 FAILURES = tuple(name for code, name in enumerate(status.OF_STEADY) if code != status.CONVERGED)
 """Outcomes that [output] fail_on may name."""
 
+TRANSIENT = "transient"
+"""Method of [transient]; periodic quantities of such a scene are solved by `auto`."""
+
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 0.1
 LARGEST_ORDER = 360.0
 
@@ -51,7 +54,9 @@ class Solver(Strict):
     """How the speed is solved."""
 
     method: str | list[str] = Field(
-        default="auto", description=f"one of {', '.join(METHOD_NAMES)}, or a list of them"
+        default="auto",
+        description=f"one of {', '.join(METHOD_NAMES)}, or a list of them; or "
+        f"'{TRANSIENT}', which follows the speed in time",
     )
     tolerance: float = Field(
         default=1e-6, description=f"a number from {SMALLEST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
@@ -143,6 +148,13 @@ def read_solver(solver: Solver, name: str) -> SolverSettings:
     where = f"{name}: [solver]"
     start = _start(solver, where)
     axes: dict[str, tuple[str, ...]] = {}
+    if solver.method == TRANSIENT:
+        solver = solver.model_copy(update={"method": "auto"})
+    elif TRANSIENT in solver.method:
+        raise SceneError(
+            f"{where} method = {shown(solver.method)}: '{TRANSIENT}' stands alone; periodic "
+            "quantities of such a scene are solved by 'auto'"
+        )
     methods, several = _words(solver.method, METHOD_NAMES, f"{where} method")
     if several:
         axes[METHOD] = methods

@@ -22,7 +22,14 @@ from engine_dyn.quantities.graph import (
 )
 from engine_dyn.quantities.node import Node, check_needs, power
 from engine_dyn.quantities.parameters import CYCLE_KEYS
-from tests.support.scenes import IN_PASSING, NOT_OF_AN_ENGINE, computed
+from tests.support.scenes import (
+    APART,
+    GENERATING_SET,
+    IN_PASSING,
+    NOT_OF_AN_ENGINE,
+    OF_TRANSIENTS,
+    computed,
+)
 from tests.support.shafts import passing_shaft
 
 pytestmark = pytest.mark.compiled
@@ -114,15 +121,22 @@ def test_every_quantity_is_computed(closure: str) -> None:
         "axes": {"speed": [1000, 1400]}, "solver": {"closure": closure},
         "output": {"angle_step": 10.0},
     }  # fmt: skip
-    plain = [name for name in ALL_QUANTITIES if name not in IN_PASSING]
+    plain = [name for name in ALL_QUANTITIES if name not in APART]
     result = computed(plain, **NOT_OF_AN_ENGINE, **more)
     passed = computed(list(IN_PASSING), **{**NOT_OF_AN_ENGINE, "shaft": passing_shaft(1)}, **more)
+    followed = computed(OF_TRANSIENTS, axes=more["axes"], **GENERATING_SET)
+    result = {**result, **passed, **followed}
     for name in ALL_QUANTITIES:
-        finite = np.isfinite((passed if name in IN_PASSING else result)[name])
+        finite = np.isfinite(result[name])
         # Not each shaft has a node, or a diameter for a stress; crossings are few. Above the order
         # of a pendulum there is a critical speed less; what is overdamped does not swing.
         some = not {"shaft", "crossing"}.isdisjoint(finite.dims)
-        some |= "critical_speed" in name or name.startswith(("damped", "damping"))
+        # A run has fewer cycles than it might have.
+        some |= (
+            "run_cycle" in finite.dims
+            or "critical_speed" in name
+            or name.startswith(("damped", "damping"))
+        )
         assert finite.any() if some else finite.all(), name
     used = {need for variants in NODES.values() for node in variants for need in node.needs}
     used |= {*DIMENSIONS}  # points of what quantities add

@@ -481,11 +481,57 @@ def _stepping(draw: Draw, given: Given) -> None:
         given.solver[key] = draw(values)
 
 
+def _transient(draw: Draw, given: Given) -> None:
+    """A speed that is followed in time: load, fuel, governor, starter, clutch."""
+    given.solver["method"] = "transient"
+    size = draw(st.sampled_from(["load", "torque", "power"]))
+    most = {"load": 90.0, "torque": 1e5 * given.own["bore"] ** 3, "power": 1e4}[size]
+    more = {
+        "limits": st.just({"fall": 8.0, "rise": 10.0, "band": 1.0, "recovery": 3.0}),
+        "record": st.just([1, 2]), "missed": st.just([{"cycle": 1, "cylinder": 1}]),
+        "load_law": st.sampled_from(["torque", "power", "exponent"]), "duration": near(0.1, 1.0),
+    }  # fmt: skip
+    given.tables["transient"] = {
+        "cycles": draw(st.integers(2, 6)), "command_angle": draw(st.sampled_from([-360.0, -15.0])),
+        "load_steps": [{"time": 0.001, size: draw(near(0.1 * most, most))}],
+        **{key: draw(values) for key, values in some(draw, more, 5, least=0).items()},
+    }  # fmt: skip
+    percent, short, part = near(0.0, 60.0), near(0.001, 0.1), near(0.0, 0.1)
+    own = given.own["speed"]
+    kinds: dict[str, dict[str, Any]] = {
+        "transient": {
+            "step_factor": near(0.5, 1.5), "start_speed": around(own), "start_command": percent,
+            "ready_speed": around(own), "fuel_from": near(0.0, 0.2 * own), "fuel_cut": short,
+            "boost_lag": short, "dispersion": part, "cylinder_dispersion": part,
+            "seed": st.integers(0, 9).map(float), "recovery_band": near(0.5, 5.0),
+        },
+        "governor": {
+            "speed": around(own, 0.1), "integral": near(0.0, 9.0), "derivative": part,
+            "droop": near(0.0, 6.0), "window": st.integers(1, 6).map(float),
+            "sampling_time": short, "dead_time": short, "actuator_lag": short,
+            "lowest_command": near(-20.0, 0.0), "highest_command": near(60.0, 100.0),
+        },
+        "starter": {"release": around(0.9 * own)},
+        "clutch": {"speed": near(0.0, own), "torque": near(10.0, 100.0)},
+    }  # fmt: skip
+    needed = {"governor": {"gain": near(2.0, 20.0)}, "clutch": {"time": short, "inertia": part},
+              "starter": {"torque": near(100.0, 400.0), "speed": around(own)}}  # fmt: skip
+    for table, choices in kinds.items():
+        if table == "transient" or draw(st.booleans()):
+            numbers = needed.get(table, {}) | some(draw, choices, 6, least=0)
+            if table != "transient":
+                key = next(iter(numbers))
+                given.tables[table] = {key: draw(numbers.pop(key))}
+            given.values |= {f"{table}_{key}": values for key, values in numbers.items()}
+    if "transient_boost_lag" in given.values and draw(st.booleans()):
+        given.values["transient_boost_margin"] = percent
+
+
 FUNCTIONS = (
     _masses, _inertia, _speed, _load_law, _load_table, _driver, _friction_over_stroke, _components,
     _indicator, _characteristic, _hold, _layout, _each_cylinder, _master_rods, _firing_angles,
     _firing_pattern, _balance, _shaft, _stepping, _webs, _mounts, _auxiliaries,
-    _idler_gears,
+    _idler_gears, _transient,
 )  # fmt: skip
 FEATURES = {**{one.__name__[1:]: one for one in FUNCTIONS}, **PLAIN}
 
@@ -509,6 +555,8 @@ _EXCLUDE = [{*group.split()} for group in (
     "indicator misfire each_cylinder", "firing_pattern indicator load_table driver master_rods",
     "inertia_alone inertia flywheel shaft",
     "exponent load_law load_table driver characteristic",
+    "transient stepping cycle indicator characteristic hold load_table driver load_law "
+    "firing_pattern friction_over_stroke components auxiliaries",
 )]  # fmt: skip
 """Features that do not go together, because their keys do not."""
 
@@ -535,6 +583,7 @@ def _fits(feature: str, engine: Any) -> bool:
         "components": four_stroke,
         "rod_inertia": "rod_mass" in values and "reciprocating_mass" not in values,
         "stepping": not driven, "firing_pattern": not driven, "misfire": not driven,
+        "transient": not driven,
     }.get(feature, True)  # fmt: skip
 
 

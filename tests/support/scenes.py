@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import sweeps
+from engine_dyn.quantities.features.transient import NODES as TRANSIENT_NODES
 from sweeps.base.errors import SceneError
 from sweeps.scene.reading import read_scene
 from tests.support.shafts import complete_shaft
@@ -94,6 +95,24 @@ IN_PASSING = (
     "shaft_stress_limit_in_passing", "shaft_stress_in_passing_over_limit",
 )  # fmt: skip
 """Quantities of a shaft that must have no pendulums, as `shafts.passing_shaft`."""
+
+OF_TRANSIENTS = tuple(node.name for node in TRANSIENT_NODES if node.public)
+"""Quantities of a speed that is followed in time."""
+
+APART = frozenset((*IN_PASSING, *OF_TRANSIENTS))
+"""Quantities that need tables which exclude some of `NOT_OF_AN_ENGINE`."""
+
+GENERATING_SET: dict[str, Any] = {
+    "set": {"inertia": 4.0},
+    "solver": {"method": "transient"},
+    "transient": {
+        "cycles": 200, "command_angle": -15.0, "record": [2, 3], "limits": "ISO 8528-5 G2",
+        "load_steps": [{"time": 0.5, "torque": 60.0}, {"time": 3.0, "torque": 20.0}],
+        "boost_lag": 0.2, "boost_margin": 60.0, "dispersion": 0.001, "fuel_cut": 6.0,
+    },
+    "governor": {"gain": 6.0, "integral": 6.0, "actuator_lag": 0.03},
+}  # fmt: skip
+"""Tables of a speed that is followed in time, for an engine of one cylinder such as `ntua`."""
 
 CURVES = ["torque", "load_torque", "torque_after_throw"]
 

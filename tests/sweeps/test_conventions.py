@@ -27,7 +27,14 @@ from sweeps.running.join.merge import merge
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import built_in_scenes, read_scene
 from tests.support.archives import shards, sound_archive
-from tests.support.scenes import IN_BLOCKS, IN_PASSING, NOT_OF_AN_ENGINE
+from tests.support.scenes import (
+    APART,
+    GENERATING_SET,
+    IN_BLOCKS,
+    IN_PASSING,
+    NOT_OF_AN_ENGINE,
+    OF_TRANSIENTS,
+)
 from tests.support.shafts import passing_shaft
 
 SUITE = "cf:1.11"
@@ -79,9 +86,11 @@ def reduced(name: str) -> dict[str, Any]:
 
 def everything() -> Iterator[tuple[str, dict[str, Any]]]:
     """Scenes of every quantity; the checker takes the square of their number as long."""
-    names = [name for name in QUANTITIES if name not in IN_PASSING]
+    names = [name for name in QUANTITIES if name not in APART]
     passing = {**copy.deepcopy(NOT_OF_AN_ENGINE), "engine": "ntua", "shaft": passing_shaft(1)}
     yield "quantities in passing", {**passing, "output": {"quantities": list(IN_PASSING)}}
+    followed = {**copy.deepcopy(GENERATING_SET), "engine": "ntua"}
+    yield "a speed that does not repeat", {**followed, "output": {"quantities": OF_TRANSIENTS}}
     for number, begin in enumerate(range(0, len(names), TOGETHER)):
         raw: dict[str, Any] = copy.deepcopy(NOT_OF_AN_ENGINE)
         raw |= {"engine": "ntua", "axes": {"speed": [1200, 1300]}}

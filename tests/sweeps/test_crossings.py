@@ -40,6 +40,9 @@ TWO = ["ntua", "b112"]
 MODEL, RODLESS = "parameters of the modelled cycle", "articulated_rods"
 BURNS, DOUBLED = "misfire, pressure_factor or firing_pattern", "double-acting cylinders"
 OF_TORQUE = "an engine that gives its torque"
+FOLLOWED: dict[str, Any] = {
+    "transient": {"cycles": 3, "command_angle": -15.0}, "solver": {"method": "transient"},
+}  # fmt: skip
 
 EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
     ("[sample]", "[designs]"): {"sample": SAMPLE, "designs": {"inertia": [1.0, 2.0]}},
@@ -137,6 +140,19 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
         "set": MOTOR, "solver": {"method": ["auto", "closed"]}},
     ("closure cycle_time", "method thesis"): {
         "solver": {"method": ["auto", "thesis"], "closure": "cycle_time"}},
+    **{("[transient]", other): FOLLOWED | more for other, more in {
+        OF_TORQUE: {"engine": "torque.toml"}, DOUBLED: {"engine": "double.toml"},
+        "a compressor or pump": {"engine": "compressor_79x83"},
+        "[indicator]": {"indicator": {"file": "pressure.csv"}},
+        "[characteristic]": {"characteristic": {"kind": "diesel"}},
+        HOLDING: {"engine": "ntua", "set": HOLD}, MODEL: {"engine": "si_four_87x101", "set": HEAT},
+        "diagrams over load and speed": {"engine": "grid.toml"},
+        "firing_pattern": {"set": {"firing_pattern": "110"}},
+        SINGLE: {"set": {"bore_2": 0.1, "cylinders": 2}},
+        "another load than a + k omega^alpha": {"set": FAN},
+        "friction by components": {"set": BY_COMPONENTS},
+        "friction over the stroke": {"set": SHARES},
+    }.items()},
     ("[[idler_gears]]", "[shaft]"): {
         "shaft": complete_shaft(1), "idler_gears": [{"inertia": 0.1, "ratio": 2.0}],
     },
@@ -162,6 +178,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "bare": VALUES,
         "torque": VALUES.replace("speed = 1200\n", "") + TORQUE,
         "webs": VALUES + POINTS + "[[counterweights]]\n" + webs,
+        "grid": VALUES + "".join(f"{POINTS}speed = {speed}\n" for speed in (900, 1500)),
         "makes": VALUES + POINTS + POINTS + "cylinder = 2\n",
         "double": VALUES.replace("four-stroke", "two-stroke").replace("load = 50", "load = 100")
         + f"[[diagram]]\n{double}",
@@ -184,7 +201,7 @@ def test_a_pair_is_refused_as_the_table_says(
     monkeypatch.chdir(folder)
     tables = {"engine": "mine.toml", "output": {}, **EXAMPLES[row[:2]]}
     quantities = tables["output"].get("quantities", ["delta"])
-    engine = "b112" if tables["engine"] == "b112" else "mine"
+    engine = "mine" if str(tables["engine"]).endswith(".toml") else tables["engine"]
     says = row.says.format(engine=engine, labels="firing_pattern")
     assert refusal(asking(quantities, **tables))[-len(says) - 2 :] == f": {says}"
 

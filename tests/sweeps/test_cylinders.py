@@ -20,7 +20,7 @@ from sweeps.scene.plan.forecast import text as plan_text
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
-from tests.support.scenes import IN_PASSING, NOT_OF_AN_ENGINE, computed, refusal, refusal_of
+from tests.support.scenes import APART, NOT_OF_AN_ENGINE, computed, refusal, refusal_of
 from tests.support.shafts import complete_shaft
 
 DELTA = ("delta", "omega_max", "omega_min", "torque_max", "torque_mean")
@@ -266,9 +266,7 @@ def test_every_quantity_of_an_unequal_engine_with_offset() -> None:
         "position_", "velocity_", "acceleration_", "inertia_torque_coefficient",
         "inertia_pressure_order", "characteristic_power", "characteristic_torque",
     )  # fmt: skip
-    names = tuple(
-        name for name in QUANTITIES if not name.startswith(series) and name not in IN_PASSING
-    )
+    names = tuple(name for name in QUANTITIES if not name.startswith(series) and name not in APART)
     found = run(
         quantities=names,
         axes={"pin_offset": [-0.002, 0.0, 0.01]},

@@ -17,7 +17,7 @@ from sweeps.scene.engine.engine_files import catalogue, load_engine
 from sweeps.scene.features.indicator_files import read_indicator
 from sweeps.scene.reading import read_scene
 from tests.support.engine_files import POINTS, VALUES, modelled, written
-from tests.support.scenes import IN_PASSING, NOT_OF_AN_ENGINE
+from tests.support.scenes import APART, NOT_OF_AN_ENGINE
 from tests.support.shafts import complete_shaft
 
 
@@ -33,7 +33,7 @@ def test_every_engine_gives_a_value_for_everything(name: str) -> None:
     quantities = [
         quantity for quantity in QUANTITIES
         if (engine.period == FOUR_STROKE or quantity not in of_four_strokes)
-        and quantity not in IN_PASSING
+        and quantity not in APART
     ]  # fmt: skip
     asked = {"engine": name, "output": {"quantities": quantities}}
     own = engine.own_cylinders

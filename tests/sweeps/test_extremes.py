@@ -63,6 +63,8 @@ NO_CURVE = {
     **dict.fromkeys(("acceleration_truncation_error", "position_truncation_error",
                      "velocity_truncation_error", "rod_thrust_error", "rod_torque_error"), RATIO),
     **dict.fromkeys(IN_PASSING, "of a passing, whose cycles differ: no curve holds it"),
+    **dict.fromkeys(("largest_speed_fall", "largest_speed_rise", "run_overshoot"),
+                    "of means over cycles that do not repeat"),
     **dict.fromkeys(("triangle_energy_swing", "triangle_torque_max"), "of a torque that is drawn"),
 }  # fmt: skip
 

@@ -23,7 +23,10 @@ MORE = {
 }
 """Keys that more files name, and how many."""
 
-WORDS = {"auxiliaries", "characteristic", "hold", "indicator", "measured", "shaft"}
+WORDS = {
+    "auxiliaries", "characteristic", "clutch", "governor", "hold", "indicator", "measured", "shaft",
+    "starter", "transient",
+}  # fmt: skip
 """Keys that are words of the field too: only where they are written as keys do they count."""
 
 FILES = [

@@ -24,7 +24,13 @@ from sweeps.scene.model import Scene
 from sweeps.scene.reading import built_in_scenes, read_scene
 from sweeps.scene.toml_tables import FAILURES
 from sweeps.scene.variants import OF_EXTREMES
-from tests.support.scenes import IN_PASSING, NOT_OF_AN_ENGINE, refusal
+from tests.support.scenes import (
+    GENERATING_SET,
+    IN_PASSING,
+    NOT_OF_AN_ENGINE,
+    OF_TRANSIENTS,
+    refusal,
+)
 from tests.support.shafts import passing_shaft, shaft_with
 
 
@@ -168,8 +174,9 @@ def test_every_parameter_may_be_set_and_every_quantity_asked_for(tmp_path: Path)
             with pytest.raises(SceneError, match=r"whole|even|one of"):
                 read_scene(scene(designs={key: [1.5]}))
     for quantity in QUANTITIES:
-        given = {"shaft": passing_shaft(1)} if quantity in IN_PASSING else {}
-        read_scene(scene(output={"quantities": [quantity]}, **{**NOT_OF_AN_ENGINE, **given}))
+        given = {**NOT_OF_AN_ENGINE, "shaft": passing_shaft(1)} if quantity in IN_PASSING else {}
+        given = given or (GENERATING_SET if quantity in OF_TRANSIENTS else NOT_OF_AN_ENGINE)
+        read_scene(scene(output={"quantities": [quantity]}, **given))
 
 
 TWO = '[designs]\ncase = ["a", "b"]\ninertia = [1, 2]\n'

@@ -96,6 +96,9 @@ VARIED: tuple[dict[str, Any], ...] = (
      "auxiliaries": [{"mean": 1.0, "harmonics": []}],
      "idler_gears": [{"inertia": 0.01, "ratio": -2.0}]},
     {"characteristic": {"kind": "propeller"}, "set": {"rated_power": 2e4, "rated_speed": 1500}},
+    *({"solver": {"method": "transient"}, "transient": {
+        "cycles": 2, "command_angle": -15.0, "load_law": law}} for law in (
+            "torque", "power", "exponent")),
     {"set": {"hold": "brake_torque"}}, {"set": {"held_power": 2e4}}, {"set": {"held_torque": 90.0}},
 )  # fmt: skip
 """Scenes that have, together with the built-in ones, most words that select variants."""

@@ -33,7 +33,8 @@ OTHERS = {
     "m s-1": ("mm/s", 1e-3), "W": ("kW", 1e3), "percent": ("%", 1.0), "N m s": ("kN m s", 1e3),
     "N m s2": ("kg m2", 1.0), "bar s m-1": ("kPa s/m", 0.01), "bar s2 m-2": ("Pa s2/m2", 1e-5),
     "rad s-1": ("rpm", 0.1047197551196598), "kg m-3": ("g/cm3", 1e3), "J": ("kWh", 3.6e6),
-    "N": ("kgf", 9.80665), "W rad-1": ("kW/rad", 1e3),
+    "s": ("ms", 1e-3), "s-1": ("1/min", 1.0 / 60.0), "N": ("kgf", 9.80665),
+    "W rad-1": ("kW/rad", 1e3),
 }  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from engine_dyn.quantities.features import (
     mounts,
     shaft,
     torque_tables,
+    transient,
     web_weights,
 )
 from engine_dyn.quantities.features.feature import Feature
@@ -26,6 +27,6 @@ __all__ = ["FEATURES"]
 FEATURES: tuple[Feature[Any], ...] = (
     shaft.FEATURE, web_weights.FEATURE, mounts.FEATURE, auxiliaries.FEATURE,
     indicator.FEATURE, characteristic.FEATURE, torque_tables.LOAD, torque_tables.DRIVER,
-    idler_gears.FEATURE, hold.FEATURE,
+    idler_gears.FEATURE, hold.FEATURE, transient.FEATURE,
 )  # fmt: skip
 """All features, in the order of their dimensions in archives."""

@@ -141,6 +141,7 @@ FEATURES: Mapping[str, Feature] = {
     "friction over the stroke": _word(
         "stroke_friction", "friction over the stroke (friction_boundary and other shares)"
     ),
+    "diagrams over load and speed": _word("over_speed"),
     "a two-stroke engine": lambda scene: scene.engine.period != FOUR_STROKE,
     "a driver": lambda scene: scene.driven.has_driver,
     "a motor": _keys(*MOTOR_KEYS),

@@ -25,6 +25,7 @@ from sweeps.scene.consistency.outputs import check_needs, check_start
 from sweeps.scene.consistency.pressure import check_diagram_count, check_motored, check_ranges
 from sweeps.scene.crossings import exclusive_pair, refused
 from sweeps.scene.features.shaft import SHAFT_KEYS
+from sweeps.scene.features.transient import check_transient
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
@@ -45,6 +46,7 @@ def check_scene(scene: Scene, name: str) -> None:
     check_motored(scene, name)
     check_driven(scene, name)
     check_shaft(scene, name)
+    check_transient(scene, [engine.count for engine in scene.all_cylinders], name)
     check_needs(scene, name)
     check_start(scene, name)
 

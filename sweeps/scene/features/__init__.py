@@ -25,6 +25,7 @@ from sweeps.scene.features import (
     mounts,
     shaft,
     torque_tables,
+    transient,
     web_weights,
 )
 from sweeps.scene.features.feature import GivenFeature, with_part
@@ -50,6 +51,8 @@ GIVEN_FEATURES: Mapping[str, GivenFeature] = MappingProxyType(
             measured.GIVEN,
             idler_gears.GIVEN,
             hold.GIVEN,
+            transient.GIVEN,
+            *transient.BESIDE,
         )
     }
 )

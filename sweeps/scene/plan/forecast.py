@@ -28,6 +28,9 @@ DIRECT = {2.0: "in closed form, without iteration"}
 
 FRONT = "fronts of three"
 
+FOLLOWED = "transient_status"
+"""What the stage of a speed that does not repeat gives."""
+
 
 def text(plan: Plan) -> str:
     """Describe a plan for people: how often each stage is computed, what is skipped and why."""
@@ -150,11 +153,13 @@ def seconds_of_computing(plan: Plan, cores: int | None = None) -> float:
         "nonlinear responses of shafts": 5e-2,
         "passes of shafts, for each order and disc": 1.5e-5,
     }
+    # A cycle of six cylinders with the estimate of its error, likewise; curves take longer
+    of_transients = {"cycles of transients": 2.5e-5}
     # Extremes of the load of one pin or journal of a four, likewise: 2.0e-5 and 2.6e-5 s
     of_loads = {"extremes of loads": 2.2e-5}
     return sum(
         count
-        * {**SECONDS, **of_shafts, **of_loads, **of_fronts}[name]
+        * {**SECONDS, **of_shafts, **of_loads, **of_fronts, **of_transients}[name]
         / (1 if name in serial else cores)
         for one in plans
         for name, count in work_of(one).items()
@@ -181,6 +186,9 @@ def _work_once(plan: Plan) -> dict[str, float]:
     for stage in plan.stages:
         if stage.node.of_shaft and stage.node.kind == "stage":
             work |= _of_shaft(plan, stage)
+        elif FOLLOWED in stage.node.gives:
+            cycles = math.prod(plan.sizes[d] for d in stage.axes) * plan.sizes["run_cycle"]
+            work["cycles of transients"] = float(cycles)
         elif stage.node.kind == "stage":
             # A search for an inertia solves the speed some five times.
             times = 5.0 if stage.node.name == "inertia_search" else 1.0
@@ -321,6 +329,9 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
             f"{pieces if 'cycles of shafts' in work_of(plan) else ''}, for "
             f"{counted(stage.size, 'design')}"
         ]
+    if FOLLOWED in stage.node.gives:
+        cycles, designs = plan.sizes["run_cycle"], counted(stage.size, "design")
+        return [f"  up to {counted(cycles, 'cycle')} one after another, for {designs}"]
     speed = stage.node.can_fail
     solved = [m for m in plan.scene.methods if m not in STEPPING] if speed else ["direct"]
     repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []

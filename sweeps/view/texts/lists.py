@@ -158,6 +158,7 @@ _SUBJECTS: dict[str, Iterable[Node]] = {
     "forces in one cylinder": mechanism_forces.NODES,
     "bearing loads": bearing_loads.NODES,
     "speed characteristic": (),
+    "transients": (),
     "truncated series": orders.SERIES_NODES,
 }
 SUBJECTS: Mapping[str, Iterable[Node]] = {

@@ -1,0 +1,558 @@
+"""Speed that does not repeat: load steps, governor, start and stop.
+
+The motion is that of `engine_dyn.transient`; here are its keys, and what is asked of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine_dyn import status
+from engine_dyn.forces.torque import piston_area
+from engine_dyn.given_numbers import distinct_combinations
+from engine_dyn.quantities.features.characteristic import (
+    OF_FRICTION,
+    OF_TORQUE,
+    load_with_torque,
+    made_of,
+)
+from engine_dyn.quantities.features.feature import Feature
+from engine_dyn.quantities.node import Dimension, Node, hidden, parameter
+from engine_dyn.transient.limits import TransientLimits, keeps
+from engine_dyn.types import Floats, Integers
+from engine_dyn.units import DEGREE, RPM
+
+SOURCE = "this project"
+
+ENOUGH = 0.015  # Width of the recovery band over the speed, where no limits are given
+
+POINT_STEP = 2.0 * DEGREE  # Between points of recorded cycles
+
+AT_ONCE = 4096  # Designs that are followed together
+
+PERCENT = 0.01
+
+
+class Points(NamedTuple):
+    """Values over the time; two at one time are a step."""
+
+    time: Floats  # [s], not descending
+    value: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Transient:
+    """What all designs of a scene have in common while their speed is followed."""
+
+    cycles: int  # Largest number of cycles
+    period: float  # Angle of a cycle [rad]
+    load: Points
+    of_load: str  # What its values are: "load" [percent of full-load torque], "torque" or "power"
+    law: str  # "torque", "power" or "exponent": how the load's torque depends on the speed
+    marks: Floats  # Times of changes of the load [s], behind which the speed is judged
+    duration: float = math.inf  # Time after which no further cycle begins [s]
+    command: Points | None = None  # Fuel command [percent], where no governor gives it
+    missed: Integers | None = None  # Cycles and cylinders, from 0, of firings without fuel
+    record: tuple[int, int] = (0, 0)  # Recorded cycles: the first, from 0, and that behind the last
+    limits: TransientLimits | None = None
+
+    @property
+    def recorded_points(self) -> int:
+        """Points of the recorded cycles, both ends among them."""
+        cycles = self.record[1] - self.record[0]
+        return cycles * round(self.period / POINT_STEP) + 1 if cycles else 0
+
+
+def _number(
+    name: str, symbol: str, unit: str, meaning: str, default: float | None = 0.0, **more: Any
+) -> Node:
+    """Key of a number, not below 0 unless said."""
+    given = {"low": 0.0, "low_included": True, **more}
+    if default is not None and math.isinf(default):
+        given["make"] = lambda: math.inf  # Lists name no number where there is none
+    elif default is not None:
+        given["unless_given"] = default
+    return parameter(name, symbol, unit, meaning, SOURCE, **given)
+
+
+def _speed(name: str, symbol: str, meaning: str, default: float | None, **more: Any) -> Node:
+    return _number(name, symbol, "rpm", meaning, default, si=RPM, **more)
+
+
+def _command(name: str, symbol: str, meaning: str, **more: Any) -> Node:
+    return _number(name, symbol, "percent", meaning, None, **{"low": -1000.0, "high": 1000.0,
+                   "high_included": True, **more})  # fmt: skip
+
+
+_OF_TORQUE = (
+    *(name for name in OF_TORQUE if name not in ("variant_of", "diagram_scale")),
+    "pressure_scale", *OF_FRICTION["chen_flynn"],
+)  # fmt: skip
+"""Nodes of the mean brake torque at any load, where the load follows from no other torque."""
+
+
+def _start_command(
+    *, load_at_start: Any, variant_of: Callable[[str], Node], family: Any, **needs: Any
+) -> Any:
+    """Command with the torque of the load at the beginning, below the diagrams in a line."""
+    known = {**needs, "family": family}
+    found = load_with_torque(load_at_start, "load", known, variant_of)
+    loads = np.asarray(family.loads, dtype=float)
+    low = [
+        np.asarray(made_of("torque_mean", {**known, "load": load}, variant_of))
+        for load in (loads[0], loads[min(1, loads.size - 1)])
+    ]
+    rise = (low[1] - low[0]) / (loads[1] - loads[0]) if loads.size > 1 else low[0] / 100.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        below = loads[0] - (low[0] - load_at_start) / rise
+    lost = np.where(load_at_start < low[0], np.where(rise > 0.0, below, loads[0]), loads[-1])
+    return np.where(np.isnan(found), lost, found)
+
+
+PARAMETERS = (
+    _number("transient_command_angle", r"\varphi_c", "degree", "angle from its firing at which a "
+            "cylinder takes the fuel command: -360 with a mixture, about -15 with injection", None,
+            si=DEGREE, low=-720.0, high=0.0, high_included=True),
+    _number("transient_step_factor", "f_s", "1", "factor on the load over the time", 1.0),
+    _speed("transient_start_speed", "n_0", "speed at the beginning", None,
+           make=lambda governor_speed, governor_droop, transient_start_command: governor_speed
+           * (1.0 - PERCENT**2 * governor_droop * transient_start_command)),
+    _command("transient_start_command", "y_0", "fuel command at the beginning",
+             needs=("load_at_start", "variant_of", *_OF_TORQUE),
+             make=_start_command),
+    _speed("transient_ready_speed", "n_r", "speed at which the engine has started", None,
+           make=lambda speed: 0.95 * speed),
+    _speed("transient_fuel_from", "n_f", "speed from which fuel is burnt", 0.0),
+    _number("transient_fuel_cut", "t_f", "s", "time from which no fuel is burnt", math.inf),
+    _number("transient_boost_lag", r"\tau_b", "s", "time constant of the charge air", 0.0),
+    _number("transient_boost_margin", "y_b", "percent", "command that burns at once, beyond that "
+            "of the charge air", math.inf),
+    _number("transient_dispersion", r"\sigma_c", "1", "relative standard deviation of the fuel "
+            "from cycle to cycle", 0.0, high=0.5, high_included=True),
+    _number("transient_cylinder_dispersion", r"\sigma_z", "1", "relative standard deviation of the "
+            "fuel between cylinders", 0.0, high=0.5, high_included=True),
+    _number("transient_seed", "i_s", "1", "number that chooses the dispersion", 1.0, whole=True,
+            high=1e15),
+    _number("transient_recovery_band", r"\Delta n", "percent", "width of the band around the last "
+            "speed, over the nominal speed", None, low_included=False, high=200.0,
+            make=lambda transient: 100.0 * (
+                ENOUGH if transient.limits is None else transient.limits.band)),
+    _speed("governor_speed", "n_g", "speed that the governor holds without load", None,
+           low_included=False, make=lambda speed, governor_droop: speed
+           / (1.0 - PERCENT * governor_droop)),
+    _number("governor_gain", "K", "1", "percent of fuel command per percent of speed", 0.0),
+    _number("governor_integral", "K_i", "s-1", "percent of fuel command per percent of speed and "
+            "second", 0.0),
+    _number("governor_derivative", "K_d", "s", "percent of fuel command per percent of speed and "
+            "rate", 0.0),
+    _number("governor_droop", "s", "percent", "fall of the governed speed from no load to full "
+            "load", 0.0, high=90.0, high_included=True),
+    _number("governor_window", "n_w", "1", "samples over which the governor takes the mean speed",
+            1.0, whole=True, low=1.0, high=64.0, high_included=True),
+    _number("governor_sampling_time", "T_s", "s", "time between samples of the governor; 0 samples "
+            "at each firing", 0.0, high=10.0),
+    _number("governor_dead_time", "T_d", "s", "time from a sample to the actuator", 0.0, high=1.0,
+            high_included=True),
+    _number("governor_actuator_lag", "T_a", "s", "time constant of the actuator", 0.0),
+    _command("governor_lowest_command", "y_1", "lowest fuel command of the governor",
+             make=lambda: -1000.0),
+    _command("governor_highest_command", "y_2", "highest fuel command of the governor",
+             make=lambda family: min(100.0, float(family.loads[-1]))),
+    _number("starter_torque", "M_s", "N m", "torque of the starter at rest, at the crank", 0.0),
+    _speed("starter_speed", "n_s", "speed from which the starter's freewheel overruns", None,
+           low_included=False, make=lambda speed: 1.0 * speed),
+    _speed("starter_release", "n_e", "speed at which the starter is switched off", math.inf),
+    _number("clutch_time", "t_c", "s", "time at which a second inertia is switched in", math.inf),
+    _number("clutch_inertia", r"\Theta_c", "kg m2", "second inertia, reduced to the crank", 0.0),
+    _speed("clutch_speed", "n_c", "speed of the second inertia before", 0.0),
+    _number("clutch_torque", "M_c", "N m", "torque while the clutch slips; without, at once",
+            math.inf, low_included=False),
+)  # fmt: skip
+
+TABLES = ("transient", "governor", "starter", "clutch")
+"""Tables of scenes; the numbers of each are parameters that begin with its name."""
+
+_FIELDS = {
+    "speed": "speed", "inertia": "inertia", "start_speed": "transient_start_speed",
+    "start_command": "transient_start_command", "load_exponent": "transient_exponent",
+    "load_offset": "load_offset", "reference_speed": "governor_speed",
+    "window": "governor_window", "sampling_time": "governor_sampling_time",
+    "actuator_lag": "governor_actuator_lag", "dead_time": "governor_dead_time",
+    "lowest_command": "governor_lowest_command", "highest_command": "governor_highest_command",
+    "gas_factor": "pressure_scale",
+    **{name: f"transient_{name}" for name in (
+        "ready_speed", "fuel_from", "fuel_cut", "boost_lag", "boost_margin", "dispersion",
+        "cylinder_dispersion", "seed",
+    )},
+    **{name: name for name in (
+        "starter_torque", "starter_speed", "starter_release", "clutch_time", "clutch_inertia",
+        "clutch_speed", "clutch_torque",
+    )},
+}  # fmt: skip
+"""Fields of `engine_dyn.transient.fields` that a node gives as it is."""
+
+_ENGINE = (
+    "cylinder_set", "crank_ratio", "offset_ratio", "crankcase_pressure", "transient_command_angle",
+)  # fmt: skip
+"""Nodes on which the tables of an engine depend."""
+
+_CYCLE = {
+    "transient_time": "time", "transient_end_speed": "speed_end",
+    "transient_mean_speed": "speed_mean", "transient_highest_speed": "speed_highest",
+    "transient_lowest_speed": "speed_lowest", "transient_command": "command",
+    "transient_fuel": "burnt",
+}  # fmt: skip
+_RUN = {"time_to_start": "time_to_start", "transient_end_time": "end_time",
+        "cycles_followed": "cycles_done", "cycles_to_stop": "cycles_to_stop"}  # fmt: skip
+_CURVES = {"run_angle": "crank_angle", "run_time": "time", "run_speed": "omega",
+           "run_load": "load_torque", "run_command": "command"}  # fmt: skip
+_MARKS = ("speed_fall", "speed_rise", "recovery_time", "settled_speed")
+
+OF_RECORD = tuple(_CURVES)
+"""Quantities of recorded cycles."""
+
+OF_CHANGES = (
+    *_MARKS, "largest_speed_fall", "largest_speed_rise", "longest_recovery_time", "limits_kept",
+)  # fmt: skip
+"""Quantities that follow changes of the load."""
+
+GIVES = (
+    *_CYCLE, "transient_delta", *_MARKS, *_RUN, *_CURVES, "transient_error", "transient_status",
+)  # fmt: skip
+
+
+def _numbers(needs: dict[str, Any]) -> dict[str, Any]:
+    """Fields of the designs, SI units; not yet checked."""
+    torque = needs["displacement"] / needs["period"]  # Of a mean effective pressure
+    per_speed = needs["mean_piston_speed"] / needs["speed"]
+    radius = 0.5 * needs["double_radius"]
+    gains = [100.0 * np.asarray(needs[f"governor_{one}"])
+             for one in ("gain", "integral", "derivative")]  # fmt: skip
+    return {
+        **{field: needs[node] for field, node in _FIELDS.items()},
+        "lever": piston_area(needs["bore"]) * radius,
+        "reciprocating_inertia": needs["reciprocating_mass"] * radius**2,
+        "friction_constant": needs["friction_constant"] * torque + needs["auxiliary_torque"]
+        + needs["auxiliary_mean"],
+        "friction_peak_share": needs["friction_peak_pressure"] * torque,
+        "friction_linear": needs["friction_mean_piston_speed"] * per_speed * torque,
+        "friction_square": needs["friction_mean_piston_speed_square"] * per_speed**2 * torque,
+        "governed": np.any(np.broadcast_arrays(*gains), axis=0),
+        "gain": gains[0], "integral_gain": gains[1], "derivative_gain": gains[2],
+        "droop": PERCENT * np.asarray(needs["governor_droop"]),
+        "recovery_band": 0.5 * PERCENT * np.asarray(needs["transient_recovery_band"]),
+        "duration": needs["transient"].duration,
+    }  # fmt: skip
+
+
+def _impossible(numbers: dict[str, Any]) -> Any:
+    """Which designs have a number outside its range, or numbers that do not go together."""
+    from engine_dyn.transient.api import SHORTEST_SAMPLING
+    from engine_dyn.transient.fields import FIELDS
+
+    wrong: Any = False
+    for field in FIELDS:
+        if field.name in numbers:
+            value = numbers[field.name]
+            above = value >= field.low if field.low_included else value > field.low
+            wrong = wrong | ~(above & (value <= field.high))
+    every = numbers["sampling_time"]
+    resting = (numbers["start_speed"] == 0.0) & (numbers["starter_torque"] == 0.0)
+    return (
+        wrong | resting | ((every > 0.0) & (every < SHORTEST_SAMPLING))
+        | (numbers["lowest_command"] > numbers["highest_command"])
+    )  # fmt: skip
+
+
+def _load_torque(transient: Transient, needs: dict[str, Any]) -> Any:
+    """Torque of the load at nominal speed for a size of 1 [N m], of each design."""
+    full, speed, factor = np.broadcast_arrays(
+        needs["full_load_torque"], needs["speed"], needs["transient_step_factor"]
+    )
+    return factor * {"load": PERCENT * full, "torque": 1.0, "power": 1.0 / speed}[transient.of_load]
+
+
+def _solve(
+    *, wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **needs: Any
+) -> dict[str, Any]:
+    from engine_dyn.speed.mechanisms import map_on_threads
+
+    transient: Transient = needs["transient"]
+    given = {**_numbers(needs), "load_each": _load_torque(transient, needs)}
+    arrays = np.broadcast_arrays(
+        *(np.asarray(value, dtype=float) for value in given.values()),
+        *(np.asarray(needs[name], dtype=float) for name in _ENGINE),
+    )
+    shape = arrays[0].shape
+    numbers = {name: np.ravel(a) for name, a in zip(given, arrays, strict=False)}
+    engines, which = distinct_combinations(*(np.ravel(a) for a in arrays[len(given) :]))
+    results = _empty(wanted, transient, which.size)
+    order = np.argsort(which, kind="stable")
+    begin = np.searchsorted(which[order], np.arange(len(engines) + 1))
+    jobs = [
+        (number, order[first : min(first + AT_ONCE, begin[number + 1])])
+        for number in range(len(engines))
+        for first in range(begin[number], begin[number + 1], AT_ONCE)
+    ]
+    # Where designs have engines of their own, each is one piece of work
+    alone = 1 if len(jobs) > 1 else threads
+    made: dict[int, Any] = {}
+
+    def do(job: tuple[int, Integers]) -> int:
+        number, places = job
+        if number not in made:
+            made[number] = _engine(engines[number], needs)
+        _follow(made[number], transient, {n: v[places] for n, v in numbers.items()}, places,
+                results, alone)  # fmt: skip
+        if len(jobs) == len(engines):  # Its tables serve nobody else
+            del made[number]
+        return places.size
+
+    for done in map_on_threads(do, jobs, threads):
+        if progress is not None:
+            progress(done)
+    return {name: value.reshape(shape + value.shape[1:]) for name, value in results.items()}
+
+
+def _empty(wanted: tuple[str, ...], transient: Transient, designs: int) -> dict[str, Any]:
+    sizes = {
+        **dict.fromkeys((*_CYCLE, "transient_delta"), (transient.cycles,)),
+        **dict.fromkeys(_MARKS, (transient.marks.size,)),
+        **dict.fromkeys(_CURVES, (transient.recorded_points,)),
+    }
+    results = {name: np.full((designs, *sizes.get(name, ())), np.nan) for name in wanted}
+    results["transient_status"] = np.full(designs, float(status.INVALID_INPUT))
+    return results
+
+
+def _engine(row: Floats, needs: dict[str, Any]) -> Any:
+    from engine_dyn.transient.tables import transient_engine
+
+    number, crank_ratio, offset_ratio, crankcase, angle = row.tolist()
+    return transient_engine(
+        needs["family"], needs["cylinders_by_count"][int(number)], crank_ratio=crank_ratio,
+        offset_ratio=offset_ratio, crankcase_pressure=crankcase, command_angle=angle,
+    )  # fmt: skip
+
+
+def _follow(
+    engine: Any, transient: Transient, numbers: dict[str, Any], places: Integers,
+    results: dict[str, Any], threads: int | None,
+) -> None:  # fmt: skip
+    """Follow some designs of an engine, and store what is wanted at their places."""
+    from engine_dyn.transient.api import follow_designs
+
+    each = numbers.pop("load_each")
+    good = ~_impossible(numbers) & np.isfinite(each)
+    places, numbers = places[good], {name: value[good] for name, value in numbers.items()}
+    if not places.size:
+        return
+    given: dict[str, Any] = {}
+    if transient.command is not None:
+        given["command"] = tuple(transient.command)
+    recorded = any(name in results for name in _CURVES)
+    if recorded:  # Curves are drawn in lines between the ends of steps
+        given |= {"steps": round(transient.period / POINT_STEP), "record": transient.record}
+    missed = transient.missed
+    # Behind the last change of the load, the speed is judged until the fuel is cut
+    last = np.clip(numbers["fuel_cut"], transient.marks.max(initial=0.0), 1e30)
+    every = np.broadcast_to(transient.marks, (places.size, transient.marks.size))
+    found = follow_designs(
+        engine, transient.cycles,
+        load=(transient.load.time, each[good, None] * transient.load.value),
+        marks=np.column_stack([every, last]), missed=() if missed is None else missed,
+        estimate="transient_error" in results, threads=threads, **given, **numbers,
+    )  # fmt: skip
+    speed = numbers["speed"][:, None]
+    marks = {name: value[:, :-1] for name, value in found.marks.items()}
+    made = {
+        "transient_status": lambda: found.outcome,
+        "transient_error": lambda: found.error,
+        "transient_delta": lambda: found.delta,
+        "speed_fall": lambda: 100.0 * (marks["speed_before"] - marks["speed_lowest"]) / speed,
+        "speed_rise": lambda: 100.0 * (marks["speed_highest"] - marks["speed_before"]) / speed,
+        "recovery_time": lambda: marks["recovery_time"],
+        "settled_speed": lambda: marks["speed_after"],
+    }
+    for name, array in results.items():
+        if name in made:
+            array[places] = made[name]()
+        elif name in _CYCLE:
+            array[places] = found.cycles[_CYCLE[name]]
+        elif name in _RUN:
+            array[places] = found.run[_RUN[name]]
+        elif name != "run_angle":
+            points = _recorded_angles(transient)
+            for place, angle, curve in zip(
+                places, found.curves["crank_angle"], found.curves[_CURVES[name]], strict=True
+            ):
+                there = np.isfinite(angle)
+                if there.any():
+                    array[place] = np.interp(points, angle[there], curve[there], right=np.nan)
+        else:
+            array[places] = _recorded_angles(transient)
+
+
+def _recorded_angles(transient: Transient) -> Floats:
+    """Crank angles since the beginning [rad] of the recorded points."""
+    first, last = transient.record
+    count = transient.recorded_points
+    turned = np.linspace(first * transient.period, last * transient.period, count)
+    return np.asarray(turned * (1.0 - 1e-12))  # The last point is not beyond the run's
+
+
+def _largest(**needs: Any) -> Any:
+    (values,) = needs.values()
+    return np.max(values, axis=-1)
+
+
+def _overshoot(transient_mean_speed: Any, speed: Any) -> Any:
+    with np.errstate(invalid="ignore"):
+        return 100.0 * (np.fmax.reduce(transient_mean_speed / speed, axis=-1) - 1.0)
+
+
+def _variation(transient_mean_speed: Any, cycles_followed: Any) -> Any:
+    """Of the second half of the cycles that were followed."""
+    values = np.asarray(transient_mean_speed)
+    cycle = np.arange(values.shape[-1])
+    done = np.asarray(cycles_followed)
+    late = np.where((cycle >= done // 2) & (cycle < done), values, np.nan)
+    count = np.maximum(np.sum(~np.isnan(late), axis=-1), 1)
+    mean = np.nansum(late, axis=-1) / count
+    square = np.nansum((late - mean[..., None]) ** 2, axis=-1) / count
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.sqrt(square) / mean
+
+
+def _kept(speed_fall: Any, speed_rise: Any, recovery_time: Any, transient: Transient) -> Any:
+    limits = transient.limits
+    assert limits is not None
+    within = keeps(PERCENT * speed_fall, PERCENT * speed_rise, recovery_time, limits)
+    return np.asarray(within.all(axis=-1), dtype=float)
+
+
+def _result(name: str, symbol: str, unit: str, meaning: str, over: str = "", **more: Any) -> Node:
+    return Node(name, symbol, unit, meaning, SOURCE, needs=("transient_solution",),
+                adds=(over,) if over else (), **more)  # fmt: skip
+
+
+_NEEDS = tuple(dict.fromkeys((
+    "transient", "family", "cylinders_by_count", *_ENGINE, "displacement", "period",
+    "mean_piston_speed", "double_radius", "bore", "reciprocating_mass", "friction_constant",
+    "friction_peak_pressure", "friction_mean_piston_speed", "friction_mean_piston_speed_square",
+    "auxiliary_torque", "auxiliary_mean", "governor_gain", "governor_integral",
+    "governor_derivative", "governor_droop", "transient_recovery_band", "full_load_torque",
+    "transient_step_factor", *_FIELDS.values(),
+)))  # fmt: skip
+
+NODES = (
+    Node(
+        "full_load_torque", "M_{100}", "N m", "mean brake torque at nominal speed with the highest "
+        "diagram, up to 100 percent of load", SOURCE,
+        needs=("variant_of", *_OF_TORQUE),
+        make=lambda variant_of, family, **needs: made_of(
+            "torque_mean",
+            {**needs, "family": family, "load": min(100.0, float(family.loads[-1]))}, variant_of,
+        ),
+    ),
+    hidden(
+        "load_at_start", "N m", "torque of the load at the beginning",
+        lambda transient, load_offset, **needs: load_offset
+        + _load_torque(transient, needs) * np.interp(0.0, *transient.load),
+        ("transient", "load_offset", "full_load_torque", "speed", "transient_step_factor"),
+    ),
+    hidden("transient_exponent", "1", "exponent of the load", lambda: 0.0, when="no_transient"),
+    hidden("transient_exponent", "1", "exponent of the load", lambda load_exponent: load_exponent,
+           when="load_by_exponent"),
+    hidden("transient_exponent", "1", "exponent of the load", lambda: 0.0, when="load_by_torque"),
+    hidden("transient_exponent", "1", "exponent of the load", lambda: -1.0, when="load_by_power"),
+    Node(
+        "transient_solution", "", "", "speed that does not repeat", SOURCE, kind="stage",
+        public=False, can_fail=True, gives=GIVES, needs=_NEEDS, make=_solve, width=100_000,
+    ),
+    _result("transient_time", "t", "s", "time at the end of the cycle", "run_cycle"),
+    _result("transient_end_speed", "n_e", "rpm", "speed at the end of the cycle", "run_cycle",
+            si=RPM),
+    _result("transient_mean_speed", "n_m", "rpm", "mean speed over the cycle's crank angle",
+            "run_cycle", si=RPM),
+    _result("transient_highest_speed", "n_{max}", "rpm", "highest speed in the cycle", "run_cycle",
+            si=RPM),
+    _result("transient_lowest_speed", "n_{min}", "rpm", "lowest speed in the cycle", "run_cycle",
+            si=RPM),
+    _result("transient_delta", r"\delta", "1", "coefficient of speed fluctuation of the cycle",
+            "run_cycle"),
+    _result("transient_command", "y", "percent", "fuel command of the actuator in the cycle",
+            "run_cycle"),
+    _result("transient_fuel", "y_b", "percent", "mean command that cylinders burn at its end",
+            "run_cycle"),
+    _result("speed_fall", r"\delta^-", "percent", "fall of the mean speed of a cycle after a "
+            "change of load, over the nominal speed", "load_change"),
+    _result("speed_rise", r"\delta^+", "percent", "rise of the mean speed of a cycle after a "
+            "change of load, over the nominal speed", "load_change"),
+    _result("recovery_time", "t_r", "s", "time until the mean speed of a cycle stays in the "
+            "recovery band", "load_change"),
+    _result("settled_speed", "n_s", "rpm", "mean speed of the last cycle before the next change of "
+            "load", "load_change", si=RPM),
+    *(
+        Node(f"largest_{name}", symbol, "percent", meaning, SOURCE, needs=(name,),
+             removes=("load_change",), make=_largest)
+        for name, symbol, meaning in (
+            ("speed_fall", r"\delta^-", "largest fall of the speed after changes of load"),
+            ("speed_rise", r"\delta^+", "largest rise of the speed after changes of load"),
+        )
+    ),
+    Node("longest_recovery_time", "t_r", "s", "longest recovery time", SOURCE,
+         needs=("recovery_time",), removes=("load_change",), make=_largest),
+    Node("limits_kept", "g", "1", "whether the limits are kept after each change of load", SOURCE,
+         removes=("load_change",), make=_kept, meanings=("exceeded", "kept")),
+    Node("run_overshoot", r"\delta_o", "percent", "largest mean speed of a cycle over the nominal "
+         "speed, less 100 percent", SOURCE, removes=("run_cycle",), make=_overshoot),
+    Node("cycle_speed_variation", "COV", "1", "standard deviation over the mean of the cycles' "
+         "mean speeds, second half of the run", SOURCE, removes=("run_cycle",), make=_variation),
+    _result("time_to_start", "t_s", "s", "time until the engine has started"),
+    _result("transient_end_time", "t_e", "s", "time at which the run ends"),
+    _result("cycles_followed", "N", "1", "whole cycles that were followed"),
+    _result("cycles_to_stop", "N_s", "1", "cycles from the fuel cut to standstill"),
+    _result("run_angle", r"\varphi", "degree", "crank angle since the beginning", "run_point",
+            si=DEGREE),
+    _result("run_time", "t", "s", "time since the beginning", "run_point"),
+    _result("run_speed", "n", "rpm", "speed in the recorded cycles", "run_point", si=RPM),
+    _result("run_load", "M_L", "N m", "load torque in the recorded cycles", "run_point"),
+    _result("run_command", "y", "percent", "fuel command in the recorded cycles", "run_point"),
+    _result("transient_error", r"\varepsilon", "1", "estimated relative error of the speed at the "
+            "ends of cycles"),
+    _result("transient_status", "i", "1", "outcome of the speed that does not repeat",
+            meanings=status.MEANINGS),
+)  # fmt: skip
+
+FEATURE: Feature[Transient] = Feature(
+    "transient", "speed that does not repeat", "transients", NODES, PARAMETERS,
+    (
+        Dimension("run_cycle", "", "1", "cycle since the beginning, counted from 1", whole=True),
+        Dimension("load_change", "", "1", "change of load, counted from 1", whole=True),
+        Dimension("run_point", "", "1", "point of recorded cycles, counted from 1", whole=True),
+    ),
+    sizes=lambda part: (part.cycles, part.marks.size, part.recorded_points),
+    words=(
+        {
+            "no_transient": "the speed repeats",
+            "load_by_exponent": "it is followed in time, the load's torque by load_exponent",
+            "load_by_torque": "it is followed in time, with a torque that no speed changes",
+            "load_by_power": "it is followed in time, with a power that no speed changes",
+        },
+    ),
+    called={
+        "recovery_time": "load step, load acceptance, governor, transient",
+        "speed_fall": "speed dip, undershoot, load acceptance, block load",
+        "speed_rise": "overshoot, load rejection",
+        "time_to_start": "starter, cranking, run-up",
+        "cycles_to_stop": "run-down, coast-down, shutdown",
+        "cycle_speed_variation": "idle stability, cyclic dispersion",
+    },
+    constant="transient",
+)  # fmt: skip

@@ -1,0 +1,212 @@
+"""Scenes whose speed is followed in time, against the functions of Python and each other."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import sweeps
+from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.status import FOLLOWED, INVALID_INPUT, STOPPED
+from engine_dyn.transient import ISO_8528_5_G2, follow_designs, kept, transient_engine
+from engine_dyn.units import RPM
+from sweeps.scene.engine.engine_files import load_engine
+from tests.support.scenes import asking, computed, refusal
+
+STEPS = [{"time": 0.5, "torque": 900.0}, {"time": 3.0, "torque": 0.0}]
+SET: dict[str, Any] = {
+    "set": {"cylinders": 6, "speed": 1500.0, "inertia": 8.0, "reciprocating_mass": 6.67},
+    "solver": {"method": "transient"},
+    "transient": {
+        "cycles": 80, "command_angle": -15.0, "load_steps": STEPS, "limits": "ISO 8528-5 G2",
+        "load_law": "power", "start_command": 17.0,
+    },
+    "governor": {
+        "gain": 8.0, "integral": 16.0, "actuator_lag": 0.05, "lowest_command": -20.0,
+    },
+}  # fmt: skip
+JUDGED = ("speed_fall", "speed_rise", "recovery_time", "limits_kept", "transient_delta")
+
+
+def changed(**tables: Any) -> dict[str, Any]:
+    """Tables of that set with others put over them; None takes a key away."""
+    made = dict(SET)
+    for name, table in tables.items():
+        if name != "output":
+            both = {**SET.get(name, {}), **table} if isinstance(table, dict) else table
+            table = {k: v for k, v in both.items() if v is not None} if both else None
+        made[name] = table
+    return {name: table for name, table in made.items() if table is not None}
+
+
+@pytest.mark.compiled
+def test_a_scene_gives_what_the_functions_give() -> None:
+    engine = load_engine("ntua")
+    bore, stroke, ratio = (engine.values[name] for name in ("bore", "stroke", "crank_ratio"))
+    speed = 1500.0 * RPM
+    area = 0.25 * math.pi * bore**2
+    torque = 6 * area * stroke / (4.0 * math.pi)
+    made = transient_engine(
+        engine.family, even_cylinders(6, 4.0 * math.pi), crank_ratio=ratio,
+        command_angle=math.radians(-15.0), crankcase_pressure=1.01325e5,
+    )  # fmt: skip
+    gains = np.array([4.0, 8.0, 16.0])
+    found = follow_designs(
+        made, 80, load=([0.5, 0.5, 3.0, 3.0], [0.0, 900.0, 900.0, 0.0]), marks=[0.5, 3.0],
+        speed=speed, start_speed=speed, start_command=17.0, inertia=8.0,
+        reciprocating_inertia=6.67 * (0.5 * stroke) ** 2, lever=0.5 * area * stroke,
+        load_exponent=-1.0, friction_constant=0.137e5 * torque, friction_peak_share=0.005 * torque,
+        friction_linear=0.142e5 * stroke / math.pi * torque, governed=1.0, reference_speed=speed,
+        gain=100.0 * gains, integral_gain=1600.0, actuator_lag=0.05, lowest_command=-20.0,
+        highest_command=90.0,
+    )  # fmt: skip
+    scene = changed(axes={"governor_gain": gains.tolist()}, governor={"gain": None})
+    here = computed(
+        (*JUDGED, "transient_end_speed", "transient_error", "transient_status"), **scene
+    )
+    assert here.transient_status.values.tolist() == [FOLLOWED] * 3
+    for name, expected in {
+        "transient_end_speed": found.cycles["speed_end"] / RPM, "transient_delta": found.delta,
+        "recovery_time": found.marks["recovery_time"],
+        "limits_kept": kept(found, speed, ISO_8528_5_G2).all(axis=1),
+        "speed_fall": 100.0 * (found.marks["speed_before"] - found.marks["speed_lowest"]) / speed,
+    }.items():  # fmt: skip
+        np.testing.assert_allclose(here[name].values, expected, rtol=1e-9, atol=1e-9)
+    assert (here.transient_error < 1e-6).all()
+    assert here.speed_fall.dims == ("governor_gain", "load_change")
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("cylinders", [1, 6])
+def test_a_constant_load_ends_in_the_periodic_solution(cylinders: int) -> None:
+    # The friction of the periodic solution is that of the nominal speed
+    own = {"cylinders": cylinders, "load": 50.0, "load_exponent": 2.0, "inertia": 4.0,
+           "friction_mean_piston_speed": 0.0}  # fmt: skip
+    periodic = changed(
+        set=own, transient=None, governor=None,
+        solver={"method": "auto", "inertia_model": "variable", "tolerance": 1e-9},
+    )  # fmt: skip
+    steady = computed(("delta", "omega_mean", "load_torque_nominal"), **periodic)
+    torque = float(steady.load_torque_nominal)
+    followed = changed(
+        set=own, governor=None,
+        transient={"load_steps": [{"time": 0.0, "torque": torque}], "limits": None, "cycles": 400,
+                   "start_command": 50.0, "load_law": "exponent"},
+    )  # fmt: skip
+    last = computed(("transient_delta", "transient_mean_speed"), **followed).isel(run_cycle=-1)
+    assert float(last.transient_delta) == pytest.approx(float(steady.delta), rel=1e-6)
+
+
+@pytest.mark.compiled
+def test_blocks_threads_and_order_of_designs_change_no_bit(tmp_path: Path) -> None:
+    draw = np.random.default_rng(3).uniform
+    designs = {
+        "inertia": draw(4.0, 12.0, 9).tolist(), "governor_gain": draw(2.0, 16.0, 9).tolist(),
+        "crank_ratio": draw(0.2, 0.3, 9).tolist(), "cylinders": [6, 4, 6, 4, 6, 6, 3, 6, 6],
+        "transient_command_angle": [-15.0, -360.0, -10.0] * 3,
+    }  # fmt: skip
+    scene = asking(
+        JUDGED, "ntua", **changed(designs=designs, governor={"gain": None},
+                                  set={"cylinders": None, "inertia": None},
+                                  transient={"command_angle": None}),
+    )  # fmt: skip
+    whole = sweeps.run(scene, threads=1)
+    several = sweeps.run(scene, threads=3)
+    xr.testing.assert_identical(whole.drop_attrs(), several.drop_attrs())
+    turned = {key: values[::-1] for key, values in designs.items()}
+    back = sweeps.run({**scene, "designs": turned}, threads=2)
+    for name in JUDGED:
+        np.testing.assert_array_equal(back[name].values[::-1], whole[name].values)
+
+
+@pytest.mark.compiled
+def test_designs_that_cannot_be_are_an_outcome() -> None:
+    designs = {"inertia": [8.0, 1e-9, 8.0, 8.0], "governor_lowest_command": [-20.0, -20.0, 95.0, 0],
+               "transient_step_factor": [1.0, 1.0, 1.0, 10.0]}  # fmt: skip
+    scene = changed(designs=designs, set={"inertia": None}, governor={"lowest_command": None})
+    found = computed(("transient_status", "speed_fall"), **scene)
+    assert found.transient_status.values.tolist() == [
+        FOLLOWED, INVALID_INPUT, INVALID_INPUT, STOPPED,
+    ]  # fmt: skip
+    assert np.isfinite(found.speed_fall[0]).all() and np.isnan(found.speed_fall[1]).all()
+
+
+@pytest.mark.compiled
+def test_a_sample_is_reduced_as_it_is_followed() -> None:
+    sample = {"number": 64, "governor_gain": {"low": 4.0, "high": 16.0}}
+    reduce = {"quantiles": [0.5], "best": [{"least": "largest_speed_fall", "number": 2}]}
+    scene = changed(sample=sample, reduce=reduce, governor={"gain": None})
+    reduced = computed(("largest_speed_fall", "limits_kept"), **scene)
+    whole = computed(("largest_speed_fall",), **changed(sample=sample, governor={"gain": None}))
+    assert float(reduced.largest_speed_fall_quantile.squeeze()) == pytest.approx(
+        float(np.quantile(whole.largest_speed_fall, 0.5)), rel=1e-2
+    )
+
+
+@pytest.mark.parametrize(
+    ("tables", "says"),
+    [
+        ({"solver": None}, "[transient]: needs [solver] method = 'transient'"),
+        ({"transient": None}, "[solver] method = 'transient': needs a table [transient]"),
+        ({"transient": None, "solver": None}, "[governor]: has no effect without a table"),
+        ({"solver": {"method": ["auto", "transient"]}}, "'transient' stands alone"),
+        ({"transient": {"cycles": None}}, "[transient] cycles: missing"),
+        ({"transient": {"command_angle": None}}, "command_angle: missing; must be the angle from"),
+        ({"transient": {"cycles": 0}}, "[transient] cycles = 0: must be a whole number from 1"),
+        ({"transient": {"load_steps": STEPS[::-1]}}, "must not lie before the end of the one befo"),
+        ({"transient": {"load_steps": [{"time": -1.0, "load": 1.0}]}}, "time = -1 s: must be 0 or"),
+        ({"transient": {"load_steps": [{"time": 1.0}]}}, "has none of them; must have one of"),
+        ({"transient": {"load_steps": [{"time": 1.0, "load": 1.0, "power": 1.0}]}}, "has load and"),
+        ({"transient": {"load_steps": [STEPS[0], {"time": 2.0, "load": 1.0}]}}, "others torque;"),
+        ({"transient": {"load_steps": [{"time": 90.0, "load": 1.0}]}}, "they last 6.4 s at"),
+        ({"transient": {"duration": 1.0}}, "duration = 1 s: a load at 3 s lies behind it"),
+        ({"transient": {"duration": 0.0}}, "[transient] duration = 0"),
+        ({"transient": {"boost_lag": -1.0}}, "[transient] boost_lag = -1: must be"),
+        ({"transient": {"record": [5, 2]}}, "record = [5, 2]: must be two cycles from 1 to 80"),
+        ({"transient": {"missed": [{"cycle": 3, "cylinder": 7}]}}, "cylinder 7: must be a"),
+        ({"transient": {"missed": [{"cycle": 99, "cylinder": 1}]}}, "cycle 99 lies behind"),
+        ({"transient": {"limits": "ISO 8528-5 G9"}}, "limits = 'ISO 8528-5 G9': unknown"),
+        ({"transient": {"limits": None}}, "'limits_kept' needs [transient] limits"),
+        ({"transient": {"load_steps": None}}, "needs [transient] load_steps or load_file"),
+        ({"transient": {"load_file": "x.csv"}}, "has both load_steps and load_file"),
+        ({"transient": {"load_file": "x.csv", "load_steps": None}}, "x.csv: no such file"),
+        ({"transient": {"command_steps": [{"time": 0.0, "command": 50.0}]}}, "not allowed"),
+        ({"governor": {"gain": None, "integral": None}}, "a governor needs gain or integral"),
+        ({"governor": {"gain": -1.0}}, "[governor] gain = -1: must be"),
+        ({"governor": {"actuator_lag": -0.1}}, "[governor] actuator_lag = -0.1: must be"),
+        ({"governor": {"gian": 1.0}}, "gian"),
+        ({"starter": {"torque": 300.0}}, "starter_torque: needs starter_speed, the speed at which"),
+        ({"starter": {"speed": 300.0}}, "starter_speed: needs starter_torque, the torque of the"),
+        ({"clutch": {"inertia": 1.0}}, "clutch_inertia: needs clutch_time, the time at which"),
+        ({"output": {"quantities": ["run_speed"]}}, "'run_speed' needs [transient] record"),
+        ({"reduce": {"quantiles": [0.5]}, "output": {"quantities": ["speed_fall"]}}, "one number"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_refused_in_one_line(tables: dict[str, Any], says: str) -> None:
+    scene = asking(tables.get("output", {}).get("quantities", ["limits_kept"]), "ntua",
+                   **{k: v for k, v in changed(**tables).items() if k != "output"})  # fmt: skip
+    if "reduce" in tables:
+        with pytest.raises(sweeps.SceneError, match="one number for each design"):
+            sweeps.plan(scene)
+        return
+    assert says in refusal(scene)
+
+
+def test_a_load_over_time_comes_from_a_file(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("load.csv").write_text("time_s,power_W\n0,0\n1,0\n1,90e3\n3,100e3\n")
+    scene = changed(transient={"load_file": "load.csv", "load_steps": None, "load_law": None})
+    part = sweeps.read_scene(asking(("speed_fall",), "ntua", **scene)).engine.parts["transient"]
+    assert (part.of_load, part.law, part.load.time.tolist()) == ("power", "power", [0, 1, 1, 3])
+    assert part.marks.tolist() == [1.0, 3.0]
+    Path("load.csv").write_text("time_s,power_W\n0,0\n2,0\n1,9\n")
+    assert "load.csv: line 4: time_s must not descend" in refusal(
+        asking(("speed_fall",), "ntua", **scene)
+    )
+    Path("load.csv").write_text("time,power_W\n0,0\n")
+    assert "must be time_s and one of" in refusal(asking(("speed_fall",), "ntua", **scene))
