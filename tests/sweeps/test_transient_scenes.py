@@ -74,7 +74,9 @@ def test_a_scene_gives_what_the_functions_give() -> None:
         "transient_end_speed": found.cycles["speed_end"] / RPM, "transient_delta": found.delta,
         "recovery_time": found.marks["recovery_time"],
         "limits_kept": kept(found, speed, ISO_8528_5_G2).all(axis=1),
-        "speed_fall": 100.0 * (found.marks["speed_before"] - found.marks["speed_lowest"]) / speed,
+        "speed_fall": 100.0 / speed * np.maximum(
+            found.marks["speed_before"] - found.marks["speed_lowest"], 0.0
+        ),
     }.items():  # fmt: skip
         np.testing.assert_allclose(here[name].values, expected, rtol=1e-9, atol=1e-9)
     assert (here.transient_error < 1e-6).all()

@@ -22,7 +22,7 @@ from engine_dyn.quantities.features.characteristic import (
     made_of,
 )
 from engine_dyn.quantities.features.feature import Feature
-from engine_dyn.quantities.node import Dimension, Node, hidden, parameter
+from engine_dyn.quantities.node import Dimension, Node, hidden, parameter, variants
 from engine_dyn.transient.limits import TransientLimits, keeps
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE, RPM
@@ -374,8 +374,8 @@ def _follow(
         "transient_status": lambda: found.outcome,
         "transient_error": lambda: found.error,
         "transient_delta": lambda: found.delta,
-        "speed_fall": lambda: 100.0 * (marks["speed_before"] - marks["speed_lowest"]) / speed,
-        "speed_rise": lambda: 100.0 * (marks["speed_highest"] - marks["speed_before"]) / speed,
+        "speed_fall": lambda: _beyond(marks["speed_before"] - marks["speed_lowest"], speed),
+        "speed_rise": lambda: _beyond(marks["speed_highest"] - marks["speed_before"], speed),
         "recovery_time": lambda: marks["recovery_time"],
         "settled_speed": lambda: marks["speed_after"],
     }
@@ -396,6 +396,11 @@ def _follow(
                     array[place] = np.interp(points, angle[there], curve[there], right=np.nan)
         else:
             array[places] = _recorded_angles(transient)
+
+
+def _beyond(change: Floats, speed: Floats) -> Floats:
+    """Fall or rise in percent of the nominal speed, 0 where there is none."""
+    return np.asarray(np.maximum(100.0 * change / speed, 0.0))
 
 
 def _recorded_angles(transient: Transient) -> Floats:
@@ -466,11 +471,15 @@ NODES = (
         + _load_torque(transient, needs) * np.interp(0.0, *transient.load),
         ("transient", "load_offset", "full_load_torque", "speed", "transient_step_factor"),
     ),
-    hidden("transient_exponent", "1", "exponent of the load", lambda: 0.0, when="no_transient"),
-    hidden("transient_exponent", "1", "exponent of the load", lambda load_exponent: load_exponent,
-           when="load_by_exponent"),
-    hidden("transient_exponent", "1", "exponent of the load", lambda: 0.0, when="load_by_torque"),
-    hidden("transient_exponent", "1", "exponent of the load", lambda: -1.0, when="load_by_power"),
+    *variants(
+        Node("transient_exponent", "", "1", "exponent of the load's torque", public=False),
+        {
+            "no_transient": lambda: 0.0,
+            "load_by_exponent": lambda load_exponent: load_exponent,
+            "load_by_torque": lambda: 0.0,
+            "load_by_power": lambda: -1.0,
+        },
+    ),
     Node(
         "transient_solution", "", "", "speed that does not repeat", SOURCE, kind="stage",
         public=False, can_fail=True, gives=GIVES, needs=_NEEDS, make=_solve, width=100_000,
