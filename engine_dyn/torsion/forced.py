@@ -15,8 +15,8 @@ Neither form subtracts what is nearly equal: stiff shafts cost no digits. Where 
 branch alone resonates and holds its parent, though the system does not resonate: an undamped
 absorber at its own frequency, a pendulum at its own order. It is then detuned by `DETUNED`, and its
 parent turns by as little. That costs no digits elsewhere, unless torques act on the branch. Such
-cases are rare; they are solved again with pivoting. An undamped system at a natural frequency has
-no steady state, and that is its status.
+cases are rare; they are solved again in modes, each of which keeps its own digits (`graded`). An
+undamped system at a natural frequency has no steady state, and that is its status.
 """
 
 from __future__ import annotations
@@ -31,7 +31,6 @@ from engine_dyn.compilation import inlined, kernel
 from engine_dyn.given_numbers import given_array
 from engine_dyn.speed.mechanisms import Progress, map_on_threads
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
-from engine_dyn.torsion.graded import graded_modes
 from engine_dyn.torsion.modes import checked_orders, coordinates
 from engine_dyn.torsion.synthesis import Synthesis, extremes_of, synthesis
 from engine_dyn.torsion.system import ShaftSystem, along_one_axis
@@ -57,7 +56,7 @@ DETUNED = 1e-12  # Smallest |k* + Z| over (|k*|^2 + |Z|^2)^(1/2); nearer to 0 it
 # cancellation, which matters where torques act on what is behind the shaft
 SMALL = 1e-6
 
-AT_ONCE = 1024  # Number of cases that a thread takes at once
+AT_ONCE, FEW = 1024, 64  # Numbers of cases that a thread takes at once, and in modes
 
 
 class _Tree(NamedTuple):
@@ -211,23 +210,22 @@ def forced_response(
     modal = bool(system.modal_damping.shape[-1])
     resonant = np.zeros(count, dtype=bool)
 
-    def solve(some: Integers) -> int:
+    def solve(some: Integers, by_modes: bool = modal) -> int:
         known = none
-        if modal:
+        if by_modes:
             known, resonant[some] = _in_modes(designs, cases, some)
         _respond(some, known, tree, cases, signals, table, responses)
         return some.size
 
-    at_once = AT_ONCE // 16 if modal else AT_ONCE
+    at_once = FEW if modal else AT_ONCE
     pieces = (which[i : i + at_once] for i in range(0, count, at_once))
     for done in map_on_threads(solve, pieces, threads):
         if progress:
             progress(done)
+    doubtful = np.flatnonzero(responses.doubtful)
+    for i in range(0, doubtful.size, FEW):
+        solve(doubtful[i : i + FEW], by_modes=True)
     status = np.where(resonant, NO_STEADY_STATE, CONVERGED).astype(np.int8)
-    for case in np.flatnonzero(responses.doubtful):
-        known, meets = _with_pivoting(tree, cases, int(case))
-        status[case] = NO_STEADY_STATE if meets else CONVERGED
-        _respond(which[case : case + 1], known, tree, cases, signals, table, responses)
     results: dict[str, Any] = {"status": status.reshape(shape)}
     values: Any
     for name in wanted:
@@ -489,13 +487,13 @@ def _to_lines(
 
 
 def _in_modes(designs: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Floats, Booleans]:
-    """Angles and twists of the nodes, (cases, 2, M, 2, V), with given damping of modes.
+    """Angles and twists of the nodes, (cases, 2, M, 2, V), from all modes.
 
-    That damping joins all nodes, which no elimination along the tree can: it is solved in modes.
-    Besides, whether an order of a case meets an undamped mode.
+    Given damping of modes joins all nodes, which no elimination along the tree can. Besides,
+    whether an order of a case meets an undamped mode.
     """
     design, speed = cases.design[some], cases.speed[some]
-    modes = coordinates(designs.of(design), speed)
+    modes = coordinates(designs.of(design), speed, spread=math.inf)
     w = cases.orders * speed[:, None]
     parts = np.einsum("cp,cptrv->ctrv", cases.factor[some], cases.harmonics[cases.line[some]])
     torque = cases.throw_ratio[design][..., None] * (parts[:, :, 0] + 1j * parts[:, :, 1])
@@ -504,6 +502,8 @@ def _in_modes(designs: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Floa
     places = np.arange(modes.omega.shape[-1])
     impedance[..., places, places] += modes.omega[:, None] ** 2 - w[..., None] ** 2
     least = np.abs(impedance[..., places, places])
+    # Natural frequencies are known to some ten digits: nearer to one than that, and with a damping
+    # as small, the amplitude has no bound.
     meets = (least <= 1e-9 * w[..., None] ** 2).any(axis=-1)
     impedance[meets] = np.eye(places.size)
     answer = np.linalg.solve(impedance, force[..., None])[..., 0]
@@ -512,55 +512,3 @@ def _in_modes(designs: ShaftSystem, cases: _Cases, some: Integers) -> tuple[Floa
     return np.stack([np.stack([one.real, one.imag], axis=-2) for one in known], axis=1), (
         meets.any(axis=-1)
     )
-
-
-def _with_pivoting(tree: _Tree, cases: _Cases, case: int) -> tuple[Floats, bool]:
-    """Angles and twists of a case's nodes, shape (1, 2, M, 2, V), and whether the case resonates.
-
-    Torques T of the shafts are unknowns beside the angles: T - k* (theta - theta_parent) = 0,
-    divided by the larger of |k*| and the discs' values, keeps a stiff shaft and a light disc apart
-    from rounding.
-    """
-    design, speed = cases.design[case], cases.speed[case]
-    inertia, own, ground, stiffness, eta, damping, following = (line[design] for line in tree[1:])
-    parts = np.tensordot(cases.factor[case], cases.harmonics[cases.line[case]], axes=1)
-    forces = cases.throw_ratio[design][:, None] * (parts[:, 0] + 1j * parts[:, 1])
-    nodes, orders = inertia.size, cases.orders.size
-    solution = np.full((2, nodes, orders), np.nan, dtype=np.complex128)
-    real = stiffness + speed**2 * following
-    joins = np.eye(nodes)[1:]
-    joins[np.arange(nodes - 1), tree.parent[1:]] = -1.0
-    meets = _resonances(tree, design, real, cases.orders * speed)
-    for v, w in enumerate(cases.orders * speed):
-        stiff = (real * (1.0 + 1j * eta) + 1j * w * damping)[1:]
-        discs = np.diag(ground - w**2 * inertia + 1j * w * own)
-        scale = np.abs(discs).max()
-        over = np.maximum(np.abs(stiff), scale)
-        rows = [[discs / scale, joins.T], [(stiff / over)[:, None] * joins, np.diag(-scale / over)]]
-        force = np.zeros(2 * nodes - 1, dtype=np.complex128)
-        np.add.at(force, cases.throw_node, forces[:, v] / scale)
-        try:
-            solved = np.linalg.solve(np.block(rows), force)
-        except np.linalg.LinAlgError:
-            meets[v] = True
-        if not meets[v]:
-            solution[0, :, v], solution[1, 0, v] = solved[:nodes], 0.0
-            with np.errstate(divide="ignore", invalid="ignore"):  # 0/0 where a shaft has k* = 0
-                known = np.abs(stiff) > scale
-                twist = np.where(known, scale * solved[nodes:] / stiff, joins @ solved[:nodes])
-            solution[1, 1:, v] = twist
-    return np.stack([solution.real, solution.imag], axis=-2)[None], bool(meets.any())
-
-
-def _resonances(tree: _Tree, design: int, stiffness: Floats, w: Floats) -> Booleans:
-    """Whether each frequency [rad/s] is a natural frequency of an undamped mode."""
-    nodes = tree.parent.size
-    squares, angle, twist = np.empty((1, nodes)), *np.empty((2, 1, nodes, nodes))
-    line = (tree.inertia[design], stiffness, tree.ground_stiffness[design])
-    graded_modes(tree.parent, *(values[None] for values in line), squares, angle, twist)
-    lost = twist[0] ** 2 @ (stiffness * tree.loss_factor[design])
-    viscous = twist[0] ** 2 @ tree.damping[design] + angle[0] ** 2 @ tree.disc_damping[design]
-    gap = squares[0] + 1j * (lost + w[:, None] * viscous) - (w**2)[:, None]
-    # Natural frequencies are known to some ten digits: nearer to one than that, and with a damping
-    # as small, the amplitude has no bound.
-    return np.asarray((np.abs(gap) <= 1e-9 * (w**2)[:, None]).any(axis=-1))

@@ -372,11 +372,14 @@ class Coordinates(NamedTuple):
     free: int  # Number of free parts, which come first
 
 
-def coordinates(system: ShaftSystem, speed: Any) -> Coordinates:
-    """Return the coordinates in which inertia is 1 and stiffness omega^2."""
+def coordinates(system: ShaftSystem, speed: Any, spread: float = 1e8) -> Coordinates:
+    """Return the coordinates in which inertia is 1 and stiffness omega^2.
+
+    Modes of more than `spread` times the lowest frequency are left out: eigenvalues with all of
+    them have eight digits of the lowest one up to the default.
+    """
     squares, angle, twist = elastic_modes(system, speed)
-    # Eight digits hold modes up to 1e8 times the lowest one; those beyond are left out.
-    left = ~(squares < 1e8**2 * squares[..., :1])[..., None]
+    left = ~(squares < spread**2 * squares[..., :1])[..., None]
     omega = np.where(left[..., 0], 0.0, np.sqrt(squares))
     own, between = free_vectors(system, speed)
     angle = np.concatenate([own, np.where(left, 0.0, angle)], axis=-2)
