@@ -7,18 +7,17 @@ The formulas are those of `engine_dyn.torsion`.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from engine_dyn.loads.laws import LAWS
-from engine_dyn.quantities.node import Node, hidden, quotient, variants
+from engine_dyn.quantities.node import Node, formula, hidden, quotient, variants
 from engine_dyn.quantities.shaft_numbers import PENDULUMS, WILSON, joined
 from engine_dyn.torsion.shaft import Shaft, reciprocating_inertia_of_throws, stacked
 from engine_dyn.torsion.system import ShaftSystem
 from engine_dyn.units import DEGREE, RPM
-
-COMPLEX = 16  # Bytes of one harmonic, a complex number
 
 OF_MODES = 6000  # Bytes of a design whose shaft has some ten discs, with its matrices
 
@@ -69,12 +68,10 @@ OF_SYSTEM = (
 
 
 def _modes(
-    *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
-    progress: Any = None, **values: Any,
-) -> dict[str, Any]:  # fmt: skip
+    *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], **values: Any
+) -> dict[str, Any]:
     from engine_dyn.torsion.modes import mode_torques, natural_modes, zero_crossings
 
-    del threads, progress
     system, bad = system_of(values)
     modes, count, results = natural_modes(system, speed_of_modes), np.size(mode), {}
     if "mode_node" in wanted:
@@ -140,12 +137,10 @@ _DAMPED = "damped_natural_omega", "damped_swing_omega", "damping_ratio"
 
 
 def _damping(
-    *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
-    progress: Any = None, **values: Any,
-) -> dict[str, Any]:  # fmt: skip
+    *, speed_of_modes: Any, mode: Any, wanted: tuple[str, ...], **values: Any
+) -> dict[str, Any]:
     from engine_dyn.torsion.modes import damped_modes, modal_damping, natural_modes
 
-    del threads, progress
     system, bad = system_of(values)
     results = {}
     if "modal_damping_ratio" in wanted:
@@ -168,13 +163,11 @@ def _first_modes(array: Any, count: int, bad: Any, own: int = 0) -> Any:
 
 
 def _critical_speeds(
-    *, order: Any, mode: Any, wanted: tuple[str, ...], threads: int | None = None,
-    progress: Any = None, **values: Any,
-) -> dict[str, Any]:  # fmt: skip
+    *, order: Any, mode: Any, wanted: tuple[str, ...], **values: Any
+) -> dict[str, Any]:
     """Critical speeds of a shaft with pendulums, whose stiffness follows the speed."""
     from engine_dyn.torsion.modes import critical_speeds, damped_critical_speeds
 
-    del threads, progress
     system, bad = system_of(values)
     (name,) = wanted
     speeds = damped_critical_speeds if name.startswith("damped") else critical_speeds
@@ -207,6 +200,27 @@ def _of_modes(name: str, symbol: str, unit: str, long_name: str, adds: tuple[str
         name, symbol, unit, long_name, WILSON, needs=("torsional_modes",), adds=("mode", *adds),
         **more,
     )  # fmt: skip
+
+
+def _critical(
+    name: str, symbol: str, met: str, frequency: str, needs: tuple[str, ...],
+    of_shaft: tuple[str, ...],
+) -> tuple[Node, ...]:  # fmt: skip
+    """Nodes of critical speeds, from frequencies, and of shafts whose frequencies follow them."""
+    one = Node(
+        name, symbol, "rpm", f"speed of the crank at which an order meets {met}", WILSON, si=RPM,
+        when="no_pendulums",
+        **formula(lambda own, order: 2.0 * np.pi * own / order, frequency, "order"),
+    )  # fmt: skip
+    stage = Node(
+        f"{name}s", "", "", "critical speeds of a shaft with pendulums", kind="stage", public=False,
+        needs=(*OF_SYSTEM, *needs, "order", "mode"), gives=(name,), make=_critical_speeds,
+        of_shaft=of_shaft, width=OF_MODES, source=WILSON,
+    )  # fmt: skip
+    followed = replace(
+        one, when="pendulums", make=None, needs=(f"{name}s",), adds=("mode", "order")
+    )
+    return one, followed, stage
 
 
 NODES: tuple[Node, ...] = (
@@ -337,39 +351,10 @@ NODES: tuple[Node, ...] = (
         "damping ratio of each damped mode, -Re s/|s| of its complex eigenvalue s", WILSON,
         needs=("torsional_damping",), adds=("mode",),
     ),
-    Node(
-        "damped_critical_speed", "n_d", "rpm",
-        "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
-        si=RPM, when="no_pendulums",
-        make=lambda damped_natural_omega, order: damped_natural_omega / order,
-    ),
-    Node(
-        "damped_critical_speed", "n_d", "rpm",
-        "speed of the crank at which an order meets the natural frequency of a damped mode", WILSON,
-        si=RPM, needs=("damped_critical_speeds",), adds=("mode", "order"),
-        when="pendulums",
-    ),
-    Node(
-        "damped_critical_speeds", "", "", "critical speeds of a damped shaft with pendulums",
-        kind="stage", public=False, needs=(*OF_SYSTEM, "load_damping", "order", "mode"),
-        gives=("damped_critical_speed",), make=_critical_speeds, of_shaft=OF_ALL, width=OF_MODES,
-        source=WILSON,
-    ),
-    Node(
-        "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
-        "frequency of the undamped shaft", WILSON, si=RPM, when="no_pendulums",
-        make=lambda natural_frequency, order: 2.0 * np.pi * natural_frequency / order,
-    ),
-    Node(
-        "critical_speed", "n_c", "rpm", "speed of the crank at which an order meets a natural "
-        "frequency of the undamped shaft", WILSON, si=RPM, needs=("critical_speeds",),
-        adds=("mode", "order"), when="pendulums",
-    ),
-    Node(
-        "critical_speeds", "", "", "critical speeds of a shaft with pendulums", kind="stage",
-        public=False, needs=(*OF_SYSTEM, "order", "mode"), gives=("critical_speed",),
-        make=_critical_speeds, of_shaft=_ELASTIC, width=OF_MODES,
-    ),
+    *_critical("damped_critical_speed", "n_d", "the natural frequency of a damped mode",
+               "damped_natural_frequency", ("load_damping",), OF_ALL),
+    *_critical("critical_speed", "n_c", "a natural frequency of the undamped shaft",
+               "natural_frequency", (), _ELASTIC),
     Node(
         "mode_vector_sum", r"|\sum a_j e^{i\nu\psi_j}|", "1",
         "sum of the phase vectors of all throws, each times the amplitude of its disc in a mode",
