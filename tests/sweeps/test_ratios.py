@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sweeps.base.errors import SceneError
-from sweeps.base.files.numbers_with_units import number_with_unit
+from sweeps.base.files.numbers_with_units import factor_between, number_with_unit
 from sweeps.base.ratios import number_or_ratio
 from sweeps.scene.reading import read_scene
 from tests.support.scenes import refusal
@@ -64,6 +64,20 @@ def test_only_ratios(tables, words):
 )  # fmt: skip
 def test_is_understood(raw: Any, unit: str, value: float) -> None:
     assert number_with_unit(raw, "--x", unit) == pytest.approx(value, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted", "factor"),
+    [
+        ("1/min", "rpm", 1.0), ("Hz", "rpm", 60.0), ("rad s-1", "1/min", 30.0 / math.pi),
+        ("rad s-1", "Hz", 0.5 / math.pi), ("1/min", "rad s-1", None), ("rpm", "Hz", None),
+        ("rad s-1", "1/m", None), ("rad2 s-1", "rpm", None),
+    ],
+)  # fmt: skip
+def test_what_has_no_angle_counts_turns_beside_a_speed(
+    given: str, wanted: str, factor: float | None
+) -> None:
+    assert factor_between(given, wanted) == (factor and pytest.approx(factor, rel=1e-14))
 
 
 @pytest.mark.parametrize(

@@ -106,8 +106,11 @@ def factor_between(given: str, wanted: str) -> float | None:
     turns = difference.pop(angle)
     if any(difference):
         return None
-    if turns and one.powers[angle] == 0 and wanted == "rpm":
-        return one.size * 2.0 * math.pi / other.size  # 2700/min are turns
+    if turns and 0 in (one.powers[angle], other.powers[angle]) and (
+        wanted == "rpm" or given == "rad s-1"
+    ):  # fmt: skip
+        # Beside a speed, what has no angle counts turns: 2700/min are given, or wanted.
+        return one.size / other.size * (2.0 * math.pi) ** -turns
     if turns and not (one.powers[angle] == 0 and other.powers[0] and "rad" in wanted):
         return None  # A stiffness may be in N m, which is per radian
     return one.size / other.size

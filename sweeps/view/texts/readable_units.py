@@ -26,8 +26,6 @@ SHOWN = {
 def factor(unit: str, wanted: str) -> float:
     """Return the factor from a unit to a wanted one; SceneError where this is none of its kind."""
     size = 1.0 if unit == wanted else factor_between(unit, wanted)
-    if size is None and unit == "rad s-1" and (turns := factor_between(wanted, "rpm")):
-        size = factor(unit, "rpm") / turns  # 1/min are turns
     if size is None and (not wanted or factor_between(wanted, wanted) is None):
         raise SceneError(f"unit {shown(wanted)}: must be a unit such as kW, rpm, MPa or N*m")
     if size is None:
