@@ -114,7 +114,8 @@ whether it is a result, and whether it fulfils the conditions."""
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
 STATUS, TORSION_STATUS, NONLINEAR_STATUS = "status", "torsion_status", "nonlinear_status"
-OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, "passing_status", "transient_status")
+PASSING_STATUS, TRANSIENT_STATUS = "passing_status", "transient_status"
+OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, PASSING_STATUS, TRANSIENT_STATUS)
 """Variables with the outcome of each design: of its speed, of the vibration of its shaft, of that
 with couplings that are not linear, of that while it passes a range of speeds, and of the speed
 that does not repeat."""
