@@ -393,7 +393,7 @@ def _print_load(plan: Plan) -> None:
 
 def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
     """Print the number of designs, their outcomes, and how long they took."""
-    tell(f"{scene.title}: {counted(plan.designs, 'design')}")
+    tell(f"{scene.title}: {plan.designs_text}")
     unused = (*plan.unused, *plan.unused_settings)
     if unused:
         tell(f"no requested quantity depends on:  {', '.join(unused)}")
@@ -444,4 +444,4 @@ def _end_if_designs_failed(scene: Scene, outcomes: Mapping[str, int], output: Pa
 
 
 def _designs_line(plan: Plan, output: Path) -> str:
-    return f"{output}: {counted(plan.designs, 'design')}, {size_text(output.stat().st_size)}"
+    return f"{output}: {plan.designs_text}, {size_text(output.stat().st_size)}"

@@ -192,6 +192,10 @@ def test_axes_may_be_left_or_looked_at_at_every_point() -> None:
         assert_array_equal(values, best[name], name)
     good = (all_of_them.delta <= 1 / 25).all(["load", "speed"])
     assert f"{int(good.sum())} of 153 designs fulfil" in one.attrs["search"]
+    # What was solved is told as designs, each at some points.
+    said = "153 designs at 6 points each"
+    assert make_plan(read_scene(**GRID, reduce=asked)).designs_text == said
+    assert found.attrs["history"].endswith(f"computed {said}")
 
 
 @pytest.fixture

@@ -193,7 +193,7 @@ def provenance(
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     attributes: dict[str, Any] = {
         "source": f"engine-dyn {own}: periodic crank speed of piston engines",
-        "history": f"{now}: engine-dyn {own} computed {counted(plan.designs, 'design')}",
+        "history": f"{now}: engine-dyn {own} computed {plan.designs_text}",
         "scene": json_text(scene.source),
         "scene_name": printable(plan.name),
         "part": plan.piece,

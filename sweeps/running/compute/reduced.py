@@ -53,7 +53,8 @@ class Units:
     def states(self, numbers: list[int]) -> Iterator[tuple[int, State]]:
         """Reduce units; yields each with its number."""
         with progress_bar(
-            total=self.plan.designs, unit=" designs", unit_scale=True,
+            total=self.plan.designs, unit_scale=True,
+            unit=" points" if self.plan.points_each > 1 else " designs",
             disable=not self.progress, file=sys.stderr,
         ) as bar:  # fmt: skip
             for number in numbers:

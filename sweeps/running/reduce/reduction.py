@@ -377,9 +377,10 @@ class Reduction:
 
     def _add_counts(self, variables: dict[str, Variable], coordinates: dict[str, Variable]) -> None:
         left = tuple(self.left)
+        what = "points (a design at one value of at_every)" if self.asked.at_every else "designs"
         if self.outcomes.any():
             used = np.flatnonzero(self.outcomes.reshape(-1, len(MEANINGS)).any(axis=0))
-            about = {**named("outcomes", "number of designs of each outcome"), "units": "1"}
+            about = {**named("outcomes", f"number of {what} of each outcome"), "units": "1"}
             variables["outcomes"] = Variable((*left, "outcome"), about, self.outcomes[..., used])
             words = np.array([MEANINGS[code] for code in used], dtype=object)
             coordinates["outcome"] = Variable(
@@ -388,9 +389,6 @@ class Reduction:
         if self.conditions:
             texts = [str(c) for c in self.conditions]
             texts += ["all conditions"] if len(texts) > 1 else []
-            what = (
-                "points (a design at one value of at_every)" if self.asked.at_every else "designs"
-            )
             told = f"number of {what} that fulfil each condition"
             about = {**named("designs_within", told), "units": "1"}
             counts = self.within[..., : len(texts)]

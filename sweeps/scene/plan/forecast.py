@@ -41,7 +41,7 @@ def text(plan: Plan) -> str:
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions) or "none"
     wide = max(22, *(len(stage.node.name) + 1 for stage in plan.stages))
     lines = [
-        f"{scene.title}: {counted(plan.designs, 'design')} of engine {scene.engine.name}",
+        f"{scene.title}: {plan.designs_text} of engine {scene.engine.name}",
         f"axes: {axes}",
         "",
         f"{'stage':<{wide}}{'over':<34}{'times':>11}{'designs each':>14}  kept",
@@ -84,7 +84,7 @@ def _of_reduced(plan: Plan) -> str:
     drawn = f" drawn in {whole} portions" if whole > 1 else ""
     time = START + whole * seconds_of_computing(plan)
     return (
-        f"reduced as they are computed: {counted(plan.designs, 'design')}{drawn}, of which the "
+        f"reduced as they are computed: {plan.designs_text}{drawn}, of which the "
         f"archive holds what [reduce] asks for; time about {float(f'{time:.1g}'):.12g} s (plus "
         "compilation on the first run of this kind)"
     )
@@ -95,7 +95,7 @@ def _text_of_several(plan: Plan) -> str:
     scene = plan.scene
     axes = ", ".join(f"{d} ({plan.sizes[d]})" for d in scene.dimensions)
     lines = [
-        f"{scene.title}: {counted(plan.designs, 'design')} of {len(plan.parts)} engines or "
+        f"{scene.title}: {plan.designs_text} of {len(plan.parts)} engines or "
         "arrangements, each computed separately",
         f"axes: {axes}",
     ]

@@ -23,7 +23,7 @@ from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
 from sweeps.base.dimensions import DESIGN, OUTCOMES, STATUS
-from sweeps.base.errors import SceneError, one_line, size_text
+from sweeps.base.errors import SceneError, counted, one_line, size_text
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.plan.leaves import leaves_of, modes_kept, points_of
@@ -147,6 +147,18 @@ class Plan:
     def designs(self) -> int:
         """Number of designs, the product of the scene's axes, in all portions."""
         return math.prod(self.sizes[d] for d in self.scene.dimensions) * len(self.portions)
+
+    @property
+    def points_each(self) -> int:
+        """Number of points at which a reduction with `at_every` judges each design."""
+        reduce = self.scene.reduce
+        return math.prod(self.sizes[d] for d in reduce.at_every) if reduce else 1
+
+    @property
+    def designs_text(self) -> str:
+        """Number of designs, and of points of each where there are several."""
+        number, points = counted(self.designs // self.points_each, "design"), self.points_each
+        return number if points == 1 else f"{number} at {points} points each"
 
     @property
     def output_bytes(self) -> int:
