@@ -6,7 +6,9 @@ import xarray as xr
 
 import sweeps
 from sweeps.base.errors import SceneError
+from sweeps.decide.explore.search import search_best
 from sweeps.running.reduce import every_point, ranges
+from sweeps.view.texts.optimised import best_text
 
 INERTIA = [9.0, 1.0, 3.0, 5.0]
 LOADS = [0.0, 50.0, 100.0]
@@ -131,3 +133,16 @@ def test_refused(archive, options, words):
     with pytest.raises(SceneError) as told:
         sweeps.best(archive, least="inertia", within="delta <= 1", **options)
     assert words in str(told.value)
+
+
+def test_rows_that_differ_in_the_misfire_alone_are_one():
+    found = sweeps.run(
+        engine="diesel_105x137", axes={"misfire": [0, 1, 2, 3], "speed": [1500, 2000]},
+        output={"quantities": ["delta"]},
+    )  # fmt: skip
+    best = search_best(found, least="delta", at_every=["misfire", "speed"])
+    rows = [line.split() for line in best_text(found, best).splitlines()]
+    assert [row[:2] for row in rows if row and row[0] == "0"] == [["0", "1500"], ["0", "2000"]]
+    assert [row[:4] for row in rows if row[:2] == ["1,", "2,"]] == [
+        ["1,", "2,", "3", "1500"], ["1,", "2,", "3", "2000"],
+    ]  # fmt: skip

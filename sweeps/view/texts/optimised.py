@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.status import MEANINGS, WITH_NUMBERS
-from sweeps.base.dimensions import DESIGN, FOUND, STATUS
+from sweeps.base.dimensions import DESIGN, FOUND, STATUS, WORD_AXES
 from sweeps.base.errors import counted, one_line
 from sweeps.base.numbers import number_text
 from sweeps.decide.explore.rows import Rows, rows
@@ -111,7 +111,8 @@ def _few_rows(
         shown = rows(one, quantities=names, limit=MOST_ROWS)
         if found.ranked or shown.number < shown.designs:  # Else the order is that of the axes
             shown = rows(one, quantities=names, sort=sort, limit=MOST_ROWS)
-        few = replace(shown, fixed={}, designs=shown.number, curves=(), several={}, elasticities=())
+        few = _without_repeats(shown)
+        few = replace(few, fixed={}, designs=few.number, curves=(), several={}, elasticities=())
         text = rows_text(few, say.of_table(list(few.table)), width, python=python)
         if shown.number < shown.designs:
             order = f"with the {'largest' if largest else 'smallest'} {key}" if key else "in order"
@@ -127,6 +128,27 @@ def _few_rows(
         how = "quantities" if python else "--quantities"
         text += f"\nmore quantities ({how}): {', '.join(more)}"
     return text
+
+
+def _without_repeats(shown: Rows) -> Rows:
+    """Rows that differ in a misfire or a word alone, as one row that lists these."""
+    for key in [n for n in shown.given if n == "misfire" or n in WORD_AXES]:
+        said = {
+            name: [number_text(float(v)) if values.dtype.kind in "fiu" else str(v) for v in values]
+            for name, values in shown.table.items()
+        }
+        groups: dict[tuple[str, ...], list[int]] = {}
+        for row in range(shown.number):
+            groups.setdefault(tuple(said[n][row] for n in said if n != key), []).append(row)
+        first = [rows[0] for rows in groups.values()]
+        table = {name: values[first] for name, values in shown.table.items()}
+        if len(first) < shown.number:
+            listed = [", ".join(said[key][i] for i in rows) for rows in groups.values()]
+            table[key] = np.array(listed, dtype=object)
+            units = {name: unit for name, unit in shown.units.items() if name != key}
+            bands = {n: (low[first], high[first]) for n, (low, high) in shown.bands.items()}
+            shown = replace(shown, table=table, units=units, bands=bands)
+    return shown
 
 
 def _with_worst_parts(found: Found, but: Sequence[str]) -> xr.Dataset:
