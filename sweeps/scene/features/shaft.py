@@ -6,6 +6,7 @@ dampers, in the order of the lists, are those of the parameters: `disc_inertia_3
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,12 +20,7 @@ from engine_dyn.quantities.features.shaft import FEATURE
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import INERTIA_PARTS
 from engine_dyn.torsion.couplings import Coupling
-from engine_dyn.torsion.shaft import (
-    MOST_MODES,
-    OverSpeed,
-    Shaft,
-    Table,
-)
+from engine_dyn.torsion.shaft import MOST_MODES, OverSpeed, Shaft, Table
 from engine_dyn.units import DEGREE, RPM
 from sweeps.base.checks import Strict, check_range, check_structure, mentioned, number, plain
 from sweeps.base.errors import SceneError, not_known, shown
@@ -39,6 +35,7 @@ from sweeps.scene.features.shaft_tables import (
     ShaftFile,
     ShaftPiece,
     ShaftTable,
+    StiffnessTable,
     TwistTable,
 )
 from sweeps.scene.features.torque_diagrams import read_torque_diagram
@@ -140,22 +137,19 @@ def _shafts(
         pairs.append(_ends(piece.between, i, names, at))
         values.take(piece, "shaft", i, at, _NOT_NUMBERS)
         over_speed |= _over_speed(piece, f"shaft_damping_{i}", at)
+        damped = _one_of(piece, ("loss_factor", "magnifier"), at)
         if piece.magnifier is not None:
-            if piece.loss_factor is not None:
-                raise SceneError(f"{at}: has both loss_factor and magnifier; give one of them")
             values.set(f"shaft_loss_factor_{i}", 1.0 / piece.magnifier, f"{at} 1/magnifier")
         if piece.stiffness_over_torque is not None:
-            tables[i - 1] = _table(piece, at)
+            tables[i - 1] = _over_torque(piece.stiffness_over_torque, f"{at} stiffness_over_torque")
         elif piece.torque_over_twist is not None:
-            tables[i - 1] = _over_twist(piece.torque_over_twist, i - 1, at)
-        for name in ("loss_factor", "shear_modulus"):
-            common = getattr(given, name)
-            wanted = name == "loss_factor" or piece.length is not None
-            own = getattr(piece, name) is not None or (
-                name == "loss_factor" and piece.magnifier is not None
-            )
-            if common is not None and not own and wanted:
-                values.set(f"shaft_{name}_{i}", common, f"{where} {name}")
+            tables[i - 1] = _over_twist(piece.torque_over_twist, i - 1, f"{at} torque_over_twist")
+        if not damped and given.loss_factor is not None:
+            values.set(f"shaft_loss_factor_{i}", given.loss_factor, f"{where} loss_factor")
+        if piece.length is not None and piece.shear_modulus is None and (
+            given.shear_modulus is not None
+        ):  # fmt: skip
+            values.set(f"shaft_shear_modulus_{i}", given.shear_modulus, f"{where} shear_modulus")
         _check_stiffness(piece, values.numbers, i, at)
     return pairs, tables
 
@@ -229,8 +223,7 @@ def _read(given: ShaftTable, folder: Path, where: str) -> GivenShaft:
     for i, ratio in enumerate(damped, start=1):
         values.set(f"modal_damping_{i}", ratio, f"{where} modal_damping number {i}")
     excitations = _excitations(given, names, values, folder, where)
-    if given.load_damping is not None and given.load_damping_factor is not None:
-        raise SceneError(f"{where}: has both load_damping and load_damping_factor; give one")
+    _one_of(given, ("load_damping", "load_damping_factor"), where)
     for name in SHAFT_KEYS:
         if getattr(given, name) is not None:
             values.set(name, getattr(given, name), f"{where} {name}")
@@ -355,14 +348,10 @@ def _check_stiffness(
     piece: ShaftPiece, values: Mapping[str, float], number: int, at: str
 ) -> None:  # fmt: skip
     """Check that a shaft has a stiffness, or dimensions that give it, and that its bore fits."""
-    ways = [
-        name for name in ("stiffness", "length", "stiffness_over_torque", "torque_over_twist")
-        if getattr(piece, name) is not None
-    ]  # fmt: skip
-    if not ways:
+    if not _one_of(
+        piece, ("stiffness", "length", "stiffness_over_torque", "torque_over_twist"), at
+    ):
         raise SceneError(f"{at}: stiffness: missing; must be a number in N m/rad, or length")
-    if len(ways) > 1:
-        raise SceneError(f"{at}: has both {ways[0]} and {ways[1]}; give one of them")
     if piece.length is not None:
         for name in ("diameter", "shear_modulus"):
             if f"shaft_{name}_{number}" not in values:
@@ -376,35 +365,42 @@ def _check_stiffness(
         raise SceneError(f"{at} bore = {bore:g}: must be below the diameter, {diameter:g} m")
 
 
-def _table(piece: ShaftPiece, at: str) -> Table:
-    """Stiffness of a coupling over its mean torque."""
-    given, where = piece.stiffness_over_torque, f"{at} stiffness_over_torque"
-    assert given is not None
-    torque, stiffness = np.array(given.torque), np.array(given.stiffness)
-    if torque.size != stiffness.size:
+def _one_of(given: Strict, ways: Sequence[str], at: str) -> str:
+    """Which of some keys that exclude each other is given; empty where none is."""
+    here = [name for name in ways if getattr(given, name) is not None]
+    if len(here) > 1:
+        raise SceneError(f"{at}: has both {here[0]} and {here[1]}; give one of them")
+    return "".join(here)
+
+
+def _ascending(given: Strict, along: str, of: str, least: float, where: str) -> tuple[Any, Any]:
+    """Two columns of a table, equally long, of which the first ascends from `least` or more."""
+    places, values = (np.array(getattr(given, name)) for name in (along, of))
+    if places.size != values.size:
+        one, other = (f"{name}s" if name[-1] != "s" else f"{name}es" for name in (along, of))
         raise SceneError(
-            f"{where}: has {torque.size} torques and {stiffness.size} stiffnesses; must be equally "
-            "many"
+            f"{where}: has {places.size} {one} and {values.size} {other}; must be equally many"
         )
-    if torque[0] < 0.0 or not (np.diff(torque) > 0.0).all():
-        raise SceneError(f"{where} torque = {shown(given.torque)}: must ascend from 0 or more")
+    if places[0] < least or not (np.diff(places) > 0.0).all():
+        begin = " from 0 or more" if least == 0.0 else ""
+        raise SceneError(f"{where} {along} = {shown(places.tolist())}: must ascend{begin}")
+    return places, values
+
+
+def _over_torque(given: StiffnessTable, where: str) -> Table:
+    """Stiffness of a coupling over its mean torque."""
+    torque, stiffness = _ascending(given, "torque", "stiffness", 0.0, where)
     if not (stiffness > 0.0).all():
         raise SceneError(f"{where} stiffness = {shown(given.stiffness)}: must be above 0")
     return Table(torque, stiffness)
 
 
-def _over_twist(given: TwistTable, place: int, at: str) -> Coupling:
+def _over_twist(given: TwistTable, place: int, where: str) -> Coupling:
     """Coupling by its torque over the twist."""
-    where = f"{at} torque_over_twist"
-    coupling = Coupling(place, np.array(given.twist) * DEGREE, np.array(given.torque))
-    for name, listed in (("twist", given.twist), ("torque", given.torque)):
-        if not (np.diff(listed) > 0.0).all():
-            raise SceneError(f"{where} {name} = {shown(listed)}: must ascend")
-    if len(given.twist) != len(given.torque):
-        raise SceneError(
-            f"{where}: has {len(given.twist)} twists and {len(given.torque)} torques; must be "
-            "equally many"
-        )
+    twist, torque = _ascending(given, "twist", "torque", -math.inf, where)
+    if not (np.diff(torque) > 0.0).all():
+        raise SceneError(f"{where} torque = {shown(given.torque)}: must ascend")
+    coupling = Coupling(place, twist * DEGREE, torque)
     twist, torque = coupling.table()
     if not twist[0] < 0.0 < twist[-1] or np.interp(0.0, twist, torque) != 0.0:
         raise SceneError(
@@ -416,17 +412,10 @@ def _over_twist(given: TwistTable, place: int, at: str) -> Coupling:
 def _over_speed(item: Disc | ShaftPiece, key: str, at: str) -> dict[str, OverSpeed]:
     """Damping over the speed in place of the number with this key, if there is one."""
     given, where = item.damping_over_speed, f"{at} damping_over_speed"
+    _one_of(item, ("damping", "damping_over_speed"), at)
     if given is None:
         return {}
-    if item.damping is not None:
-        raise SceneError(f"{at}: has both damping and damping_over_speed; give one of them")
-    speed, damping = np.array(given.speed), np.array(given.damping)
-    if speed.size != damping.size:
-        raise SceneError(
-            f"{where}: has {speed.size} speeds and {damping.size} dampings; must be equally many"
-        )
-    if speed[0] < 0.0 or not (np.diff(speed) > 0.0).all():
-        raise SceneError(f"{where} speed = {shown(given.speed)}: must ascend from 0 or more")
+    speed, damping = _ascending(given, "speed", "damping", 0.0, where)
     if not (damping >= 0.0).all():
         raise SceneError(f"{where} damping = {shown(given.damping)}: must be 0 or more")
     return {key: OverSpeed(speed * RPM, damping)}
@@ -434,15 +423,13 @@ def _over_speed(item: Disc | ShaftPiece, key: str, at: str) -> dict[str, OverSpe
 
 def _modal_damping(given: ShaftTable, where: str) -> list[float]:
     """Damping ratios of modes, as given or from their dynamic magnifiers."""
-    ways = [key for key in ("modal_damping", "modal_magnifier") if getattr(given, key) is not None]
-    if len(ways) > 1:
-        raise SceneError(f"{where}: has both {ways[0]} and {ways[1]}; give one of them")
-    if not ways:
+    key = _one_of(given, ("modal_damping", "modal_magnifier"), where)
+    if not key:
         return []
-    numbers = np.atleast_1d(getattr(given, ways[0])).tolist()
+    numbers = np.atleast_1d(getattr(given, key)).tolist()
     if not 1 <= len(numbers) <= MOST_MODES:
-        raise SceneError(f"{where} {ways[0]}: {len(numbers)} numbers: must be 1 to {MOST_MODES}")
-    if ways[0] == "modal_damping":
+        raise SceneError(f"{where} {key}: {len(numbers)} numbers: must be 1 to {MOST_MODES}")
+    if key == "modal_damping":
         return [float(one) for one in numbers]
     wrong = next((one for one in numbers if not one >= 0.5), None)
     if wrong is not None:
@@ -505,23 +492,22 @@ def _with_shaft(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
 
 def _words(values: GivenValues) -> tuple[str, ...]:
     shaft, factor = values.engine.shaft, "load_damping_factor"
-    included = shaft is None or shaft.includes_reciprocating
     # A damping of the scene replaces the engine's factor.
     by_factor = values.gives(factor) or (
         values.engine_gives(factor) and not values.gives("load_damping")
     )
+    damped = "damping_by_factor" if by_factor else "damping_of_law"
+    if shaft is None:
+        return (damped, *(next(iter(group)) for group in FEATURE.words[:-1]))
+    by_rule = any("tensile_strength" in key for key in shaft.keys)
     return (
-        "reciprocating_included" if included else "reciprocating_added",
-        "pendulums" if shaft is not None and shaft.pendulums else "no_pendulums",
-        "coupling_tables" if shaft is not None and shaft.tables else "linear_couplings",
-        "damping_over_speed"
-        if shaft is not None and shaft.damping_over_speed
-        else "steady_damping",
-        "excitations" if shaft is not None and shaft.excitations else "no_excitations",
-        "transient_limits_of_rule"
-        if shaft is not None and any("tensile_strength" in key for key in shaft.keys)
-        else "transient_limits_given",
-        "damping_by_factor" if by_factor else "damping_of_law",
+        damped,
+        "reciprocating_included" if shaft.includes_reciprocating else "reciprocating_added",
+        "pendulums" if shaft.pendulums else "no_pendulums",
+        "coupling_tables" if shaft.tables else "linear_couplings",
+        "damping_over_speed" if shaft.damping_over_speed else "steady_damping",
+        "excitations" if shaft.excitations else "no_excitations",
+        "transient_limits_of_rule" if by_rule else "transient_limits_given",
     )
 
 
