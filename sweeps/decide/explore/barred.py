@@ -34,7 +34,14 @@ from sweeps.base.dimensions import (
     words_of,
 )
 from sweeps.base.errors import SceneError
-from sweeps.decide.explore.shaft_extremes import NEEDED, OVER_LIMITS, PLACES, limited_by
+from sweeps.decide.explore.shaft_extremes import (
+    NEEDED,
+    OVER_LIMITS,
+    PLACES,
+    crossing,
+    limited_by,
+    ranges_above,
+)
 from sweeps.scene.sample import parameters_of
 
 if TYPE_CHECKING:
@@ -266,8 +273,8 @@ def barred_ranges(
         more = scene.solved(np.setdiff1d(finer, grid), names)
         ratio = xr.concat([ratio, more], SPEED, data_vars="minimal").sortby(SPEED)
     first_case = {d: 0 for d in modes.dims if d not in ("mode", "order", SHAFT, SPEED)}
-    found = _judged(ratio, names, speeds, modes.isel(first_case), archive)
-    return replace(found, ranges=tuple(_explained(found.ranges, scene)))
+    found, places = _judged(ratio, names, speeds, modes.isel(first_case), archive)
+    return replace(found, ranges=tuple(_explained(found.ranges, places, scene)))
 
 
 def _asked(archive: xr.Dataset) -> tuple[list[str], Floats]:
@@ -338,24 +345,23 @@ def _finer(speed: Floats, ratios: list[Floats]) -> Floats:
 
 def _judged(
     ratio: xr.Dataset, names: list[str], speeds: Floats, modes: xr.Dataset, archive: xr.Dataset
-) -> Barred:
-    """Ranges of each case and shaft, without their orders and modes."""
+) -> tuple[Barred, list[dict[str, int]]]:
+    """Ranges of each case and shaft, without their orders and modes, and the place of each."""
     speed = ratio[SPEED].values.astype(float)
     dims = list(dict.fromkeys(
         str(d) for n in names for d in ratio[n].dims if d not in (SPEED, SHAFT)
     ))  # fmt: skip
-    shape = tuple(ratio.sizes[d] for d in dims)
-    places = list(np.ndindex(*shape))
-    cases = [_case(ratio, dict(zip(dims, place, strict=True))) for place in places]
+    each = [dict(zip(dims, at, strict=True)) for at in np.ndindex(*(ratio.sizes[d] for d in dims))]
+    cases = [_case(ratio, here) for here in each]
     shafts = [str(name) for name in ratio["shaft_name"].values]
     ranges: list[BarredRange] = []
+    places: list[dict[str, int]] = []
     worst, without, outcomes, largest, step = [], [], [], [], 0.0
-    for place, case in zip(places, cases, strict=True):
-        here = dict(zip(dims, place, strict=True))
+    for here, case in zip(each, cases, strict=True):
         most, lacking = (-math.inf, "", math.nan), np.zeros(speed.size, bool)
         curve = np.full(speed.size, np.nan)
         for name in names:
-            data = ratio[name].isel({d: i for d, i in here.items() if d in ratio[name].dims})
+            data = ratio[name].isel(here, missing_dims="ignore")
             values = data.transpose(SPEED, SHAFT).values.astype(float)
             limited = np.isfinite(values).any(axis=0)
             lacking |= np.isnan(values[:, limited]).any(axis=1) | (not limited.any())
@@ -367,6 +373,7 @@ def _judged(
                 for found in _ranges(speed, one):
                     new = BarredRange(name, shafts[number], case, *found)
                     ranges.append(new)
+                    places.append({**here, SHAFT: int(number)})
                     ends = (*new.low_between, *new.high_between)
                     gaps = np.diff(np.reshape(ends, (2, 2)), axis=1)
                     step = max(step, *(float(gap) for gap in gaps.ravel() if np.isfinite(gap)), 0.0)
@@ -377,7 +384,7 @@ def _judged(
     return Barred(
         tuple(names), (float(speeds[0]), float(speeds[-1])), step, tuple(cases), tuple(ranges),
         tuple(worst), tuple(without), tuple(outcomes), speed, np.transpose(largest), modes,
-    )  # fmt: skip
+    ), places  # fmt: skip
 
 
 def _case(archive: xr.Dataset, place: Mapping[str, int]) -> dict[str, Any]:
@@ -400,13 +407,11 @@ def _case(archive: xr.Dataset, place: Mapping[str, int]) -> dict[str, Any]:
 
 def _ranges(speed: Floats, values: Floats) -> Iterator[tuple[Any, ...]]:
     """Edges of ranges above 1, between which speeds they lie, and the peaks of each."""
-    over = np.nan_to_num(values, nan=0.0) > 1.0
-    change = np.diff(np.concatenate([[False], over, [False]]).astype(int))
-    starts, ends = (np.flatnonzero(change == side) for side in (1, -1))
-    for first, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        low, low_between = _edge(speed, values, first - 1, first)
-        high, high_between = _edge(speed, values, end, end - 1)
-        yield low, high, low_between, high_between, _peaks(speed[first:end], values[first:end])
+    for first, end in ranges_above(values):
+        low, below = crossing(speed, values, first - 1, first)
+        high, above = crossing(speed, values, end, end - 1)
+        between = (below, float(speed[first])), (float(speed[end - 1]), above)
+        yield low, high, *between, _peaks(speed[first:end], values[first:end])
 
 
 def _peaks(speed: Floats, values: Floats) -> tuple[Peak, ...]:
@@ -438,19 +443,9 @@ def _outcomes(archive: xr.Dataset, here: Mapping[str, int]) -> str:
     return ", ".join(words)
 
 
-def _edge(
-    speed: Floats, values: Floats, outside: int, inside: int
-) -> tuple[float, tuple[float, float]]:
-    """Where the value crosses 1 between two neighbours, and between which speeds this is sure."""
-    at = float(speed[inside])
-    if not 0 <= outside < speed.size or not np.isfinite(values[outside]):
-        return at, (-math.inf, at) if outside < inside else (at, math.inf)
-    other = float(speed[outside])
-    part = (1.0 - values[outside]) / (values[inside] - values[outside])
-    return float(other + part * (at - other)), (min(at, other), max(at, other))
-
-
-def _explained(ranges: tuple[BarredRange, ...], scene: _Scene) -> Iterator[BarredRange]:
+def _explained(
+    ranges: tuple[BarredRange, ...], places: list[dict[str, int]], scene: _Scene
+) -> Iterator[BarredRange]:
     """Ranges with the order and mode of each of their peaks."""
     if not ranges:
         return
@@ -458,14 +453,8 @@ def _explained(ranges: tuple[BarredRange, ...], scene: _Scene) -> Iterator[Barre
     if any(one.quantity == PROPULSION for one in ranges):
         names += ["propulsion_stress_limit", "propulsion_stress_limit_passing"]
     found = scene.solved(np.unique([peak.at for one in ranges for peak in one.peaks]), names)
-    shafts = [str(name) for name in found["shaft_name"].values]
-    cases: dict[str, dict[str, xr.DataArray]] = {}
-    for one in ranges:
-        key = json.dumps({**one.case}, default=str)
-        if key not in cases:
-            cases[key] = {name: _at(found, name, one.case) for name in names}
-        here = {SHAFT: shafts.index(one.place)}
-        data = [cases[key][name].isel(here, missing_dims="ignore") for name in names]
+    for one, here in zip(ranges, places, strict=True):
+        data = [found[name].isel(here, missing_dims="ignore") for name in names]
         yield replace(one, peaks=tuple(
             _cause(one, peak, *(one.sel({SPEED: peak.at}) if SPEED in one.dims else one
                                 for one in data))
@@ -489,17 +478,6 @@ def _cause(
     if not (1.0 - NEAR) * one.low <= speed <= (1.0 + NEAR) * one.high:
         return peak
     return replace(peak, mode=int(natural["mode"].values[mode]), critical_speed=speed)
-
-
-def _at(archive: xr.Dataset, name: str, case: Mapping[str, Any]) -> xr.DataArray:
-    """A quantity in one case."""
-    data = archive[name]
-    dims = [d for d in data.dims if d not in (SPEED, SHAFT, "mode")]
-    for place in np.ndindex(*(data.sizes[d] for d in dims)):
-        here = dict(zip(map(str, dims), place, strict=True))
-        if _case(archive, here).items() <= dict(case).items():
-            return data.isel(here)
-    raise SceneError(f"archive: {name}: has no value at {dict(case)}")
 
 
 class _Scene:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -127,30 +128,33 @@ def barred_speeds(archive: xr.Dataset) -> list[BarredSpeeds]:
         order = np.argsort(archive["speed"].values)
         speed = archive["speed"].values[order]
         for number, called in enumerate(archive["shaft_name"].values):
-            barred += _ranges(name, str(called), speed, worst.isel(shaft=number).values[order])
+            values = worst.isel(shaft=number).values[order]
+            for first, end in ranges_above(values):
+                low, _ = crossing(speed, values, first - 1, first)
+                high, _ = crossing(speed, values, end, end - 1)
+                most = values[first:end].max()
+                barred.append(BarredSpeeds(name, str(called), low, high, most))
     return barred
 
 
-def _ranges(name: str, place: str, speed: Any, values: Any) -> list[BarredSpeeds]:
-    """Ranges where straight lines through points are above 1."""
+def ranges_above(values: Any) -> Iterator[tuple[int, int]]:
+    """First place, and that behind the last, of each range in which values are above 1."""
     over = np.nan_to_num(values, nan=0.0) > 1.0
-    edges = np.diff(np.concatenate([[False], over, [False]]).astype(int))
-    ranges = []
-    for first, end in zip(
-        *(np.flatnonzero(edges == side).tolist() for side in (1, -1)), strict=True
-    ):
-        low, high = speed[first], speed[end - 1]
-        if first > 0 and np.isfinite(values[first - 1]):
-            low = _crossing(speed, values, first - 1)
-        if end < speed.size and np.isfinite(values[end]):
-            high = _crossing(speed, values, end - 1)
-        ranges.append(BarredSpeeds(name, place, float(low), float(high), values[first:end].max()))
-    return ranges
+    change = np.diff(np.concatenate([[False], over, [False]]).astype(int))
+    yield from zip(*(np.flatnonzero(change == side).tolist() for side in (1, -1)), strict=True)
 
 
-def _crossing(speed: Any, values: Any, at: int) -> Any:
-    part = (1.0 - values[at]) / (values[at + 1] - values[at])
-    return speed[at] + part * (speed[at + 1] - speed[at])
+def crossing(speed: Any, values: Any, outside: int, inside: int) -> tuple[float, float]:
+    """Where the line between two neighbours crosses 1, and the speed of the one outside.
+
+    Where there is no such neighbour with a value, that inside, and an infinite speed.
+    """
+    at = float(speed[inside])
+    if not 0 <= outside < speed.size or not np.isfinite(values[outside]):
+        return at, math.copysign(math.inf, outside - inside)
+    other = float(speed[outside])
+    part = (1.0 - values[outside]) / (values[inside] - values[outside])
+    return float(other + part * (at - other)), other
 
 
 def has_places(archive: xr.Dataset) -> bool:
