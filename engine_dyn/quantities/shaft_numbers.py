@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.quantities.node import Node, parameter
+from engine_dyn.quantities.node import Node, formula, parameter
 from engine_dyn.torsion.shaft import (
     MOST_DAMPERS,
     MOST_EXCITATIONS,
@@ -278,6 +278,14 @@ def _of_shafts(shaft: Shaft, what: str, values: Mapping[str, Any], default: floa
     return joined([np.atleast_1d(value) for value in shaft.along(what, values, default)])
 
 
+def _over(name: str, symbol: str, text: str, source: str, value: str, limit: str) -> Node:
+    return Node(
+        f"{name}_over_limit", symbol, "1",
+        f"half range of the {text}, above 1 where it is exceeded", source,
+        **formula(lambda half_range, limit: half_range / limit, value, limit),
+    )  # fmt: skip
+
+
 LIMIT_NODES: tuple[Node, ...] = (
     _stress_node(
         "shaft_stress_half_range", r"\hat\tau", "MPa",
@@ -311,18 +319,10 @@ LIMIT_NODES: tuple[Node, ...] = (
         needs=("shaft_system", "shaft"), make=_limit("shaft_torque_limit"),
         of_shaft=("shaft_torque_limit",),
     ),
-    Node(
-        "shaft_stress_over_limit", r"\hat\tau/\tau_{lim}", "1",
-        "half range of the nominal shear stress over its limit, above 1 where it is exceeded",
-        WILSON, make=lambda shaft_stress_half_range, shaft_stress_limit: shaft_stress_half_range
-        / shaft_stress_limit,
-    ),
-    Node(
-        "shaft_torque_over_limit", r"\hat T/T_{lim}", "1",
-        "half range of the torque over its limit, above 1 where it is exceeded", WILSON,
-        make=lambda shaft_torque_half_range, shaft_torque_limit: shaft_torque_half_range
-        / shaft_torque_limit,
-    ),
+    _over("shaft_stress", r"\hat\tau/\tau_{lim}", "nominal shear stress over its limit", WILSON,
+          "shaft_stress_half_range", "shaft_stress_limit"),
+    _over("shaft_torque", r"\hat T/T_{lim}", "torque over its limit", WILSON,
+          "shaft_torque_half_range", "shaft_torque_limit"),
     *(
         Node(
             f"propulsion_stress_{name}", symbol, "MPa",
@@ -337,13 +337,9 @@ LIMIT_NODES: tuple[Node, ...] = (
              "in ranges that are passed quickly, up to 0.8 of the rated speed"),
         ))
     ),
-    Node(
-        "propulsion_stress_over_limit", r"\hat\tau/\tau_C", "1",
-        "half range of the nominal shear stress over its limit in continuous service, above 1 "
-        "where it is exceeded", "IACS UR M68",
-        make=lambda shaft_stress_half_range, propulsion_stress_limit: shaft_stress_half_range
-        / propulsion_stress_limit,
-    ),
+    _over("propulsion_stress", r"\hat\tau/\tau_C", "nominal shear stress over its limit in "
+          "continuous service", "IACS UR M68", "shaft_stress_half_range",
+          "propulsion_stress_limit"),
     _stress_node(
         "shaft_stress_in_passing", r"\hat\tau_p", "MPa",
         "largest half range of the nominal shear stress in each shaft while the speed passes a "
@@ -363,12 +359,8 @@ LIMIT_NODES: tuple[Node, ...] = (
         of_shaft=("shaft_transient_stress_limit", "shaft_diameter", "shaft_tensile_strength",
                   "shaft_shape_factor"), when="transient_limits_of_rule",
     ),
-    Node(
-        "shaft_stress_in_passing_over_limit", r"\hat\tau_p/\tau_T", "1",
-        "half range of the nominal shear stress in passing over its limit, above 1 where it is "
-        "exceeded", "IACS UR M68", make=lambda shaft_stress_in_passing,
-        shaft_stress_limit_in_passing: shaft_stress_in_passing / shaft_stress_limit_in_passing,
-    ),
+    _over("shaft_stress_in_passing", r"\hat\tau_p/\tau_T", "nominal shear stress in passing over "
+          "its limit", "IACS UR M68", "shaft_stress_in_passing", "shaft_stress_limit_in_passing"),
     Node(
         "pendulum_swing_half_range", r"\hat\psi", "degree",
         "swing of each pendulum on its carrier, half of its range over the cycle, linear; of other "

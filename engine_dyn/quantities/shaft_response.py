@@ -234,12 +234,17 @@ def _respond_nonlinear(
     }  # fmt: skip
 
 
+def _without_last(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values without the last axis, of discs or shafts, along which they do not vary."""
+    return {name: np.asarray(v)[..., 0] if np.ndim(v) else v for name, v in values.items()}
+
+
 def _departure(
     *, shaft_system: Shaft, shaft_torque_mean: Any, shaft_torque_half_range: Any,
     coupling_stiffness: Any, **values: Any,
 ) -> Any:  # fmt: skip
     """Departure of each coupling from its linear form; given values have the axis of shafts."""
-    own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
+    own = _without_last(values)
     stiffness = shaft_system.stiffnesses(own, coupling_stiffness)
     mean, half = np.asarray(shaft_torque_mean), np.asarray(shaft_torque_half_range)
     columns: list[Any] = [np.nan * mean[..., 0] * half[..., 0]] * len(shaft_system.shafts)
@@ -268,7 +273,7 @@ def _mean_torques(
 
     The speed is that of excitations.
     """
-    own = {n: np.asarray(v)[..., 0] if np.ndim(v) else v for n, v in values.items()}
+    own = _without_last(values)
     each, ratios = np.asarray(throw_torque_mean), shaft_system.speed_ratios(own)
     means = [
         np.sign(ratios[one.disc]) * factor * one.mean(own["speed"])

@@ -179,9 +179,7 @@ def mode_torques(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:
     return np.asarray(system.shaft_factor[..., None, :] * referred[..., system.node_of_shaft])
 
 
-def critical_speeds(
-    system: ShaftSystem, orders: Any, lowest: float = 0.0, highest: float = np.inf
-) -> Floats:
+def critical_speeds(system: ShaftSystem, orders: Any) -> Floats:
     """Speeds of the crank [rad/s] at which an order meets a natural frequency, omega_m/nu.
 
     Parameters
@@ -191,22 +189,15 @@ def critical_speeds(
         K a = omega^2 (J - K_s/nu^2) a.
     orders : array_like
         Orders, above 0.
-    lowest, highest : float
-        Range of the speeds [rad/s] that are wanted.
 
     Returns
     -------
     ndarray, shape (..., orders, m)
-        Rising; NaN outside the range, and where a design has fewer. Without pendulums, mode m is at
-        its place.
+        Rising; NaN where a design has fewer. Without pendulums, mode m is at its place.
     """
     nu = checked_orders(orders)
-
-    def within(speeds: Floats) -> Floats:
-        return np.where((speeds >= lowest) & (speeds <= highest), speeds, np.nan)
-
     if not system.speed_stiffness.any():
-        return within(natural_modes(system).omega[..., None, :] / nu[:, None])
+        return np.asarray(natural_modes(system).omega[..., None, :] / nu[:, None])
     own = (
         np.ascontiguousarray(values).reshape(-1, system.parent.size)
         for values in (system.inertia, system.stiffness, system.ground_stiffness)
@@ -214,8 +205,7 @@ def critical_speeds(
     following = np.ascontiguousarray(system.speed_stiffness).reshape(-1, system.parent.size)
     squares = np.empty((len(following), nu.size, system.parent.size))
     critical_squares(system.parent, *own, following, nu, squares)
-    frequencies = np.sqrt(squares).reshape(*system.shape, *squares.shape[1:])
-    return within(frequencies / nu[:, None])
+    return np.sqrt(squares).reshape(*system.shape, *squares.shape[1:]) / nu[:, None]
 
 
 def modal_damping(system: ShaftSystem, modes: Modes, speed: Any = 0.0) -> Floats:

@@ -87,8 +87,11 @@ def worst_of_shaft(archive: xr.Dataset) -> list[Worst]:
     >>> worst.place, round(worst.value, -2), worst.at["speed"]
     ('throw 4 - throw 5', 8300.0, 2170.0)
     """
+    check_dataset(archive)
     extremes = []
-    for name, data in _of_places(archive).items():
+    if not (quantities := _quantities_of_places(archive)):
+        raise SceneError("archive: has no quantities of discs or shafts")
+    for name, data in quantities.items():
         place = next(d for d in PLACES if d in data.dims)
         sign = -1.0 if name in LEAST else 1.0
         for number in range(data.sizes[place]):
@@ -160,14 +163,6 @@ def crossing(speed: Any, values: Any, outside: int, inside: int) -> tuple[float,
 def has_places(archive: xr.Dataset) -> bool:
     """Whether `worst_of_shaft` finds quantities of discs or shafts that have names."""
     return bool(_quantities_of_places(archive))
-
-
-def _of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:
-    check_dataset(archive)
-    extremes = _quantities_of_places(archive)
-    if not extremes:
-        raise SceneError("archive: has no quantities of discs or shafts")
-    return extremes
 
 
 def _quantities_of_places(archive: xr.Dataset) -> dict[str, xr.DataArray]:

@@ -280,8 +280,8 @@ def phase_vectors(study: Study, names: Sequence[str]) -> NamedFigures:
     yield "phase_vectors", sheet.finish("Firing diagram of strong orders", notes, legend=False)
 
 
-def strongest(view: View, sums: Floats, most: int = 6) -> list[tuple[int, int]]:
-    """Modes and orders of the largest vector sums, those with critical speeds within the speeds."""
+def strongest(view: View, sums: Floats) -> list[tuple[int, int]]:
+    """Modes and orders of the six largest vector sums, with critical speeds within the speeds."""
     critical = np.full(sums.shape, np.nan)
     if view.has(CRITICAL):
         critical = view.array(CRITICAL).transpose(MODE, ORDER).values.astype(float)
@@ -291,7 +291,7 @@ def strongest(view: View, sums: Floats, most: int = 6) -> list[tuple[int, int]]:
         within &= (critical >= speed.min()) & (critical <= speed.max())
     found = [(int(i), int(j)) for i, j in np.argwhere(within)]
     found.sort(key=lambda place: -float(np.round(sums[place], 9)))
-    return sorted(found[:most])
+    return sorted(found[:6])
 
 
 def _vectors(panel: Axes, angles: Floats, amplitudes: Floats) -> None:

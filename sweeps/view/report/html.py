@@ -57,6 +57,15 @@ def table(
     return "".join((*parts, "</tbody></table></div>"))
 
 
+def filled(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """Return a table, as `table`, without the columns that are empty."""
+    kept = [i for i in range(len(head)) if any(row[i] for row in rows)]
+    return table(
+        [head[i] for i in kept], [[row[i] for i in kept] for row in rows],
+        [place for place, i in enumerate(kept) if i in numbers],
+    )  # fmt: skip
+
+
 FIRST_ROWS = 20  # Number of first designs that are shown if there are too many for all
 
 

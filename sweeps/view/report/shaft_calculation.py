@@ -18,7 +18,7 @@ from sweeps.decide.explore.shaft_extremes import Worst, worst_of_shaft
 from sweeps.view.figures.drawing import drawing, kinds_of
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.shaft_system import told_of
-from sweeps.view.report.html import paragraph, table, text, value_text
+from sweeps.view.report.html import filled, paragraph, table, text, value_text
 from sweeps.view.report.shaft_results import cases, numeric, of_crank, system, worst
 from sweeps.view.texts.readable_units import converted
 
@@ -213,12 +213,14 @@ def _modes(archive: xr.Dataset) -> Parts:
 def _holzer(archive: xr.Dataset) -> Parts:
     shape, torque = (_of(archive, "mode_shape", "mode", "disc"),
                      _of(archive, "mode_torque", "mode", "shaft"))  # fmt: skip
-    frequency, inertia = (_of(archive, "natural_frequency", "mode"),
-                          _of(archive, "system_inertia", "disc"))  # fmt: skip
+    frequency = _of(archive, "natural_frequency", "mode")
     told = told_of(archive)
     if shape is None or torque is None or frequency is None or "free_end" not in told:
         return
+    inertia = _of(archive, "system_inertia", "disc")
+    inertia = np.full(shape.shape[1], np.nan) if inertia is None else inertia
     stress = _of(archive, "mode_stress", "mode", "shaft")
+    stress = np.full(torque.shape, np.nan) if stress is None else stress
     discs, shafts, free_end = (*(_names(archive, p) for p in ("disc", "shaft")), told["free_end"])
     yield paragraph(
         f"Holzer tables: amplitudes over that of the free end, {discs[free_end - 1]}; torques and "
@@ -232,28 +234,19 @@ def _holzer(archive: xr.Dataset) -> Parts:
         rows: list[list[str]] = []
         for i, name in enumerate(discs):
             over = round(shape[mode, i] / end, 9)  # Without rounding errors of what stands still
-            cells = [f"{i + 1} {name}", _number(over)]
-            if inertia is not None:
-                omega = 2.0 * np.pi * frequency[mode]
-                cells[1:1] = [_number(inertia[i], 5)]
-                cells.append(_number(inertia[i] * omega**2 * over * np.pi / 180.0))
-            beside = [n for n, pair in enumerate(told["shafts"]) if pair[0] == i + 1]
-            beside = [n for n in beside if torque[mode, n]]  # Oil alone holds no static torque
-            for n in beside or [-1]:
-                of_shaft = ["", ""]
-                if n >= 0:
-                    of_shaft = [f"{n + 1} {shafts[n]}", _number(torque[mode, n])]
-                if stress is not None:
-                    of_shaft.append(_number(stress[mode, n]) if n >= 0 else "")
-                rows.append([*cells, *of_shaft])
-                cells = [""] * len(cells)
-        heads = ["disc", "amplitude", "shaft", "its torque [N m/degree]"]
-        if inertia is not None:
-            heads[1:2] = ["inertia [kg m²]", "amplitude", "torque [N m/degree]"]
-        heads += ["stress [MPa/degree]"] if stress is not None else []
+            moment = over * (2.0 * np.pi * frequency[mode]) ** 2 * inertia[i] * np.pi / 180.0
+            of_disc = [f"{i + 1} {name}", _number(inertia[i], 5), _number(over), _number(moment)]
+            # Oil alone holds no static torque.
+            beside = [[f"{n + 1} {shafts[n]}", _number(torque[mode, n]), _number(stress[mode, n])]
+                      for n, pair in enumerate(told["shafts"])
+                      if pair[0] == i + 1 and torque[mode, n]]  # fmt: skip
+            for of_shaft in beside or [[""] * 3]:
+                rows.append([*of_disc, *of_shaft])
+                of_disc = [""] * 4
+        heads = ("disc", "inertia [kg m²]", "amplitude", "torque [N m/degree]", "shaft",
+                 "its torque [N m/degree]", "stress [MPa/degree]")  # fmt: skip
         yield f"<h4>Mode {archive['mode'].values[mode]}: {frequency[mode]:.5g} Hz</h4>"
-        words = {0, heads.index("shaft")}
-        yield table(heads, rows, [i for i in range(len(heads)) if i not in words])
+        yield filled(heads, rows, (1, 2, 3, 5, 6))
 
 
 def _vector_sums(archive: xr.Dataset) -> Parts:

@@ -13,7 +13,7 @@ from sweeps.base.errors import one_line
 from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import members_of
 from sweeps.decide.explore.shaft_extremes import Worst, has_places, worst_of_shaft
-from sweeps.view.report.html import table
+from sweeps.view.report.html import filled, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,9 +55,7 @@ def system(
             told = [_told(archive, given, key) for key in keys]
             rows.append([f"{number} {name}", *(of[number - 1] for of in columns.values()), *told])
         heads = [place, *columns, *(_headed(fact) for fact in facts)]
-        shown = [i for i in range(len(heads)) if any(row[i] for row in rows)]
-        body = [[row[i] for i in shown] for row in rows]
-        yield table([heads[i] for i in shown], body, range(1, len(shown)))
+        yield filled(heads, rows, range(1, len(heads)))
     dampers = {
         _with_unit(key): f"{value:.6g}" for key, value in given.items()
         if key.startswith(

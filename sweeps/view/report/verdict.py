@@ -34,7 +34,7 @@ from sweeps.decide.explore.shaft_extremes import (
 from sweeps.running.reduce.every_point import KEPT, EveryPoint
 from sweeps.scene.conditions import PARTS, Constraint, check_name, conditions_of, units_of
 from sweeps.view.report.charts import Drawn
-from sweeps.view.report.html import details, listed, paragraph, table, text
+from sweeps.view.report.html import details, filled, listed, paragraph, table, text
 from sweeps.view.report.verdict_figures import MODES, barred_figure, campbell_figure, target_figure
 from sweeps.view.texts.barred import (
     HEADS,
@@ -252,12 +252,7 @@ def _target(
             say.design(archive, one), verdict, say.value(condition, value) if known else "",
             say.margin(condition, value) if known else "", worst.removeprefix(" at "),
         ])  # fmt: skip
-    heads = ("design", "verdict", "worst", "margin", "at")
-    used = [i for i in range(len(heads)) if any(row[i] for row in rows)]
-    found.html += table(
-        [heads[i] for i in used], [[row[i] for i in used] for row in rows],
-        [used.index(i) for i in (2,) if i in used],
-    )  # fmt: skip
+    found.html += filled(("design", "verdict", "worst", "margin", "at"), rows, (2,))
     if len(shown) < left.size:
         found.html += paragraph(f"{len(shown)} of {counted(left.size, 'design')}, {which}.", "note")
     found.figures += target_figure(archive, condition, say.choices, found.design)
@@ -410,11 +405,11 @@ def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:
             f"{worst.largest:.3g} times, {worst.place}{case}, at {worst.at:.5g} rpm."
         )
         heads, of_shafts = shaft_rows(archive, solved)
-        yield _filled(heads, of_shafts)
+        yield filled(heads, of_shafts, _numbers(heads))
         rows = [row for one in solved.ranges for row in range_rows(archive, one)]
         if len(rows) > len(of_shafts):
             number = counted(len(solved.ranges), "range")
-            yield details(f"Each case and peak: {number}", _filled(HEADS, rows))
+            yield details(f"Each case and peak: {number}", filled(HEADS, rows, _numbers(HEADS)))
     elif any(worst[1] for worst in solved.worst):
         lacking = sum(1 for worst in solved.worst if not worst[1])
         some = f", but for {counted(lacking, 'case')} without a result" if lacking else ""
@@ -425,11 +420,8 @@ def _barred(archive: xr.Dataset, solved: Barred) -> Iterator[str]:
     ])  # fmt: skip
 
 
-def _filled(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table without columns that are empty."""
-    kept = [i for i in range(len(heads)) if any(row[i] for row in rows)]
-    numbers = [n for n, i in enumerate(kept) if "over" in heads[i] or "rpm" in heads[i]]
-    return table([heads[i] for i in kept], [[row[i] for i in kept] for row in rows], numbers)
+def _numbers(heads: Sequence[str]) -> list[int]:
+    return [i for i, head in enumerate(heads) if "over" in head or "rpm" in head]
 
 
 def _unsolved(archive: xr.Dataset, command: str, why: str) -> Iterator[str]:
