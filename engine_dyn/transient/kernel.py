@@ -443,10 +443,8 @@ def _piece_of_angle(
     run, count = work.run, work.counts
     slowest = SWITCH * numbers[SPEED]
     law = _law(0.0 if count[OVERRUN] else run[STARTER], numbers, work)
-    solved, y0, y4 = solve(
-        energy, y, time, place, omega * omega, width, 0.25 * slowest * slowest, law, work
-    )
-    if not solved:
+    least = 0.25 * slowest * slowest
+    if not solve(energy, y, time, place, omega * omega, width, least, law, work):
         return REFUSED, place, time, omega, y
     end, kind, following = 1.0, slow.END, run[NEXT]
     if work.time[4] >= following:
@@ -461,11 +459,11 @@ def _piece_of_angle(
         run[TURNED] -= width * dot(work.begin_integral, o)
     if end == 1.0:
         run[TURNED] += width * integrated(o[0], o[1], o[2], o[3], o[4])[3]
-        y, time, omega = y4, work.time[4], o[4]
+        y, time, omega = work.added[4], work.time[4], o[4]
     else:
         weigh(end, work.end_integral, work.end_value)
         run[TURNED] += width * dot(work.end_integral, o)
-        y = y0 + width * dot(work.end_integral, work.rate)
+        y = work.added[0] + width * dot(work.end_integral, work.rate)
         time = work.time[0] + width * dot(work.end_integral, work.slowness)
         omega = math.sqrt(dot(work.end_value, work.square))
     if kind == 0:

@@ -21,6 +21,7 @@ class Work(NamedTuple):
     gas: Floats  # Work of the gas [J] from the beginning of the step to its five points
     inverse: Floats  # 2 over the inertia [1/(kg m2)] at the points
     square: Floats  # Square of the speed [rad2/s2] at the points
+    added: Floats  # Energy that load and friction add from the beginning of the step [J], there
     rate: Floats  # Torque [N m] besides that of the gas, at the points
     slowness: Floats  # 1 over the speed [s/rad] at the points
     time: Floats  # Time [s] at the points
@@ -61,7 +62,7 @@ STATES, RING = 12, 66  # Numbers of the governor; samples kept, more than a wind
 
 def make_work(cylinders: int, steps: int, waiting: int, firings: int) -> Work:
     """Scratch for so many cylinders, steps, outputs on their way, and firings of a run."""
-    made: list[Any] = [np.zeros(5) for _ in range(15)]
+    made: list[Any] = [np.zeros(5) for _ in range(16)]
     made += [np.zeros(13), np.zeros(12), np.zeros(5), np.zeros(10)]
     made += [np.zeros((cylinders, 4 * steps)), np.zeros(4 * steps)]
     made += [np.zeros(cylinders, np.int64), np.zeros(cylinders), np.zeros(cylinders)]
@@ -112,10 +113,10 @@ def expand(square: float, law: Law, work: Work) -> None:
 
 
 @inlined
-def torque_of(square: float, time: float, law: Law) -> float:
-    """Torque against a rotation with this square of the speed, above 0 [N m]."""
+def torque_of(square: float, later: float, law: Law) -> float:
+    """Torque [N m] at this square of the speed, above 0, and so long after the law's time."""
     torque = law.constant + law.linear * math.sqrt(square) + law.square * square
-    load = law.load + law.ramp * (time - law.since)
+    load = law.load + law.ramp * later
     if load != 0.0:
         torque += load * math.exp(law.half * math.log(square * law.nominal))
     return torque
