@@ -197,8 +197,8 @@ def follow_designs(
     error = np.full(designs, np.nan)
     if estimate:
         rough = _followed(
-            engine.tables(max(4, steps // 2)), given._replace(first_recorded=0, last_recorded=0),
-            cycles, threads,
+            engine.tables(max(4, steps // 2)),
+            given._replace(first_recorded=0, last_recorded=0, extremes=False), cycles, threads,
         )  # fmt: skip
         error = _error(found, rough, table[:, AT["speed"]])
     return Transients(

@@ -92,6 +92,7 @@ class Given(NamedTuple):
     marks: Floats  # Times [s] from which deviations are measured, ascending; (D or 1, marks)
     first_recorded: int  # Cycles of which curves are kept, from the first up to, without, the last
     last_recorded: int
+    extremes: bool = True  # Whether the largest and smallest speed of cycles are wanted
 
 
 CYCLE_RESULTS = (

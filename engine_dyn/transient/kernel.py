@@ -437,7 +437,7 @@ def _piece_of_time(
 @inlined
 def _piece_of_angle(
     n: int, place: float, time: float, omega: float, y: float, energy: float, width: float,
-    tables: Tables, numbers: Floats, work: Work,
+    extremes: bool, tables: Tables, numbers: Floats, work: Work,
 ) -> tuple[int, float, float, float, float]:  # fmt: skip
     """Kind of the end of a piece of the crank angle, and place, time, speed and y there."""
     run, count = work.run, work.counts
@@ -453,7 +453,8 @@ def _piece_of_angle(
     watched = run[STARTER] > 0.0 or count[CLUTCH] == SLIPPING or count[STARTED] == 0
     if watched and count[EVENTS] <= MOST_EVENTS:
         end, kind = _passed_speed(place, end, kind, numbers, work)
-    _extremes(n, place, end, width, tables, numbers, work)
+    if extremes:
+        _extremes(n, place, end, width, tables, numbers, work)
     o = work.omega
     if place > 0.0:
         run[TURNED] -= width * dot(work.begin_integral, o)
@@ -501,7 +502,17 @@ def _run(d: int, cycles: int, tables: Tables, given: Given, work: Work, found: F
                 kind, place, time, omega = _piece_of_time(place, time, omega, width, numbers, work)
             else:
                 kind, place, time, omega, y = _piece_of_angle(
-                    n, place, time, omega, y, energy, width, tables, numbers, work
+                    n,
+                    place,
+                    time,
+                    omega,
+                    y,
+                    energy,
+                    width,
+                    given.extremes,
+                    tables,
+                    numbers,
+                    work,
                 )
             if kind == slow.END:
                 n, place, fresh, inside = n + 1, 0.0, True, False
