@@ -379,17 +379,22 @@ def _piece_of_time(
     fit(work.gap, work.inertia_power)
     fit(work.gas, work.work_power)
     law, later = _law(0.0, numbers, work), time - run[SINCE]
-    way = 1.0 if omega > 0.0 else -1.0
+    way, fast = 1.0 if omega > 0.0 else -1.0, abs(omega)
+    rest = slow.against(omega, later, law, slowest)
+    torque = slow.drive(place, width, work.work_power) + push
     if omega == 0.0:
-        rest = slow.against(0.0, later, law, slowest)
-        torque = slow.drive(place, width, work.work_power) + push
-        if rest < 0.0:
-            torque, rest = torque - rest, 0.0
-        way = 1.0 if torque > 0.0 else -1.0
-        if abs(torque) <= rest or count[SWINGS] > MOST_SWINGS:
+        hold, pull = max(rest, 0.0), torque - min(rest, 0.0)
+        way = 1.0 if pull > 0.0 else -1.0
+        if abs(pull) <= hold or count[SWINGS] > MOST_SWINGS:
             count[OUTCOME] = status.STOPPED
             return 0, place, time, omega
-    dt = width / (slow.SUBSTEPS * max(abs(omega), 0.2 * slowest))
+    # Short against the step, and against the time in which the torque changes with the speed.
+    more = 0.1 * slowest
+    change = abs(slow.against(fast + more, later, law, slowest) - rest) / more + push / top
+    mass = value_at(place, work.inertia_power)
+    dt = width / (slow.SUBSTEPS * max(fast, 0.2 * slowest))
+    dt = min(dt, math.sqrt(width * mass / max(abs(torque) + abs(rest), 1e-300)))
+    dt = min(dt, mass / max(change, 1e-300))
     dt = run[NEXT] - time if time + dt >= run[NEXT] else dt
     s1, w1, kind = place, omega, 0
     for what in range(slow.KINDS):
