@@ -298,7 +298,7 @@ def _characteristic(draw: Draw, given: Given) -> None:
 def _hold(draw: Draw, given: Given) -> None:
     """A torque that is held, of the undisturbed engine or a number."""
     size = given.cylinders * given.own["bore"] ** 3
-    key = draw(st.sampled_from(["hold", "held_torque", "held_power"]))
+    key = draw(st.sampled_from(["held_torque", "hold", "held_power"]))
     if key == "hold":
         given.settings[key] = draw(st.sampled_from(["brake_torque", "brake_power"]))
     elif key == "held_torque":
@@ -597,7 +597,9 @@ def scenes(draw: Draw, *, simple: bool = False) -> dict[str, Any]:
     engine = engine_of(name)
     allowed = [f for f in (SIMPLE if simple else FEATURES) if _fits(f, engine)]
     # What excludes most of the others would hardly be drawn.
-    allowed += [f for f in ("driver", "characteristic", "cycle", "shaft") if f in allowed] * 2
+    allowed += [
+        f for f in ("driver", "characteristic", "cycle", "shaft", "hold") if f in allowed
+    ] * 2
     chosen: set[str] = set()
     for feature in draw(st.lists(st.sampled_from(allowed), min_size=1, max_size=6, unique=True)):
         if not any(feature in group and group & chosen for group in _EXCLUDE):
