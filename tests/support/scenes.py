@@ -150,6 +150,12 @@ IN_BLOCKS: dict[str, dict[str, Any]] = {
         "solver": {"method": ["auto", "newton"], "inertia_model": ["constant", "variable"]},
         "output": {"quantities": ["delta", "load_torque_nominal"]},
     },
+    "a speed that does not repeat": {
+        **GENERATING_SET,
+        "axes": {"crank_ratio": [0.2, 0.25, 0.3], "governor_gain": [2.0, 4.0, 6.0, 8.0, 12.0]},
+        "governor": {"integral": 6.0, "actuator_lag": 0.03},
+        "output": {"quantities": ["transient_delta", "recovery_time", "run_speed", "delta"]},
+    },
     "results that all blocks share and use, in other units than SI": {
         "axes": {"speed": np.linspace(900, 2000, 300).tolist()},
         "output": {"quantities": ["imep", "bmep", "mechanical_efficiency"]},
