@@ -39,10 +39,11 @@ OF_SPEED = MEANINGS[:TORQUE_NOT_REACHED]
 OF_STEADY = MEANINGS[:FOLLOWED]
 """All outcomes of designs whose speed repeats; those that follow are of speeds that do not."""
 
-WITH_NUMBERS = (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE)
-"""Outcomes whose designs keep their numbers; those of all others are NaN."""
+WITH_NUMBERS = (CONVERGED, TOLERANCE_NOT_MET, PASSES_DONE, FOLLOWED)
+"""Outcomes whose designs have all numbers. Those of others are NaN; speeds that are followed in
+time have those up to their end."""
 
 
 def has_numbers(code: int) -> bool:
-    """Whether a design with this outcome keeps its numbers; those of all others are NaN."""
+    """Whether a design with this outcome has all its numbers."""
     return code in WITH_NUMBERS

@@ -24,7 +24,7 @@ from engine_dyn.quantities.graph import (
     QUANTITIES,
     SOURCES,
 )
-from engine_dyn.status import OF_STEADY, has_numbers
+from engine_dyn.status import MEANINGS, NOT_STARTED, RUNAWAY, STOPPED, has_numbers
 from sweeps.scene.crossings import CROSSINGS, NOT_WITH, REPLACED
 from sweeps.scene.crossings import KEYS as KEY_PAIRS
 from sweeps.scene.engine.engine_files import catalogue, load_engine
@@ -151,8 +151,10 @@ def range_file() -> str:
 def outcomes() -> str:
     """Outcomes of a design."""
     rows = [["status", "name", "meaning", "results hold", "what to do"]]
-    for code, name in enumerate(OF_STEADY):
+    for code, name in enumerate(MEANINGS):
         holds, told = "numbers" if has_numbers(code) else "NaN", OUTCOMES[name]
+        if code in (STOPPED, NOT_STARTED, RUNAWAY):
+            holds = "numbers up to then"
         rows.append([str(code), f"`{name}`", told["meaning"], holds, told["what to do"]])
     return markdown(rows)
 

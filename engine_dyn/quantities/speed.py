@@ -185,7 +185,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
         can_fail=True, when=f"{law} {angle} {'by_torque' if by_torque else 'by_pressure'}",
-        gives=(*SCALAR_NAMES, *CURVE_NAMES, *CLOSE_CURVES, AT_START, "status", "outcome"),
+        gives=(*SCALAR_NAMES, *CURVE_NAMES, *CLOSE_CURVES, AT_START, "outcome"),
         needs=tuple(dict.fromkeys((
             *of_engine, "speed", "inertia", constant, "torque_mean", "passes", "start_speed",
             "start_angle", "closure", "tolerance", "method", "inertia_model", "crank_angle",
@@ -237,6 +237,20 @@ _SOLUTIONS = tuple(
     for law in _LAWS for angle in _ANGLES for by_torque in (False, True)
 )  # fmt: skip
 
+_STATUSES = tuple(
+    Node("status", "", "1", "outcome of the design", "this project", when=when, make=make,
+         meanings=meanings)
+    for when, make, meanings in (
+        ("given_inertia not_held", lambda outcome: outcome, status.OF_SPEED),
+        ("wanted_delta not_held", _both_statuses, status.OF_SPEED),
+        ("given_inertia held", _held_status, status.OF_STEADY),
+        ("wanted_delta held",
+         lambda outcome, search_status, held_load, diagram_scale: _held_status(
+             _both_statuses(outcome, search_status), held_load, diagram_scale
+         ), status.OF_STEADY),
+    )
+)  # fmt: skip
+
 NODES: tuple[Node, ...] = (
     *_SOLUTIONS,
     *(_inertia_search(solution) for solution in _SOLUTIONS),
@@ -274,22 +288,10 @@ NODES: tuple[Node, ...] = (
         extreme_of=("omega", "of_cycles"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
-    _result(
-        "status", "", "1", "outcome of the design", "this project", when="given_inertia not_held"
-    ),
-    Node(
-        "status", "", "1", "outcome of the design", "this project", when="wanted_delta not_held",
-        make=_both_statuses,
-    ),
-    Node(
-        "status", "", "1", "outcome of the design", "this project", when="given_inertia held",
-        make=_held_status, meanings=status.OF_STEADY,
-    ),
-    Node(
-        "status", "", "1", "outcome of the design", "this project", when="wanted_delta held",
-        make=lambda outcome, search_status, held_load, diagram_scale: _held_status(
-            _both_statuses(outcome, search_status), held_load, diagram_scale
-        ),
-        meanings=status.OF_STEADY,
+    *(replace(node, when=f"{node.when} no_transient") for node in _STATUSES),
+    *(
+        replace(node, name="periodic_status", symbol=r"\chi_\omega",
+                long_name="outcome of the periodic speed")
+        for node in _STATUSES
     ),
 )  # fmt: skip

@@ -114,11 +114,11 @@ whether it is a result, and whether it fulfils the conditions."""
 SEARCHED = (GENERATION, RESTART, FOUND, FULFILLING)
 
 STATUS, TORSION_STATUS, NONLINEAR_STATUS = "status", "torsion_status", "nonlinear_status"
-PASSING_STATUS, TRANSIENT_STATUS = "passing_status", "transient_status"
-OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, PASSING_STATUS, TRANSIENT_STATUS)
+PASSING_STATUS, PERIODIC_STATUS = "passing_status", "periodic_status"
+OUTCOMES = (STATUS, TORSION_STATUS, NONLINEAR_STATUS, PASSING_STATUS, PERIODIC_STATUS)
 """Variables with the outcome of each design: of its speed, of the vibration of its shaft, of that
-with couplings that are not linear, of that while it passes a range of speeds, and of the speed
-that does not repeat."""
+with couplings that are not linear, of that while it passes a range of speeds, and of the periodic
+speed beside one that is followed in time."""
 
 OWN_UNITS = "units_of_archive"
 """Attribute of variables that are converted for people: their unit in the archive, in which numbers

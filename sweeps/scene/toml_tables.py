@@ -23,7 +23,7 @@ from sweeps.scene.engine.silenced_warnings import SILENCED
 from sweeps.scene.features import file_with_features
 from sweeps.scene.reduce import ReduceTable
 
-FAILURES = tuple(name for code, name in enumerate(status.OF_STEADY) if code != status.CONVERGED)
+FAILURES = tuple(w for w in status.MEANINGS if w not in ("converged", "followed"))
 """Outcomes that [output] fail_on may name."""
 
 TRANSIENT = "transient"

@@ -96,7 +96,7 @@ IN_PASSING = (
 )  # fmt: skip
 """Quantities of a shaft that must have no pendulums, as `shafts.passing_shaft`."""
 
-OF_TRANSIENTS = tuple(node.name for node in TRANSIENT_NODES if node.public)
+OF_TRANSIENTS = tuple(n.name for n in TRANSIENT_NODES if n.public and n.name != "status")
 """Quantities of a speed that is followed in time."""
 
 APART = frozenset((*IN_PASSING, *OF_TRANSIENTS))

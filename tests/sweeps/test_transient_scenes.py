@@ -12,10 +12,15 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.geometry.cylinders import even_cylinders
-from engine_dyn.status import FOLLOWED, INVALID_INPUT, STOPPED
+from engine_dyn.status import CONVERGED, FOLLOWED, INVALID_INPUT, STOPPED
 from engine_dyn.transient import ISO_8528_5_G2, follow_designs, kept, transient_engine
 from engine_dyn.units import RPM
+from sweeps.running.compute import into_archive
+from sweeps.running.compute.options import Options
 from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.reading import read_scene
+from sweeps.view.texts.archives import archive_text
 from tests.support.scenes import asking, computed, refusal
 
 STEPS = [{"time": 0.5, "torque": 900.0}, {"time": 3.0, "torque": 0.0}]
@@ -66,10 +71,8 @@ def test_a_scene_gives_what_the_functions_give() -> None:
         highest_command=90.0,
     )  # fmt: skip
     scene = changed(axes={"governor_gain": gains.tolist()}, governor={"gain": None})
-    here = computed(
-        (*JUDGED, "transient_end_speed", "transient_error", "transient_status"), **scene
-    )
-    assert here.transient_status.values.tolist() == [FOLLOWED] * 3
+    here = computed((*JUDGED, "transient_end_speed", "transient_error"), **scene)
+    assert here.status.values.tolist() == [FOLLOWED] * 3
     for name, expected in {
         "transient_end_speed": found.cycles["speed_end"] / RPM, "transient_delta": found.delta,
         "recovery_time": found.marks["recovery_time"],
@@ -131,11 +134,30 @@ def test_designs_that_cannot_be_are_an_outcome() -> None:
     designs = {"inertia": [8.0, 1e-9, 8.0, 8.0], "governor_lowest_command": [-20.0, -20.0, 95.0, 0],
                "transient_step_factor": [1.0, 1.0, 1.0, 10.0]}  # fmt: skip
     scene = changed(designs=designs, set={"inertia": None}, governor={"lowest_command": None})
-    found = computed(("transient_status", "speed_fall"), **scene)
-    assert found.transient_status.values.tolist() == [
+    found = computed(("speed_fall",), **scene)
+    assert found.status.values.tolist() == [
         FOLLOWED, INVALID_INPUT, INVALID_INPUT, STOPPED,
     ]  # fmt: skip
     assert np.isfinite(found.speed_fall[0]).all() and np.isnan(found.speed_fall[1]).all()
+
+
+@pytest.mark.compiled
+def test_stopping_is_a_failure_unless_the_fuel_was_cut(tmp_path: Path) -> None:
+    designs = {"transient_step_factor": [1.0, 10.0, 0.0], "transient_fuel_cut": [99.0, 99.0, 1.0]}
+    scene = asking(
+        ("limits_kept", "largest_speed_fall", "cycles_to_stop", "delta"), "ntua",
+        **changed(designs=designs, transient={"cycles": 300}),
+    )  # fmt: skip
+    scene["output"]["fail_on"] = ["stopped"]
+    done = into_archive.run(make_plan(read_scene(scene)), tmp_path / "a.nc", Options())
+    assert done.outcomes == {"followed": 2, "stopped": 1}
+    archive = sweeps.open(tmp_path / "a.nc")
+    assert archive.status.values.tolist() == [FOLLOWED, STOPPED, FOLLOWED]
+    assert (archive.periodic_status == CONVERGED).all()
+    assert ", kept 1 " in archive_text(archive, str(tmp_path / "a.nc"))
+    assert np.isfinite(archive.cycles_to_stop.values).tolist() == [False, False, True]
+    best = sweeps.best(archive, most="transient_step_factor", within="limits_kept >= 0")
+    assert float(best.transient_step_factor) == 1.0
 
 
 @pytest.mark.compiled

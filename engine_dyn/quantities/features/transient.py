@@ -371,7 +371,12 @@ def _follow(
     speed = numbers["speed"][:, None]
     marks = {name: value[:, :-1] for name, value in found.marks.items()}
     made = {
-        "transient_status": lambda: found.outcome,
+        # To stand still is what is asked for where the fuel is cut
+        "transient_status": lambda: np.where(
+            (found.outcome == status.STOPPED) & np.isfinite(found.run["cycles_to_stop"]),
+            status.FOLLOWED,
+            found.outcome,
+        ),
         "transient_error": lambda: found.error,
         "transient_delta": lambda: found.delta,
         "speed_fall": lambda: _beyond(marks["speed_before"] - marks["speed_lowest"], speed),
@@ -535,8 +540,14 @@ NODES = (
     _result("run_command", "y", "percent", "fuel command in the recorded cycles", "run_point"),
     _result("transient_error", r"\varepsilon", "1", "estimated relative error of the speed at the "
             "ends of cycles"),
-    _result("transient_status", "i", "1", "outcome of the speed that does not repeat",
-            meanings=status.MEANINGS),
+    _result("transient_status", "", "1", "outcome of the speed that does not repeat",
+            public=False),
+    *(
+        Node("status", "", "1", "outcome of the design", SOURCE, when=word,
+             meanings=status.MEANINGS,
+             make=lambda transient_status: np.asarray(transient_status).astype(np.int8))
+        for word in ("load_by_exponent", "load_by_torque", "load_by_power")
+    ),
 )  # fmt: skip
 
 FEATURE: Feature[Transient] = Feature(

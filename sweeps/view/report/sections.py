@@ -151,6 +151,10 @@ OUTCOMES: Mapping[str, str] = {
     "tolerance_not_met": "result found, but less accurate than requested",
     "passes_done": PASSES,
     "torque_not_reached": "no diagram of the engine gives the torque that is held",
+    "followed": "the speed was followed to the end, or to standstill after the fuel was cut",
+    "stopped": "the engine stopped while it had fuel; numbers are those up to then",
+    "not_started": "the speed at which the engine has started was not reached",
+    "runaway": "the speed passed three times the nominal one",
 }
 """Meanings of the outcomes of designs."""
 

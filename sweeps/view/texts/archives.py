@@ -164,6 +164,10 @@ def _extent_text(data: xr.DataArray, wanted: str | None, last: int | None) -> st
     """The value, or the smallest and the largest, with the unit; nothing for words and codes."""
     if data.dtype.kind != "f" or not data.size:
         return ""
+    if "flag_meanings" in data.attrs and not _is_long(data):
+        words = str(data.attrs["flag_meanings"]).split()
+        counts = ((word, int((data.values == code).sum())) for code, word in enumerate(words))
+        return ", ".join(f"{word} {number}" for word, number in counts if number) or "no value"
     units = data.attrs.get("units", "no single unit")
     times = factor(str(units), wanted) if wanted else 1.0
     units = one_line(wanted or units, 60)
