@@ -148,7 +148,7 @@ class Reference:
         times, torques = self.load
         self.segment: Any = None
         # All instants of the run, one after the other.
-        every = n.get("sampling_time", 0.0)
+        every = n.get("sampling_time", 0.0) if n.get("governed") else 0.0
         instants = sorted({*(t for t in times if t > 0.0), n.get("clutch_time", math.inf)})
         self.level = torques[0]
         state = np.array([0.5 * self.inertia(0.0) * omega**2, 0.0])
@@ -222,7 +222,8 @@ class Reference:
         n = self.numbers
 
         def rates(phi: float, y: Any) -> Any:
-            omega = math.sqrt(2.0 * y[0] / self.inertia(phi))
+            # A step that scipy only tries, and rejects, may go below 0.
+            omega = math.sqrt(max(2.0 * y[0] / self.inertia(phi), 1e-12))
             return self.gas(phi) - self.resisting(y[1], omega), 1.0 / omega
 
         def in_time(phi: float, y: Any) -> float:
@@ -231,7 +232,7 @@ class Reference:
         def in_speed(phi: float, y: Any) -> float:
             if not self.starting:
                 return 1.0
-            return math.sqrt(2.0 * y[0] / self.inertia(phi)) - n["starter_speed"]
+            return math.sqrt(max(2.0 * y[0] / self.inertia(phi), 0.0)) - n["starter_speed"]
 
         in_time.terminal = in_speed.terminal = True  # type: ignore[attr-defined]
         in_speed.direction = 1.0 if self.pulling else -1.0  # type: ignore[attr-defined]

@@ -73,21 +73,6 @@ REFUSED = -1  # A piece of the crank angle that is too slow for it
 ) = range(10)  # fmt: skip
 
 
-@kernel
-def follow(
-    first: int, last: int, cycles: int, tables: Tables, given: Given, work: Work, found: Found
-) -> None:
-    """Follow the designs from `first` up to, without, `last` for so many cycles at most.
-
-    Those whose outcome is invalid input are left out; arrays must be filled with NaN before.
-    """
-    for d in range(first, last):
-        if found.outcome[d] != status.INVALID_INPUT:
-            _begin(d, tables, given, work, found)
-            _run(d, cycles, tables, given, work, found)
-            _measure(d, tables, given, work, found)
-
-
 @inlined
 def _interpolated(time: float, times: Floats, values: Floats) -> float:
     """Value of points joined by lines, constant before and after."""
@@ -152,7 +137,7 @@ def _commands(
     cut = abs(omega) < numbers[FUEL_FROM] or time >= numbers[FUEL_CUT]
     for i in range(len(work.held)):
         if beginning or tables.takes[i] == n:
-            target = 0 if beginning else cycle + tables.early[i]
+            target = cycle + tables.early[i] if tables.takes[i] == n else 0
             off = cut or _is_missed(d, target, i, given)
             take(i, target, command, off, time, tables, numbers, work)
 
@@ -478,79 +463,6 @@ def _piece_of_angle(
 
 
 @inlined
-def _run(d: int, cycles: int, tables: Tables, given: Given, work: Work, found: Found) -> None:
-    """Follow one design, from step to step and in these from event to event."""
-    numbers, run, count = given.numbers[d], work.run, work.counts
-    steps, period = len(tables.fires), tables.period
-    time, omega, place, y, fresh = 0.0, numbers[START_SPEED], 0.0, 0.0, True
-    slowest, fastest = SWITCH * numbers[SPEED], FASTEST * numbers[SPEED]
-    cycle, n = np.int64(0), np.int64(0)  # no literals, for which helpers would be compiled again
-    while count[OUTCOME] == GOING:
-        width = tables.nodes[n + 1] - tables.nodes[n]
-        angle = cycle * period + tables.nodes[n]
-        if fresh:
-            _node(d, cycle, n, angle, time, omega, tables, given, work)
-        for k in range(4):
-            work.gas[k + 1] = work.all_gas[4 * n + k]
-        _inertia(n, numbers, tables, work)
-        point = (cycle - given.first_recorded) * steps + n
-        if 0 <= point < found.curves.shape[1]:  # The end of the last cycle is a point, too
-            _record(d, point, angle, time, omega, numbers, work, found)
-        by_time = place > 0.0 or not omega > slowest
-        energy, y, fresh, inside = omega * omega / work.inverse[0], 0.0, False, True
-        count[EVENTS] = 0
-        while inside and count[OUTCOME] == GOING:
-            if time >= run[NEXT]:
-                here = angle + place * width
-                y, omega = _due(d, n, place, here, time, omega, y, tables, given, work)
-            if by_time:
-                kind, place, time, omega = _piece_of_time(place, time, omega, width, numbers, work)
-            else:
-                kind, place, time, omega, y = _piece_of_angle(
-                    n,
-                    place,
-                    time,
-                    omega,
-                    y,
-                    energy,
-                    width,
-                    given.extremes,
-                    tables,
-                    numbers,
-                    work,
-                )
-            if kind == slow.END:
-                n, place, fresh, inside = n + 1, 0.0, True, False
-            elif kind == slow.BEGIN:
-                if n <= tables.back_to[n]:
-                    count[OUTCOME] = status.STOPPED
-                else:
-                    n, place, inside = n - 1, 1.0, False
-            elif kind == REFUSED:
-                by_time = True
-            elif kind > 0:
-                y += _pass(d, kind, n, time, omega, tables, numbers, work, found)
-        if count[OUTCOME] == GOING and omega > fastest:
-            count[OUTCOME] = status.RUNAWAY
-        if count[OUTCOME] == GOING and n == steps:
-            _store(d, cycle, time, omega, period, work, found)
-            cycle, n = cycle + 1, n - steps
-            if cycle == cycles or time >= numbers[DURATION]:
-                count[OUTCOME] = status.FOLLOWED
-                if given.first_recorded < cycle <= given.last_recorded:
-                    point = (cycle - given.first_recorded) * steps
-                    _record(d, point, cycle * period, time, omega, numbers, work, found)
-    outcome = count[OUTCOME]
-    if not numbers[START_SPEED] > slowest and count[STARTED] == 0 and outcome != status.RUNAWAY:
-        outcome = status.NOT_STARTED
-    angle = tables.nodes[n] + place * (tables.nodes[n + 1] - tables.nodes[n])
-    found.run[d, 1], found.run[d, 2], found.run[d, 4] = time, cycle, angle
-    if outcome == status.STOPPED and run[CUT_AT] >= 0.0:
-        found.run[d, 3] = cycle + (angle - run[CUT_AT]) / period
-    found.outcome[d] = outcome
-
-
-@inlined
 def _store(
     d: int, cycle: int, time: float, omega: float, period: float, work: Work, found: Found
 ) -> None:
@@ -613,3 +525,82 @@ def _measure(d: int, tables: Tables, given: Given, work: Work, found: Found) -> 
             edge = after + (band if speeds[outside] > after else -band)
             part = (edge - speeds[outside]) / (speeds[outside + 1] - speeds[outside])
             row[4] = times[outside] + part * (times[outside + 1] - times[outside]) - marks[m]
+
+
+@kernel
+def follow(
+    first: int, last: int, cycles: int, tables: Tables, given: Given, work: Work, found: Found
+) -> None:
+    """Follow the designs from `first` up to, without, `last` for so many cycles at most.
+
+    Each from step to step, and in these from event to event. Those whose outcome is invalid input
+    are left out; arrays must be filled with NaN before. The loops stand here and in no function of
+    their own: Numba would optimise all that they call once more.
+    """
+    steps, period, run, count = len(tables.fires), tables.period, work.run, work.counts
+    for d in range(first, last):
+        if found.outcome[d] == status.INVALID_INPUT:
+            continue
+        _begin(d, tables, given, work, found)
+        numbers = given.numbers[d]
+        time, omega, place, y, fresh = 0.0, numbers[START_SPEED], 0.0, 0.0, True
+        slowest, fastest = SWITCH * numbers[SPEED], FASTEST * numbers[SPEED]
+        # No literals, for which Numba would compile helpers once more.
+        cycle, n = np.int64(0), np.int64(0)
+        while count[OUTCOME] == GOING:
+            width = tables.nodes[n + 1] - tables.nodes[n]
+            angle = cycle * period + tables.nodes[n]
+            if fresh:
+                _node(d, cycle, n, angle, time, omega, tables, given, work)
+            for k in range(4):
+                work.gas[k + 1] = work.all_gas[4 * n + k]
+            _inertia(n, numbers, tables, work)
+            point = (cycle - given.first_recorded) * steps + n
+            if 0 <= point < found.curves.shape[1]:  # The end of the last cycle is a point, too
+                _record(d, point, angle, time, omega, numbers, work, found)
+            by_time = place > 0.0 or not omega > slowest
+            energy, y, fresh, inside = omega * omega / work.inverse[0], 0.0, False, True
+            count[EVENTS] = 0
+            while inside and count[OUTCOME] == GOING:
+                if time >= run[NEXT]:
+                    here = angle + place * width
+                    y, omega = _due(d, n, place, here, time, omega, y, tables, given, work)
+                if by_time:
+                    kind, place, time, omega = _piece_of_time(
+                        place, time, omega, width, numbers, work
+                    )
+                else:
+                    kind, place, time, omega, y = _piece_of_angle(
+                        n, place, time, omega, y, energy, width, given.extremes, tables, numbers,
+                        work,
+                    )  # fmt: skip
+                if kind == slow.END:
+                    n, place, fresh, inside = n + 1, 0.0, True, False
+                elif kind == slow.BEGIN:
+                    if n <= tables.back_to[n]:
+                        count[OUTCOME] = status.STOPPED
+                    else:
+                        n, place, inside = n - 1, 1.0, False
+                elif kind == REFUSED:
+                    by_time = True
+                elif kind > 0:
+                    y += _pass(d, kind, n, time, omega, tables, numbers, work, found)
+            if count[OUTCOME] == GOING and omega > fastest:
+                count[OUTCOME] = status.RUNAWAY
+            if count[OUTCOME] == GOING and n == steps:
+                _store(d, cycle, time, omega, period, work, found)
+                cycle, n = cycle + 1, n - steps
+                if cycle == cycles or time >= numbers[DURATION]:
+                    count[OUTCOME] = status.FOLLOWED
+                    if given.first_recorded < cycle <= given.last_recorded:
+                        point = (cycle - given.first_recorded) * steps
+                        _record(d, point, cycle * period, time, omega, numbers, work, found)
+        outcome = count[OUTCOME]
+        if not numbers[START_SPEED] > slowest and count[STARTED] == 0 and outcome != status.RUNAWAY:
+            outcome = status.NOT_STARTED
+        angle = tables.nodes[n] + place * (tables.nodes[n + 1] - tables.nodes[n])
+        found.run[d, 1], found.run[d, 2], found.run[d, 4] = time, cycle, angle
+        if outcome == status.STOPPED and run[CUT_AT] >= 0.0:
+            found.run[d, 3] = cycle + (angle - run[CUT_AT]) / period
+        found.outcome[d] = outcome
+        _measure(d, tables, given, work, found)
