@@ -52,18 +52,30 @@ speed, radius, area = 1500.0 * math.pi / 30.0, stroke / 2.0, math.pi / 4.0 * bor
 per_pressure = 6 * area * stroke / (4.0 * math.pi)  # torque of six cylinders over a mean pressure
 
 engine = transient_engine(
-    file.family, even_cylinders(6, 4.0 * math.pi), crank_ratio=ratio,
+    file.family,
+    even_cylinders(6, 4.0 * math.pi),
+    crank_ratio=ratio,
     command_angle=math.radians(-15.0),  # diesel: the fuel of each firing just before it
 )
 inertia, gain = np.meshgrid(np.arange(2.0, 20.0, 0.25), [400.0, 800.0, 1200.0, 1600.0])
 numbers = {
-    "speed": speed, "inertia": inertia.ravel(), "reciprocating_inertia": 6.67 * radius**2,
-    "lever": area * radius, "load_exponent": -1.0,
-    "friction_constant": 0.137e5 * per_pressure, "friction_peak_share": 0.005 * per_pressure,
+    "speed": speed,
+    "inertia": inertia.ravel(),
+    "reciprocating_inertia": 6.67 * radius**2,
+    "lever": area * radius,
+    "load_exponent": -1.0,
+    "friction_constant": 0.137e5 * per_pressure,
+    "friction_peak_share": 0.005 * per_pressure,
     "friction_linear": 0.142e5 * stroke / math.pi * per_pressure,
-    "governed": 1.0, "reference_speed": speed, "gain": gain.ravel(),
-    "integral_gain": 2.0 * gain.ravel(), "actuator_lag": 0.05, "lowest_command": -20.0,
-    "highest_command": 90.0, "duration": 20.0, "recovery_band": ISO_8528_5_G2.band / 2.0,
+    "governed": 1.0,
+    "reference_speed": speed,
+    "gain": gain.ravel(),
+    "integral_gain": 2.0 * gain.ravel(),
+    "actuator_lag": 0.05,
+    "lowest_command": -20.0,
+    "highest_command": 90.0,
+    "duration": 20.0,
+    "recovery_band": ISO_8528_5_G2.band / 2.0,
 }
 steps = ([0.0, 2.0, 2.0, 12.0, 12.0], [0.0, 0.0, 1000.0, 1000.0, 0.0])  # s, N m
 
