@@ -313,6 +313,19 @@ def test_tables_of_alike_cylinders_are_those_of_each(family: Family) -> None:
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
 
 
+def test_a_command_a_cycle_ahead_misses_the_firing_that_is_named(family: Family) -> None:
+    """At angle 0 the cylinder takes its command for cycle 1; that of cycle 0 was taken before."""
+    engine = engine_of(family, 1, -CYCLE)
+    numbers = BASE | {"start_command": 40.0, "inertia": 50.0}
+    burnt = [
+        follow_designs(engine, 3, missed=[[cycle, 0]], **numbers).cycles["burnt"][0]
+        for cycle in (0, 1, 2)
+    ]
+    none = engine.tables(36).commands[0]
+    expected = [[40.0, 40.0, 40.0], [none, 40.0, 40.0], [40.0, none, 40.0]]
+    np.testing.assert_allclose(burnt, expected, rtol=1e-12)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_absurd_designs_end_in_a_true_outcome(seed: int) -> None:
     """`python -m oracle.hostile_transients` takes more of them, and compares some with DOP853."""
