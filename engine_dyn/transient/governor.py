@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.compilation import inlined
+from engine_dyn.loads.laws import point_before
 from engine_dyn.transient.fields import AT
 from engine_dyn.transient.tables import Tables
 from engine_dyn.transient.work import RING, Work
@@ -152,13 +153,8 @@ def take(
     if motored:
         command = commands[0]
     command = min(max(command, commands[0]), commands[rows - 1])
-    low, high = 0, rows - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if commands[middle] <= command:
-            low = middle
-        else:
-            high = middle
+    low = point_before(command, commands)
+    high = low + 1
     part = (command - commands[low]) / (commands[high] - commands[low])
     work.row[cylinder], work.part[cylinder] = low, part
     lower, upper = tables.gas[cylinder, low], tables.gas[cylinder, high]

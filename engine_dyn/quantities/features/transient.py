@@ -148,8 +148,8 @@ PARAMETERS = (
     _number("governor_gain", "K", "1", "percent of fuel command per percent of speed", 0.0),
     _number("governor_integral", "K_i", "s-1", "percent of fuel command per percent of speed and "
             "second", 0.0),
-    _number("governor_derivative", "K_d", "s", "percent of fuel command per percent of speed and "
-            "rate", 0.0),
+    _number("governor_derivative", "K_d", "s", "percent of fuel command per percent of speed in a "
+            "second", 0.0),
     _number("governor_droop", "s", "percent", "fall of the governed speed from no load to full "
             "load", 0.0, high=90.0, high_included=True),
     _number("governor_window", "n_w", "1", "samples over which the governor takes the mean speed",
