@@ -103,8 +103,14 @@ def test_the_flywheel_of_the_readme(folder: Path) -> None:
 def test_the_generating_set_of_the_page_on_transients(capsys: pytest.CaptureFixture[str]) -> None:
     (example,) = blocks("python", "transients.md")
     exec(example, {})
-    (told,) = blocks("text", "transients.md")
+    *of_scenes, told = blocks("text", "transients.md")
     assert capsys.readouterr().out == told
+    for text in blocks("toml", "transients.md")[::-1]:
+        archive = sweeps.run(tomllib.loads(text))
+    found = sweeps.best(archive, least="inertia", within="limits_kept >= 1")
+    assert f"least inertia = {float(found.inertia):g} kg m²" in of_scenes[0]
+    keep = archive.limits_kept
+    assert f"\n{int(keep.sum())} of {keep.size} designs" in of_scenes[0]
 
 
 @pytest.mark.slow

@@ -1,8 +1,8 @@
-"""Write docs/transients.md: load steps, governors, start and stop, as Python has them.
+"""Write docs/transients.md: load steps, governors, start and stop.
 
-The example of the page is run, and what is changed in it; checks and rates are measured. It takes
-a minute. Run it from the project's root: `python tools/transients.py`; `--no-figures` leaves the
-figure alone.
+The scenes of the page and its example are run, and what is changed in it; checks and rates are
+measured. It takes some minutes. Run it from the project's root: `python tools/transients.py`;
+`--no-figures` leaves the figure alone.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import contextlib
 import io
 import os
 import platform
+import re
 import resource
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import DOCS, figures_wanted, filled, markdown, sheet, write
+from pages import DOCS, figures_wanted, filled, markdown, run_command, sheet, write
 
 from engine_dyn import periodic_speed
 from engine_dyn.pressure.motored import motored
@@ -101,6 +102,26 @@ lightest()
 print("turbocharged:")
 lightest(boost_lag=0.5, boost_margin=40.0)
 """
+
+
+SAID = re.compile(r"```(toml|console)\n(.*?)```(?=\n\n```text\n{{ (\w+) }})?", re.DOTALL)
+"""Scenes and commands of the template, and the name of what is printed, where the page shows it."""
+
+
+def run_commands(template: str) -> dict[str, str]:
+    """What the commands of the template print, after they ran with its scenes."""
+    parts = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for kind, text, name in SAID.findall(template):
+            if kind == "toml":
+                Path(folder, text.splitlines()[0].removeprefix("# ")).write_text(text, "utf-8")
+            elif name:
+                lines = text.splitlines()
+                said = [run_command(line, Path(folder))[0].strip("\n") for line in lines]
+                # The table of `run` is that of the first `show`
+                first = [line for line in said[0].splitlines() if line.startswith("outcomes")]
+                parts[name] = "\n\n".join([*first, *said[1:]])
+    return parts
 
 
 def run_example() -> tuple[dict[str, Any], str]:
@@ -389,7 +410,8 @@ def main() -> None:
     parts |= worth(parts["changes"])
     if figures:
         draw(names, design)
-    write({DOCUMENT: filled(TEMPLATE.read_text(encoding="utf-8"), parts)})
+    template = TEMPLATE.read_text(encoding="utf-8")
+    write({DOCUMENT: filled(template, parts | run_commands(template))})
 
 
 if __name__ == "__main__":
