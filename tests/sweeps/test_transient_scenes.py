@@ -20,6 +20,7 @@ from sweeps.running.compute.options import Options
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
+from sweeps.view.report.page import page
 from sweeps.view.texts.archives import archive_text
 from tests.support.scenes import asking, computed, refusal
 
@@ -158,6 +159,23 @@ def test_stopping_is_a_failure_unless_the_fuel_was_cut(tmp_path: Path) -> None:
     assert np.isfinite(archive.cycles_to_stop.values).tolist() == [False, False, True]
     best = sweeps.best(archive, most="transient_step_factor", within="limits_kept >= 0")
     assert float(best.transient_step_factor) == 1.0
+
+
+@pytest.mark.compiled
+def test_a_report_leads_with_the_limits_of_changes_of_load() -> None:
+    axes = {"inertia": [4.0, 8.0, 12.0], "transient_step_factor": [0.5, 10.0]}
+    asked = ("limits_kept", "largest_speed_fall", "longest_recovery_time")
+    followed = changed(axes=axes, set={"inertia": None}, transient={"cycles": 100})
+    written = page(computed(asked, **followed))
+    verdict = written[written.index('id="verdict"') : written.index('id="computed"')]
+    for part in ("least inertia = 4", "3 of 6 designs fulfil limits_kept", "largest speed fall",
+                 "stopped, 3 of 6 points"):  # fmt: skip
+        assert part in verdict, part
+    assert "margin" not in verdict and "at the limit" not in verdict
+    rigid, steady = "followed in time is that of a rigid crankshaft", "Friction is a mean effective"
+    assert rigid in written and steady in written
+    periodic = page(computed(("delta",), axes={"inertia": [4.0, 8.0]}))
+    assert rigid not in periodic and steady in periodic
 
 
 @pytest.mark.compiled

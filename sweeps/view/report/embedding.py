@@ -46,7 +46,9 @@ class Embedded:
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
     quantities: dict[str, dict[str, Any]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)  # Sentences on values left out of the page
-    flat: set[str] = field(default_factory=set)  # Quantities that vary by rounding alone
+    flat: set[str] = field(
+        default_factory=set
+    )  # Quantities that vary by rounding alone, or in words
     planes: set[str] = field(default_factory=set)  # Quantities that vary in two directions
     start: dict[str, int] = field(default_factory=dict)  # Where the verdict is decided
 
@@ -132,7 +134,8 @@ def embedded(
     for alike in kept.values():
         for name, last in last_digits(alike).items():
             page.quantities[name]["last"] = last
-    page.flat = _flat(page, spans)
+    # Words are not drawn as numbers
+    page.flat = _flat(page, spans) | {n for n in names if "flag_meanings" in archive[n].attrs}
     page.left_out += _coarser_text(archive, of_curves, places)
     return page
 

@@ -10,7 +10,9 @@ from sweeps.view.report.embedding import Embedded
 
 FIRST_QUANTITIES = ("delta", "inertia_required", "flywheel_inertia_required", "torque_irregularity",
                     "torque_max", "torque_range", "shaking_force_max", "shaking_moment_max",
-                    "crank_pin_load_max", "main_journal_load_max", "omega_max")  # fmt: skip
+                    "crank_pin_load_max", "main_journal_load_max", "omega_max",
+                    "largest_speed_fall", "longest_recovery_time", "largest_speed_rise",
+                    "time_to_start")  # fmt: skip
 """Quantities with one number for each design that are drawn first; others follow."""
 
 

@@ -127,7 +127,9 @@ def _rows_table(shown: Rows, choices: Choices) -> str:
 def _extremes(archive: xr.Dataset, choices: Choices) -> Iterator[tuple[str, ...]]:
     """Smallest and largest value of each quantity with single numbers, and their places."""
     for name, data in archive.data_vars.items():
-        if name == "status" or data.dtype.kind not in "fiu" or not data.ndim or not data.size:
+        if "flag_meanings" in data.attrs:
+            continue
+        if data.dtype.kind not in "fiu" or not data.ndim or not data.size:
             continue
         if set(data.dims) & set(DIMENSIONS) or _of_a_band(archive, str(name)):
             continue

@@ -31,6 +31,16 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
         "strong order of the torque, they are wrong.",
     ),
     (
+        ("transients",),
+        "transient",
+        "The speed that is followed in time is that of a rigid crankshaft, also beside a shaft "
+        "that twists. Each firing has the pressure of a steady engine at its fuel command, at any "
+        "speed; there is no command beyond the last diagram. The charge air follows the fuel "
+        "at once, or with one time constant (boost_lag), which decides the fall of the speed "
+        "more than all else. Friction over the stroke and that of a cold engine are not included. "
+        "Quantities of the periodic speed beside are those of the method auto.",
+    ),
+    (
         (TORSION,),
         "",
         "Torsional vibration is computed as linear, but for quantities with nonlinear in their "
@@ -76,8 +86,8 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
     (
         (SPEED, "load and driver"),
         "",
-        "Load and driver respond at once: governor, electrical transients of a motor, slip of a "
-        "coupling and play are not modelled.",
+        "In the periodic speed load and driver respond at once: governor, electrical transients of "
+        "a motor, slip of a coupling and play are not modelled.",
     ),
     (
         GAS,
@@ -174,6 +184,7 @@ def features_of(archive: xr.Dataset, arrangements: Iterable[Mapping[str, Any]]) 
     if "friction_law" in archive.coords or given.get("friction_law") == law:
         found.add("friction_by_components")
     methods = members_of(archive, "solver").get("method")
+    found |= {"transient"} if "transient" in members_of(archive, "scene") else set()
     found |= {"thesis"} if isinstance(methods, list) and "thesis" in methods else set()
     factors = [*given, *map(str, archive.coords)]
     if has("misfire") or any(name.startswith("pressure_factor") for name in factors):

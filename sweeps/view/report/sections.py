@@ -207,6 +207,8 @@ def computed(archive: xr.Dataset, choices: Choices) -> str:
             f"{k.replace('_', ' ')} {', '.join(map(str, v)) if isinstance(v, list) else v}"
             for k, v in solver.items()
         )
+        if "transient" in members_of(archive, "scene"):
+            said = f"speed followed in time; what repeats: {said}"
         facts.append(("solution", said.replace("_", " ")))
     given = members_of(archive, "scene").get("set")
     if isinstance(given, dict) and given:

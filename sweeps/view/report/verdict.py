@@ -20,6 +20,7 @@ from engine_dyn.types import Booleans, Floats
 from sweeps.base.dimensions import DESIGN, NOT_CHOSEN, REDUCTION
 from sweeps.base.errors import SceneError, counted, one_line, shown
 from sweeps.base.naming import meaning_of
+from sweeps.base.numbers import number_text
 from sweeps.decide.explore.attributes import count_of_designs, members_of, of_designs
 from sweeps.decide.explore.barred import Barred, barred_ranges, points_of
 from sweeps.decide.explore.search import INERTIAS, search_best
@@ -46,6 +47,7 @@ from sweeps.view.texts.barred import (
     summary,
 )
 from sweeps.view.texts.optimised import decision_lines
+from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.reductions import at_points, counts_within
 from sweeps.view.texts.wording import REQUIRED, Wording, margin_of
 
@@ -57,6 +59,13 @@ MOST_SOLVED = 50_000  # Largest number of points that a report solves, speeds ti
 MOST_VALUES = 20_000_000  # Largest number of values of a target that a report judges
 
 MOST_DESIGNS = 12  # Largest number of designs in the table of a target
+
+
+KEPT_LIMITS = "limits_kept"
+"""Verdict on changes of load, judged also where no target is given."""
+
+OF_LIMITS = ("largest_speed_fall", "largest_speed_rise", "longest_recovery_time")
+"""Quantities that it is made of."""
 
 
 @dataclass
@@ -94,6 +103,8 @@ def verdict(
     judged. SceneError refuses names that the archive does not have.
     """
     found, say = Verdict(), Wording(archive, units)
+    if not targets and KEPT_LIMITS in archive:
+        targets = [f"{KEPT_LIMITS} >= 1"]
     if not_counted and not targets:
         raise SceneError("report: not_counted is only used with target")
     if targets:
@@ -215,6 +226,15 @@ def _target(
         holds[place], lacking[place] = designs.fulfilling, designs.lacking
     found.design = {}
     lines = _lines(found, archive, search, [target], say)
+    words = "flag_meanings" in archive[condition.name].attrs  # Without worst values and margins
+    beside = [n for n in OF_LIMITS if n in archive and {*archive[n].dims} <= {*search.own}]
+    if words:
+        lines = [
+            line for line in lines if not line.strip().startswith(("conditions", condition.name))
+        ]
+        design = archive.isel(found.design) if found.design else None
+        lines += [f"its {n.replace('_', ' ')} {_value(design[n], say)}" for n in beside
+                  if design is not None]  # fmt: skip
     away = np.where(np.isfinite(left) & (holds | ~holds.any()), np.abs(left), np.inf)
     nearest = map(int, np.unravel_index(away.argmin(), size)) if size else ()
     found.decided_by(archive, dict(zip(search.own, nearest, strict=True)), [condition])
@@ -232,7 +252,12 @@ def _target(
     inertia = _inertia(archive, search.own)
     which = "those next to the limit"
     shown = _shown(holds.ravel(), left.ravel())
-    if search.own == [DESIGN] and inertia and left.size > MOST_DESIGNS and holds.any():
+    if words and inertia and left.size > MOST_DESIGNS and holds.any():
+        weights = archive[inertia].broadcast_like(archive[condition.name]).transpose(*search.own)
+        lightest = np.argsort(weights.values, axis=None, kind="stable")
+        shown = lightest[holds.ravel()[lightest]][:MOST_DESIGNS].tolist()
+        which = f"those with the least {inertia} that hold"
+    elif search.own == [DESIGN] and inertia and left.size > MOST_DESIGNS and holds.any():
         # In a list, those next to the limit differ in nothing that decides.
         lightest = np.argsort(archive[inertia].values, kind="stable")
         shown = lightest[holds[lightest]][:MOST_DESIGNS].tolist()
@@ -248,14 +273,29 @@ def _target(
             first = _first_lacking(one, condition.name, search.codes)
             verdict += f", first at {say.place(one, first)}" if first else ""
         known = np.isfinite(value)
+        if words:
+            rows.append([say.design(archive, one), verdict, *(_value(one[n], say) for n in beside)])
+            continue
         rows.append([
             say.design(archive, one), verdict, say.value(condition, value) if known else "",
             say.margin(condition, value) if known else "", worst.removeprefix(" at "),
         ])  # fmt: skip
-    found.html += filled(("design", "verdict", "worst", "margin", "at"), rows, (2,))
+    if words:
+        head, numbers = [n.replace("_", " ") for n in beside], [*range(2, 2 + len(beside))]
+    else:
+        head, numbers = ["worst", "margin", "at"], [2]
+    found.html += filled(("design", "verdict", *head), rows, numbers)
     if len(shown) < left.size:
         found.html += paragraph(f"{len(shown)} of {counted(left.size, 'design')}, {which}.", "note")
-    found.figures += target_figure(archive, condition, say.choices, found.design)
+    if not words:
+        found.figures += target_figure(archive, condition, say.choices, found.design)
+
+
+def _value(one: xr.DataArray, say: Wording) -> str:
+    """A number of a design with its unit."""
+    factor, unit = converted(str(one.attrs.get("units", "1")), say.choices.get(str(one.name)))
+    value = factor * float(one)
+    return f"{number_text(value)} {unit}" if np.isfinite(value) else "no value"
 
 
 def _points(archive: xr.Dataset, conditions: Sequence[Constraint]) -> list[str]:

@@ -162,10 +162,13 @@ _SUBJECTS: dict[str, Iterable[Node]] = {
     "truncated series": orders.SERIES_NODES,
 }
 SUBJECTS: Mapping[str, Iterable[Node]] = {
-    subject: (*nodes, *(n for one in FEATURES if one.subject == subject for n in one.nodes))
+    subject: (
+        *nodes,
+        *(n for one in FEATURES if one.subject == subject for n in one.nodes if n.name != "status"),
+    )
     for subject, nodes in _SUBJECTS.items()
 }
-"""Quantities by subject."""
+"""Quantities by subject; the outcome of all designs is one of the speed."""
 
 OF_CURVES = "axes of curves, which come with them and cannot be asked for"
 """Subject of axes of curves; like means of curves, they are listed only if words lead to them."""
