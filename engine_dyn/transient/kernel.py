@@ -556,7 +556,8 @@ def follow(
                 work.gas[k + 1] = work.all_gas[4 * n + k]
             _inertia(n, numbers, tables, work)
             point = (cycle - given.first_recorded) * steps + n
-            if 0 <= point < found.curves.shape[1]:  # The end of the last cycle is a point, too
+            # The end of the last cycle is a point, too; what turns back was there before
+            if 0 <= point < found.curves.shape[1] and math.isnan(found.curves[d, point, 1]):
                 _record(d, point, angle, time, omega, numbers, work, found)
             by_time = place > 0.0 or not omega > slowest
             energy, y, fresh, inside = omega * omega / work.inverse[0], 0.0, False, True

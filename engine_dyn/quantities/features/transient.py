@@ -416,6 +416,13 @@ def _recorded_angles(transient: Transient) -> Floats:
     return np.asarray(turned * (1.0 - 1e-12))  # The last point is not beyond the run's
 
 
+def _load_at_ends(
+    *, transient: Transient, transient_time: Any, load_offset: Any, **needs: Any
+) -> Any:
+    share = np.interp(transient_time, *transient.load)
+    return load_offset + _load_torque(transient, needs) * share
+
+
 def _largest(**needs: Any) -> Any:
     (values,) = needs.values()
     return np.max(values, axis=-1)
@@ -504,6 +511,10 @@ NODES = (
             "run_cycle"),
     _result("transient_fuel", "y_b", "percent", "mean command that cylinders burn at its end",
             "run_cycle"),
+    Node("transient_load", "M_L", "N m", "torque of the load at the end of the cycle, at nominal "
+         "speed", SOURCE, make=_load_at_ends,
+         needs=("transient", "transient_time", "load_offset", "full_load_torque", "speed",
+                "transient_step_factor")),
     _result("speed_fall", r"\delta^-", "percent", "fall of the mean speed of a cycle after a "
             "change of load, over the nominal speed", "load_change"),
     _result("speed_rise", r"\delta^+", "percent", "rise of the mean speed of a cycle after a "
