@@ -23,6 +23,7 @@ from engine_dyn.geometry.articulated_rod import ArticulatedRod
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.plausibility.usual_ranges import Check
 from engine_dyn.quantities.each_cylinder import OF_CYLINDER, with_values
+from engine_dyn.quantities.features.transient import FEATURE as TRANSIENT
 from engine_dyn.quantities.graph import DIMENSIONS, PARAMETERS
 from engine_dyn.quantities.loads import load_coefficient_unit
 from engine_dyn.quantities.node import Dimension, Node
@@ -446,7 +447,19 @@ def _about_engine(plan: Plan) -> dict[str, str]:
         "parameters": json.dumps(given),
         "arrangement": _arrangements(plan.scene),
         "shaft": _shaft(plan.scene),
+        "transient_limits": _transient_limits(plan.scene.engine),
     }
+
+
+def _transient_limits(engine: Engine) -> str:
+    """JSON of the limits after a change of load, as scenes give them: percent and seconds."""
+    part = TRANSIENT.of(engine)
+    if part is None or part.limits is None:
+        return ""
+    fall, rise, band, recovery, _ = part.limits
+    return json.dumps(
+        {"fall": 100.0 * fall, "rise": 100.0 * rise, "band": 100.0 * band, "recovery": recovery}
+    )
 
 
 @lru_cache(maxsize=16)

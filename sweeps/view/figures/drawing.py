@@ -144,6 +144,9 @@ def _subject(dataset: xr.Dataset) -> str:
     title = str(dataset.attrs.get("engine_title") or "").split(" (")[0].rstrip(".")
     if several or not title:  # The title of an engine states its number of cylinders, which varies
         title = f"Engine {engine}" if engine and "engine" not in several else ""
+    count, own = _one(dataset, "cylinders"), _one(dataset, "cylinders", "engine_values")
+    if not several and count and own and count != own:
+        title = f"Engine {engine} with {count:g} cylinder{'s' if count > 1 else ''}"
     if title:
         parts.append(shorten(title, 90))
     speed = _one(dataset, "speed")
@@ -152,10 +155,10 @@ def _subject(dataset: xr.Dataset) -> str:
     return plain_text("; ".join(parts)) if parts else ""
 
 
-def _one(dataset: xr.Dataset, name: str) -> float:
-    """A parameter with one value in the whole archive; 0 without it."""
+def _one(dataset: xr.Dataset, name: str, of: str = "parameters") -> float:
+    """A parameter with one value in the whole archive, or the engine's own; 0 without it."""
     try:
-        value: Any = json.loads(dataset.attrs["parameters"])[name]
+        value: Any = json.loads(dataset.attrs[of])[name]
         return float(value)
     except (KeyError, TypeError, ValueError):
         return 0.0

@@ -71,6 +71,7 @@ from sweeps.view.figures import (
     shaft_modes,
     shaft_response,
     shaft_system,
+    transient_run,
     turning_moment,
 )
 from sweeps.view.figures.sheet import NamedFigures
@@ -223,6 +224,13 @@ KINDS = (
     Kind("shaft_cycle", "torque and angle of the shaft over the cycle, as sums of orders",
          "order and phase of shaft_torque or disc_angle", shaft_response.shaft_cycle_names,
          shaft_response.shaft_cycles),
+    Kind("transient_run",
+         "speed over the time that does not repeat, with its limits, fuel command and load",
+         "run_speed over run_time, or transient_mean_speed over transient_time",
+         transient_run.run_names, transient_run.transient_run, shared=True, own_angle=True),
+    Kind("transient_phase", "speed over two turns of recorded cycles, the first to the last",
+         "run_speed and run_angle", transient_run.phase_names, transient_run.transient_phase,
+         shared=True, own_angle=True),
     Kind("curves", "any other variable over the crank angle",
          "a variable over the crank angle that no other kind draws", _running("crank_angle"),
          cycle_curves.curves, general=True),

@@ -16,9 +16,11 @@ from sweeps.base.numbers import digits_of
 from sweeps.view.figures.marks import (
     LOST,
     LOST_OTHERWISE,
+    TARGET_LOOK,
     doubt_look,
     target_lines,
     target_places,
+    target_text,
     targets_of,
 )
 from sweeps.view.figures.scales import parameter_ticks
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.contour import ContourSet
     from matplotlib.figure import Figure
+
+KEPT = "limits_kept"  # 1 for designs that keep the limits after each change of load
 
 MOST_MARKS = 900
 """Largest number of cells of a map in which designs that missed the tolerance are marked one by
@@ -75,9 +79,10 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
     sheet, height = map_panels(view, along, up, facet, 5.4, 2.2 if two_rows else 1.85)
     whys = sorted({str(why) for why in reasons.ravel() if why})
     sheet.entries.update(_hatches(whys, x.size * y.size > MOST_MARKS))
-    for panel, table, why in zip(sheet.panels, values, reasons, strict=True):
+    for place, panel, table, why in zip(places, sheet.panels, values, reasons, strict=True):
         _map_panel(panel, x, y, table, why, norm, levels)
         _target_contours(panel, view, name, (x, y, table), sheet.entries)
+        _draw_regions(panel, view.slice_at(across.place(place)), name, (x, y), sheet.entries)
     if known.size:
         _colour_bar(sheet.figure, sheet.panels, norm, levels, view.label(name), height)
     notes = [*view.notes([name]), across.picked_text(MOST_PANELS)]
@@ -160,6 +165,59 @@ def _target_contours(
     target_places(panel, view, x, entries)
     if not y.words and y.name in view.options.targets:
         target_lines(panel, view, [y.name], entries)
+
+
+def _draw_regions(
+    panel: Axes, view: View, name: str, axes: tuple[StudyAxis, StudyAxis], entries: Entries
+) -> None:
+    """Draw the border of the designs that keep the limits after changes of load, and of targets.
+
+    The designs with the least inertia among them are marked, unless these are all of a row.
+    """
+    from matplotlib.collections import LineCollection
+
+    if not view.has(KEPT):
+        return
+    x, y = axes
+    regions: list[tuple[str, str, str, float, Any]] = [
+        (KEPT, "Limits after changes of load kept", ">", 1.0, "-")
+    ]
+    for other, side in view.options.sides.items():
+        if other != name and view.has(other):
+            regions += [
+                (other, target_text(view, other, text), side, value, TARGET_LOOK["linestyle"])
+                for text, value in view.options.targets[other]
+            ]
+    colour = TARGET_LOOK["color"]
+    for other, text, side, value, dashes in regions:
+        array = view.array(other)
+        if not set(array.dims) <= {x.name, y.name}:
+            continue
+        whole = array.set_dims({y.name: y.size, x.name: x.size}).transpose(y.name, x.name)
+        inside = whole.values >= value if side == ">" else whole.values <= value
+        if inside.all() or not inside.any():
+            continue
+        look = {"color": colour, "linestyle": dashes, "linewidth": 1.8, "zorder": 3}
+        border = LineCollection(_borders(inside, cell_edges(x), cell_edges(y)), **look)
+        entries.setdefault(text, panel.add_collection(border))
+        if "inertia" not in (x.name, y.name):
+            continue
+        rows, columns = np.nonzero(inside)
+        inertia = x.values[columns] if x.name == "inertia" else y.values[rows]
+        least = inertia == inertia.min()
+        if least.sum() < (y if x.name == "inertia" else x).size:
+            (star,) = panel.plot(x.values[columns[least]], y.values[rows[least]], "*", color=colour,
+                                 markersize=11.0, markeredgecolor="white", zorder=4)  # fmt: skip
+            entries.setdefault("Lightest of them", star)
+
+
+def _borders(inside: NDArray[Any], x: Floats, y: Floats) -> list[list[tuple[float, float]]]:
+    """Pieces of lines between cells of which one is inside and one is not."""
+    rows, columns = np.nonzero(inside[:, 1:] != inside[:, :-1])
+    upright = [[(x[c + 1], y[r]), (x[c + 1], y[r + 1])] for r, c in zip(rows, columns, strict=True)]
+    rows, columns = np.nonzero(inside[1:] != inside[:-1])
+    level = [[(x[c], y[r + 1]), (x[c + 1], y[r + 1])] for r, c in zip(rows, columns, strict=True)]
+    return upright + level
 
 
 def cell_edges(axis: StudyAxis) -> Floats:

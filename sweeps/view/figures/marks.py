@@ -29,6 +29,8 @@ DASHES: tuple[Any, ...] = (
 )
 LOST: dict[str, tuple[str, str]] = {
     "stalled": ("x", "////"),
+    "stopped": ("x", "////"),
+    "not started": ("+", "...."),
     "no steady state": ("+", "...."),
     "not converged": ("v", "\\\\\\\\"),
     "invalid input": ("*", "xxxx"),

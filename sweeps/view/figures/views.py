@@ -41,10 +41,14 @@ MOST_ROWS = 45  # Largest number of rows of a chart with a row for each case
 
 MISFIRE = "misfire"  # Axis of the cylinder that does not burn; its value 0 means normal running
 
-RUNNING = ("crank_angle", "order", "crossing")
+RUNNING = ("crank_angle", "order", "crossing", "run_point", "run_cycle")
 """Dimensions that curves run along; all others are axes of the study."""
 
-SOUND = (outcome.CONVERGED, outcome.PASSES_DONE)  # Outcomes whose numbers are reliable
+SOUND = (
+    outcome.CONVERGED,
+    outcome.PASSES_DONE,
+    outcome.FOLLOWED,
+)  # Outcomes whose numbers are reliable
 
 FROM_SPEED = ("delta", "omega", "load_torque", "load_coefficient", "angular_acc", "inertia_torque_")
 """Beginnings of the names of variables that come from the solution of the speed."""
@@ -483,9 +487,11 @@ class View:
         lost = ~np.isfinite(values)
         said = np.where(lost, NO_VALUE, "").astype(object)
         doubtful = name.startswith(FROM_SPEED)
-        if "status" not in self.data.variables or not (lost.any() or doubtful):
+        followed = "transient_status" in self.data.variables and not doubtful
+        key = "transient_status" if followed else "status"
+        if key not in self.data.variables or not (lost.any() or doubtful):
             return said
-        status = self.at("status", index)
+        status = self.at(key, index)
         if set(status.dims) <= set(array.dims):
             sizes = {dim: array.sizes[dim] for dim in array.dims}
             codes = status.set_dims(sizes).transpose(*array.dims).values
