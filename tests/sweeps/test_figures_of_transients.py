@@ -43,7 +43,7 @@ def run(**attributes: Any) -> xr.Dataset:
             "transient_command": variable(over, 0.05 * mean, "fuel command", "percent", "y"),
             "run_angle": variable(along, angle + 0.0 * speed, "angle", "degree"),
             "run_speed": variable(along, speed, "speed", "rpm", "n"),
-            "transient_status": ("inertia", status, {"long_name": "outcome", **flags}),
+            "status": ("inertia", status, {"long_name": "outcome", **flags}),
         },
         coords={"inertia": variable("inertia", INERTIA, "moment of inertia", "kg m2")},
         attrs={"parameters": json.dumps({"speed": 1500.0}), **attributes},
@@ -84,7 +84,7 @@ def test_two_turns_are_drawn_over_the_crank_angle() -> None:
 
 
 def test_other_archives_have_no_such_figure() -> None:
-    alone = run()[["transient_mean_speed", "run_speed", "transient_status"]]
+    alone = run()[["transient_mean_speed", "run_speed", "status"]]
     assert plates(alone) == {}
     with pytest.raises(sweeps.SceneError, match="it needs run_speed over run_time, or"):
         figure(alone, "transient_run")
@@ -125,6 +125,16 @@ def test_a_map_has_the_border_of_the_limits_and_the_lightest_design() -> None:
     assert len(borders) == 2 and "1/200" in words(with_target)
     place = {float(x) for piece in borders[1].get_segments() for x in piece[:, 0]}
     assert place == {3.5}  # Between the cells of 3 and 4 kg m2
+
+
+def test_two_runs_are_compared_cycle_by_cycle() -> None:
+    data = run()[["transient_mean_speed"]].isel(inertia=1, drop=True)
+    data["transient_mean_speed_compared"] = 1.01 * data.transient_mean_speed
+    drawn = plates(data)["compared_transient_mean_speed"]
+    for line in drawn.axes[0].get_lines():
+        np.testing.assert_array_equal(line.get_xdata(), np.arange(60))
+    share = np.asarray(drawn.axes[1].get_lines()[0].get_ydata(), dtype=float)
+    assert share.max() == pytest.approx(1.0)
 
 
 def test_a_lost_design_says_why() -> None:
@@ -173,15 +183,15 @@ def test_the_scene_gives_the_flywheels_that_it_states(tmp_path: Path) -> None:
     assert json.loads(data.attrs["transient_limits"]) == pytest.approx(LIMITS)
     kept = data.limits_kept.values == 1.0
     assert data.governor_gain.values[kept[np.flatnonzero(kept.any(axis=1))[0]]].tolist() == [32.0]
-    assert (data.transient_status.values[kept] == FOLLOWED).all()
+    assert (data.status.values[kept] == FOLLOWED).all()
 
 
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_built_in_scenes_say_what_happens() -> None:
     start = sweeps.run("start_and_stop")
-    names = [MEANINGS[int(code)] for code in start.transient_status.values]
-    assert names == ["not_started", *["stopped"] * 4]
+    names = [MEANINGS[int(code)] for code in start.status.values]
+    assert names == ["not_started", *["followed"] * 4]
     assert (np.diff(start.time_to_start.values[1:]) < 0.0).all()
     idle = sweeps.run("idle_dispersion").cycle_speed_variation.sel(inertia=4.0)
     assert int(np.argmin(idle.values)) == 2 and float(idle[-1]) > 5.0 * float(idle[2])

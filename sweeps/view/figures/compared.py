@@ -131,7 +131,7 @@ def _finished(
 
 
 def _running_figure(view: View, name: str, running: str) -> Figure:
-    """Curves over the crank angle, or stems over the order."""
+    """Curves over the crank angle or over cycles, or stems over the order."""
     _, panels = new_sheet(2, 1, 4.6, sharex=True, height_ratios=(3, 2))
     entries: Entries = {}
     if running == "crank_angle":
@@ -143,8 +143,13 @@ def _running_figure(view: View, name: str, running: str) -> Figure:
         _drawn(panels, x, (one, two), labels_of(view), entries, largest=True)
         set_cycle(panels, view, 5.0, panels[-1:])
         return _finished(view, name, panels, entries, True)
-    order = view.numbers("order")
     both = view.numbers(name), view.numbers(name + COMPARED)
+    if running != "order":
+        axis = view.axis(running)
+        _drawn(panels, axis.values, both, labels_of(view), entries, largest=True)
+        x_label(panels[1], axis.label, 5.0)
+        return _finished(view, name, panels, entries, True)
+    order = view.numbers("order")
     width = 0.35 * float(np.min(np.diff(order), initial=1.0))
     for side, (values, label) in enumerate(zip(both, labels_of(view), strict=True)):
         colour = (rc("text.color"), SECOND)[side]

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine_dyn import status as outcome
 from sweeps.base.files.numbers_with_units import factor_between
 from sweeps.view.figures.marks import LIMIT_LOOK, line_style, lost_handle, lost_look
 from sweeps.view.figures.sheet import Entries, NamedFigures, finish, new_sheet, x_label, y_label
 from sweeps.view.figures.study import Study
-from sweeps.view.figures.views import StudyAxis, View, meanings_of, pick, stem_of
+from sweeps.view.figures.views import SOUND, StudyAxis, View, meanings_of, pick, stem_of
 from sweeps.view.figures.wording import sentence
 
 if TYPE_CHECKING:
@@ -67,14 +66,14 @@ def _over_time(view: View, time: str, names: Sequence[str], axis: StudyAxis) -> 
     for rank, index in enumerate(places):
         at = axis.place(index)
         x, colour, why = view.numbers(time, at), line_style(rank, len(places))["color"], ""
-        if view.has("transient_status") and view.at("transient_status", at).ndim == 0:
-            code = int(view.numbers("transient_status", at))
-            why = meanings_of(view.array("transient_status"))[code]
+        if view.has("status") and view.at("status", at).ndim == 0:
+            code = int(view.numbers("status", at))
+            why = "" if code in SOUND else meanings_of(view.array("status"))[code]
         for name, panel in zip(names, panels, strict=True):
             y = view.numbers(name, at)
-            (drawn,) = panel.plot(x, y, color=colour, linewidth=1.0)
+            (drawn,) = panel.plot(x, y, color=colour, linewidth=1.0, zorder=2.5 - 0.1 * rank)
             there = np.flatnonzero(np.isfinite(x + y))[-1:]
-            if why and code != outcome.FOLLOWED:
+            if why:
                 panel.plot(x[there], y[there], clip_on=False, zorder=4, **lost_look(why, colour))
                 ends[sentence(why)] = lost_handle(why)
         if shaded:

@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 
 from engine_dyn import status as outcome
 from engine_dyn.types import Floats
-from sweeps.base.dimensions import COUNTED, DESIGN, NOT_CHOSEN, PUBLISHED, WORD_AXES
+from sweeps.base.dimensions import (
+    COUNTED,
+    DESIGN,
+    NOT_CHOSEN,
+    PERIODIC_STATUS,
+    PUBLISHED,
+    STATUS,
+    WORD_AXES,
+)
 from sweeps.base.numbers import digits_of
 from sweeps.view.figures.options import Options
 from sweeps.view.figures.wording import (
@@ -487,8 +495,8 @@ class View:
         lost = ~np.isfinite(values)
         said = np.where(lost, NO_VALUE, "").astype(object)
         doubtful = name.startswith(FROM_SPEED)
-        followed = "transient_status" in self.data.variables and not doubtful
-        key = "transient_status" if followed else "status"
+        beside = doubtful and PERIODIC_STATUS in self.data.variables
+        key = PERIODIC_STATUS if beside else STATUS
         if key not in self.data.variables or not (lost.any() or doubtful):
             return said
         status = self.at(key, index)
