@@ -518,7 +518,7 @@ def _transient(draw: Draw, given: Given) -> None:
               "starter": {"torque": near(100.0, 400.0), "speed": around(own)}}  # fmt: skip
     for table, choices in kinds.items():
         if table == "transient" or draw(st.booleans()):
-            numbers = needed.get(table, {}) | some(draw, choices, 6, least=0)
+            numbers = needed.get(table, {}) | some(draw, choices, 10, least=0)
             if table != "transient":
                 key = next(iter(numbers))
                 given.tables[table] = {key: draw(numbers.pop(key))}
