@@ -12,6 +12,7 @@ import xarray as xr
 
 import sweeps
 from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.pressure.motored import motored
 from engine_dyn.status import CONVERGED, FOLLOWED, INVALID_INPUT, STOPPED
 from engine_dyn.transient import ISO_8528_5_G2, follow_designs, kept, transient_engine
 from engine_dyn.units import RPM
@@ -162,6 +163,41 @@ def test_stopping_is_a_failure_unless_the_fuel_was_cut(tmp_path: Path) -> None:
 
 
 @pytest.mark.compiled
+def test_droop_settles_where_its_definition_says() -> None:
+    steps = [{"time": 0.5, "torque": 500.0}, {"time": 8.0, "torque": 900.0}]
+    scene = changed(governor={"droop": 4.0}, set={"inertia": 12.0},
+                    transient={"load_steps": steps, "cycles": 200})  # fmt: skip
+    found = computed(("settled_speed", "transient_command"), **scene)
+    commands = found.transient_command.isel(run_cycle=[95, -1]).values
+    # Without load the governor holds 1500 / 0.96 rpm; at command 100, 4 percent less
+    expected = 1500.0 / 0.96 * (1.0 - 0.04 * 0.01 * commands)
+    np.testing.assert_allclose(found.settled_speed.values, expected, rtol=2e-4)
+
+
+@pytest.mark.compiled
+def test_a_run_down_takes_the_cycles_that_its_energy_lasts() -> None:
+    none = dict.fromkeys(
+        ("friction_constant", "friction_peak_pressure", "friction_mean_piston_speed"), 0.0
+    )
+    scene = changed(
+        set={**none, "inertia": 40.0, "auxiliary_torque": 400.0, "load": 0.0}, governor=None,
+        transient={"cycles": 300, "load_steps": None, "limits": None, "start_command": 0.0,
+                   "start_speed": 1500.0, "fuel_cut": 0.0},
+    )  # fmt: skip
+    found = computed(("cycles_to_stop",), **scene)
+    # Each cycle takes the work of the torque, and that of a diagram without combustion
+    engine = load_engine("ntua")
+    bore, stroke, ratio = (engine.values[name] for name in ("bore", "stroke", "crank_ratio"))
+    phi = np.linspace(0.0, 4.0 * math.pi, 28801)
+    travel = 0.5 * stroke * (1.0 - np.cos(phi) + (1.0 - np.sqrt(1.0 - (ratio * np.sin(phi)) ** 2))
+                             / ratio)  # fmt: skip
+    pressure = motored(engine.family.at(0.0))(phi)
+    gas = 0.25 * math.pi * bore**2 * np.sum(0.5 * (pressure[1:] + pressure[:-1]) * np.diff(travel))
+    lasts = 0.5 * 40.0 * (1500.0 * RPM) ** 2 / (4.0 * math.pi * 400.0 - 6.0 * gas)
+    assert float(found.cycles_to_stop) == pytest.approx(lasts, abs=1.0)
+
+
+@pytest.mark.compiled
 def test_a_report_leads_with_the_limits_of_changes_of_load() -> None:
     axes = {"inertia": [4.0, 8.0, 12.0], "transient_step_factor": [0.5, 10.0]}
     asked = ("limits_kept", "largest_speed_fall", "longest_recovery_time")
@@ -224,6 +260,7 @@ def test_a_sample_is_reduced_as_it_is_followed() -> None:
         ({"governor": {"gian": 1.0}}, "gian"),
         ({"starter": {"torque": 300.0}}, "starter_torque: needs starter_speed, the speed at which"),
         ({"starter": {"speed": 300.0}}, "starter_speed: needs starter_torque, the torque of the"),
+        ({"transient": {"start_speed": 0.0}}, "a start from rest needs torque and speed in [star"),
         ({"clutch": {"inertia": 1.0}}, "clutch_inertia: needs clutch_time, the time at which"),
         ({"output": {"quantities": ["run_speed"]}}, "'run_speed' needs [transient] record"),
         ({"reduce": {"quantiles": [0.5]}, "output": {"quantities": ["speed_fall"]}}, "one number"),

@@ -579,8 +579,11 @@ FEATURE: Feature[Transient] = Feature(
     ),
     called={
         "recovery_time": "load step, load acceptance, governor, transient",
-        "speed_fall": "speed dip, undershoot, load acceptance, block load",
-        "speed_rise": "overshoot, load rejection",
+        "speed_fall": "speed dip, undershoot, load acceptance, block load, governor",
+        "speed_rise": "overshoot, load rejection, governor",
+        "settled_speed": "droop, isochronous, governor",
+        "transient_command": "governor, rack, actuator",
+        "limits_kept": "ISO 8528-5, governor, load acceptance",
         "time_to_start": "starter, cranking, run-up",
         "cycles_to_stop": "run-down, coast-down, shutdown",
         "cycle_speed_variation": "idle stability, cyclic dispersion",

@@ -320,7 +320,8 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
     Raises
     ------
     SceneError
-        For a governor without gains or beside given commands, a starter without its speed, a clutch
+        For a governor without gains or beside given commands, a starter without its speed, a start
+        from rest without starter, a clutch
         without time or inertia, a cylinder that there is not, and a load behind the end.
     """
     part = FEATURE.of(values.engine)
@@ -357,6 +358,11 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
         for other in others if given(one) else ():
             if not given(other):
                 raise SceneError(f"{name}: {one}: needs {other}, {why}")
+    if (at("transient_start_speed") == 0.0).any() and not values.nonzero("starter_torque"):
+        raise SceneError(
+            f"{name}: transient_start_speed = 0: a start from rest needs torque and speed in "
+            "[starter]"
+        )
     if not given("transient_command_angle"):
         raise SceneError(
             f"{where} command_angle: missing; must be the angle from its firing at which a "
