@@ -114,6 +114,14 @@ def _start_command(
     return np.where(np.isnan(found), lost, found)
 
 
+def _full_load_torque(*, variant_of: Callable[[str], Node], family: Any, **needs: Any) -> Any:
+    load = min(100.0, float(family.loads[-1]))
+    torque = made_of("torque_mean", {**needs, "family": family, "load": load}, variant_of)
+    # It may depend on fewer of its needs than vary
+    varying = (value.shape for value in needs.values() if isinstance(value, np.ndarray))
+    return np.broadcast_to(torque, np.broadcast_shapes(np.shape(torque), *varying))
+
+
 PARAMETERS = (
     _number("transient_command_angle", r"\varphi_c", "degree", "angle from its firing at which a "
             "cylinder takes the fuel command: -360 with a mixture, about -15 with injection", None,
@@ -472,10 +480,7 @@ NODES = (
         "full_load_torque", "M_{100}", "N m", "mean brake torque at nominal speed with the highest "
         "diagram, up to 100 percent of load", SOURCE,
         needs=("variant_of", *_OF_TORQUE),
-        make=lambda variant_of, family, **needs: made_of(
-            "torque_mean",
-            {**needs, "family": family, "load": min(100.0, float(family.loads[-1]))}, variant_of,
-        ),
+        make=_full_load_torque,
     ),
     hidden(
         "load_at_start", "N m", "torque of the load at the beginning",
