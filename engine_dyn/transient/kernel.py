@@ -518,9 +518,10 @@ def _measure(d: int, tables: Tables, given: Given, work: Work, found: Found) -> 
         outside = end - 1
         while outside >= begin and abs(speeds[outside] - after) <= band:
             outside -= 1
-        if outside < begin:
-            row[4] = 0.0
-        elif outside + per_cycle < end and (found.outcome[d] == status.FOLLOWED or end < firings):
+        if outside + per_cycle >= end or not (found.outcome[d] == status.FOLLOWED or end < firings):
+            continue  # It was not seen for a whole cycle within the band
+        row[4] = 0.0
+        if outside >= begin:
             # The speed passes the edge of the band between two firings.
             edge = after + (band if speeds[outside] > after else -band)
             part = (edge - speeds[outside]) / (speeds[outside + 1] - speeds[outside])

@@ -492,7 +492,7 @@ def _transient(draw: Draw, given: Given) -> None:
         "load_law": st.sampled_from(["torque", "power", "exponent"]), "duration": near(0.1, 1.0),
     }  # fmt: skip
     given.tables["transient"] = {
-        "cycles": draw(st.integers(2, 6)), "command_angle": draw(st.sampled_from([-360.0, -15.0])),
+        "cycles": draw(st.integers(2, 6)), "command_angle": draw(st.sampled_from([-200.0, -15.0])),
         "load_steps": [{"time": 0.001, size: draw(near(0.1 * most, most))}],
         **{key: draw(values) for key, values in some(draw, more, 5, least=0).items()},
     }  # fmt: skip

@@ -226,6 +226,28 @@ def test_a_sample_is_reduced_as_it_is_followed() -> None:
     )
 
 
+@pytest.mark.compiled
+def test_a_change_that_is_hardly_seen_is_not_kept() -> None:
+    """Half a cycle behind the change, nobody knows whether the speed recovers."""
+    steps = [{"time": 1.0, "torque": 300.0}, {"time": 6.37, "torque": 100.0}]
+    found = computed(("recovery_time", "limits_kept"), **changed(transient={"load_steps": steps}))
+    assert np.isfinite(found.recovery_time).values.tolist() == [True, False]
+    assert float(found.limits_kept) == 0.0
+
+
+@pytest.mark.compiled
+def test_one_design_that_an_engine_does_not_allow_stops_no_other() -> None:
+    """So many firings within the dead time that outputs on their way have no room."""
+    scene = changed(
+        axes={"firing_angle_2": [240.0, 0.001]}, governor={"dead_time": 1.0},
+        set={"cylinders": 3, "firing_angles": [0.0, 240.0, 480.0]},
+        transient={"load_steps": [{"time": 1.0, "torque": 100.0}]},
+    )  # fmt: skip
+    found = computed(("status", "limits_kept"), **scene)
+    assert found.status.values[1] == INVALID_INPUT != found.status.values[0]
+    assert np.isnan(found.limits_kept.values[1])
+
+
 @pytest.mark.parametrize(
     ("tables", "says"),
     [
@@ -258,6 +280,7 @@ def test_a_sample_is_reduced_as_it_is_followed() -> None:
         ({"governor": {"gain": -1.0}}, "[governor] gain = -1: must be"),
         ({"governor": {"actuator_lag": -0.1}}, "[governor] actuator_lag = -0.1: must be"),
         ({"governor": {"gian": 1.0}}, "gian"),
+        ({"transient": {"command_angle": -600.0}}, "command_angle = -600: must be"),
         ({"starter": {"torque": 300.0}}, "starter_torque: needs starter_speed, the speed at which"),
         ({"starter": {"speed": 300.0}}, "starter_speed: needs starter_torque, the torque of the"),
         ({"transient": {"start_speed": 0.0}}, "a start from rest needs torque and speed in [star"),
@@ -280,12 +303,26 @@ def test_a_load_over_time_comes_from_a_file(tmp_path: Path, monkeypatch: Any) ->
     monkeypatch.chdir(tmp_path)
     Path("load.csv").write_text("time_s,power_W\n0,0\n1,0\n1,90e3\n3,100e3\n")
     scene = changed(transient={"load_file": "load.csv", "load_steps": None, "load_law": None})
+    Path("ramp.csv").write_text("time_s,power_W\n0,0\n2,0\n4,90e3\n5,95e3\n6,95e3\n7,0\n")
+    scene["transient"]["load_file"] = "ramp.csv"
+    part = sweeps.read_scene(asking(("speed_fall",), "ntua", **scene)).engine.parts["transient"]
+    assert part.marks.tolist() == [2.0, 6.0]  # Where it begins to change
+    scene["transient"]["load_file"] = "load.csv"
     part = sweeps.read_scene(asking(("speed_fall",), "ntua", **scene)).engine.parts["transient"]
     assert (part.of_load, part.law, part.load.time.tolist()) == ("power", "power", [0, 1, 1, 3])
-    assert part.marks.tolist() == [1.0, 3.0]
+    assert part.marks.tolist() == [1.0]  # A step, and a ramp at once
     Path("load.csv").write_text("time_s,power_W\n0,0\n2,0\n1,9\n")
     assert "load.csv: line 4: time_s must not descend" in refusal(
         asking(("speed_fall",), "ntua", **scene)
     )
     Path("load.csv").write_text("time,power_W\n0,0\n")
     assert "must be time_s and one of" in refusal(asking(("speed_fall",), "ntua", **scene))
+
+
+def test_what_an_engine_does_not_have_is_asked_for() -> None:
+    scene = changed(transient={"start_command": None})
+    said = refusal(asking(("speed_fall",), "b112", **{**scene, "set": {"speed": 1500.0}}))
+    assert "[transient] start_command: missing; engine b112 has diagrams for one load" in said
+    scene = changed(transient={"command_angle": -300.0}, set={"cylinders": None})
+    said = refusal(asking(("speed_fall",), "marine_80x345", **scene))
+    assert "command_angle = -300 degree: must be at least -270" in said

@@ -33,7 +33,7 @@ ENOUGH = 0.015  # Width of the recovery band over the speed, where no limits are
 
 POINT_STEP = 2.0 * DEGREE  # Between points of recorded cycles
 
-AT_ONCE = 4096  # Designs that are followed together
+AT_ONCE = 1_000_000  # Cycles that are followed together: some 100 MB
 
 PERCENT = 0.01
 
@@ -125,7 +125,7 @@ def _full_load_torque(*, variant_of: Callable[[str], Node], family: Any, **needs
 PARAMETERS = (
     _number("transient_command_angle", r"\varphi_c", "degree", "angle from its firing at which a "
             "cylinder takes the fuel command: -360 with a mixture, about -15 with injection", None,
-            si=DEGREE, low=-720.0, high=0.0, high_included=True),
+            si=DEGREE, low=-540.0, high=0.0, high_included=True),
     _number("transient_step_factor", "f_s", "1", "factor on the load over the time", 1.0),
     _speed("transient_start_speed", "n_0", "speed at the beginning", None,
            make=lambda governor_speed, governor_droop, transient_start_command: governor_speed
@@ -150,7 +150,7 @@ PARAMETERS = (
             "speed, over the nominal speed", None, low_included=False, high=200.0,
             make=lambda transient: 100.0 * (
                 ENOUGH if transient.limits is None else transient.limits.band)),
-    _speed("governor_speed", "n_g", "speed that the governor holds without load", None,
+    _speed("governor_speed", "n_g", "speed that the governor holds at fuel command 0", None,
            low_included=False, make=lambda speed, governor_droop: speed
            / (1.0 - PERCENT * governor_droop)),
     _number("governor_gain", "K", "1", "percent of fuel command per percent of speed", 0.0),
@@ -302,10 +302,11 @@ def _solve(
     results = _empty(wanted, transient, which.size)
     order = np.argsort(which, kind="stable")
     begin = np.searchsorted(which[order], np.arange(len(engines) + 1))
+    together = max(16, AT_ONCE // transient.cycles)
     jobs = [
-        (number, order[first : min(first + AT_ONCE, begin[number + 1])])
+        (number, order[first : min(first + together, begin[number + 1])])
         for number in range(len(engines))
-        for first in range(begin[number], begin[number + 1], AT_ONCE)
+        for first in range(begin[number], begin[number + 1], together)
     ]
     # Where designs have engines of their own, each is one piece of work
     alone = 1 if len(jobs) > 1 else threads
@@ -370,12 +371,19 @@ def _follow(
     # Behind the last change of the load, the speed is judged until the fuel is cut
     last = np.clip(numbers["fuel_cut"], transient.marks.max(initial=0.0), 1e30)
     every = np.broadcast_to(transient.marks, (places.size, transient.marks.size))
-    found = follow_designs(
-        engine, transient.cycles,
-        load=(transient.load.time, each[good, None] * transient.load.value),
-        marks=np.column_stack([every, last]), missed=() if missed is None else missed,
-        estimate="transient_error" in results, threads=threads, **given, **numbers,
-    )  # fmt: skip
+    try:
+        found = follow_designs(
+            engine, transient.cycles,
+            load=(transient.load.time, each[good, None] * transient.load.value),
+            marks=np.column_stack([every, last]), missed=() if missed is None else missed,
+            estimate="transient_error" in results, threads=threads, **given, **numbers,
+        )  # fmt: skip
+    except ValueError:  # What this engine does not allow: a dead time of very many firings
+        for half in np.array_split(np.arange(places.size), 2) if places.size > 1 else ():
+            few = {name: value[half] for name, value in numbers.items()}
+            few["load_each"] = each[good][half]
+            _follow(engine, transient, few, places[half], results, threads)
+        return
     speed = numbers["speed"][:, None]
     marks = {name: value[:, :-1] for name, value in found.marks.items()}
     made = {
@@ -458,7 +466,8 @@ def _kept(speed_fall: Any, speed_rise: Any, recovery_time: Any, transient: Trans
     limits = transient.limits
     assert limits is not None
     within = keeps(PERCENT * speed_fall, PERCENT * speed_rise, recovery_time, limits)
-    return np.asarray(within.all(axis=-1), dtype=float)
+    judged = ~np.isnan(speed_fall).all(axis=-1)
+    return np.where(judged, within.all(axis=-1), np.nan)
 
 
 def _result(name: str, symbol: str, unit: str, meaning: str, over: str = "", **more: Any) -> Node:

@@ -212,7 +212,7 @@ def _inside(positions: Integers | None, whole: slice) -> tuple[Integers, slice]:
 
 def _missing(plan: Plan, name: str, block: Block, kind: npt.DTypeLike) -> npt.NDArray[Any]:
     """Array of a block without any results yet."""
-    fill = INVALID_INPUT if name == STATUS else np.nan
+    fill = INVALID_INPUT if np.issubdtype(kind, np.integer) else np.nan
     return np.full(shape_in(plan, plan.dims(name), block), fill, dtype=kind)
 
 

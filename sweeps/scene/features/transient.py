@@ -83,7 +83,9 @@ class Limits(Strict):
 
     fall: float = Field(description="a number in percent of the nominal speed", gt=0.0)
     rise: float = Field(description="a number in percent of the nominal speed", gt=0.0)
-    band: float = Field(description="a number in percent: the width of the band", gt=0.0)
+    band: float = Field(
+        description="a number in percent, at most 100: the width of the band", gt=0.0, le=100.0
+    )
     recovery: float = Field(description="a number in s", gt=0.0)
 
 
@@ -169,17 +171,11 @@ def _read(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
         raise SceneError(f"{place}: has both load_steps and load_file; give one of them")
     if given.load_file is not None:
         size, load = _of_file(given.load_file, folder, f"{place} load_file")
-        changed = load.time[1:][np.diff(load.value) != 0.0]
     else:
         steps = given.load_steps or []
         size = _size(steps, f"{place} load_steps")
         values = [float(getattr(one, size)) for one in steps]
         load = _points(steps, values, f"{place} load_steps")
-        before = [0.0, *values]
-        changed = np.array([
-            one.time for one, old, new in zip(steps, before, values, strict=False)
-            if one.time > 0.0 and old != new
-        ])  # fmt: skip
     laws = {"load": "exponent", "torque": "torque", "power": "power"}
     duration = math.inf if given.duration is None else given.duration
     command = None
@@ -201,10 +197,17 @@ def _read(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
         engine, FEATURE.name,
         Transient(
             given.cycles, engine.period, load, size, given.load_law or laws[size],
-            np.unique(changed), duration, command, missed if missed.size else None,
+            _changes(load), duration, command, missed if missed.size else None,
             _record(given, place), _limits(given.limits, f"{place} limits"),
         ),
     )  # fmt: skip
+
+
+def _changes(load: Points) -> Floats:
+    """Times at which the load begins to change: after a while in which it did not."""
+    moves = np.diff(load.value) != 0.0
+    begins = moves & ~np.append(False, moves[:-1])
+    return np.unique(load.time[:-1][begins])
 
 
 def _record(given: Any, place: str) -> tuple[int, int]:
@@ -334,7 +337,7 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
     def given(key: str) -> bool:
         return not bool(np.isnan(at(key)).all())
 
-    gains = [f"governor_{one}" for one in ("gain", "integral", "derivative")]
+    gains = ("governor_gain", "governor_integral")
     governed = [key for key in _OF_PARAMETER if key.startswith("governor_") and given(key)]
     where = f"{name}: [transient]"
     if part.command is not None and governed:
@@ -367,6 +370,18 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
         raise SceneError(
             f"{where} command_angle: missing; must be the angle from its firing at which a "
             "cylinder takes the fuel command: -360 degree with a mixture, about -15 with injection"
+        )
+    earliest, cycle = float(np.min(at("transient_command_angle"))), math.degrees(part.period)
+    if earliest < -0.75 * cycle:
+        raise SceneError(
+            f"{where} command_angle = {earliest:g} degree: must be at least {-0.75 * cycle:g}: "
+            "before it, the cylinder still works with the fuel of its last firing"
+        )
+    family = values.engine.family
+    if family.low == family.high and not given("transient_start_command"):
+        raise SceneError(
+            f"{where} start_command: missing; engine {values.engine.name} has diagrams for one "
+            "load alone, from which the command of another load does not follow"
         )
     if part.missed is not None and part.missed[:, 1].max() >= min(counts):
         raise SceneError(

@@ -124,6 +124,8 @@ def transient_phase(study: Study, names: Sequence[str]) -> NamedFigures:
     for whole, along in study.views_by_axis(["run_speed"]):
         view = whole.only(names, [along])
         axis, turned = view.axis(along), view.numbers("run_angle")
+        if np.isnan(turned).all():
+            continue
         first = float(np.nanmin(turned))
         shown = pick(round((float(np.nanmax(turned)) - first) / TURNS), 3)
         if not shown:

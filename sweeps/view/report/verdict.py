@@ -103,7 +103,7 @@ def verdict(
     judged. SceneError refuses names that the archive does not have.
     """
     found, say = Verdict(), Wording(archive, units)
-    if not targets and KEPT_LIMITS in archive:
+    if not targets and KEPT_LIMITS in archive and archive[KEPT_LIMITS].size <= MOST_VALUES:
         targets = [f"{KEPT_LIMITS} >= 1"]
     if not_counted and not targets:
         raise SceneError("report: not_counted is only used with target")
