@@ -1,22 +1,20 @@
 """Absurd designs followed in time: each must end in a true outcome.
 
-`python -m oracle.hostile_transients` follows 100,000 random designs in some minutes, and says how
+`python tools/hostile_transients.py` follows 100,000 random designs in some minutes, and says how
 they ended; 50 that scipy's DOP853 can follow, too, are compared with it. Fewer are a test.
 """
 
 import math
-import sys
-from collections import Counter
 from typing import Any
 
 import numpy as np
 
 from engine_dyn import status
 from engine_dyn.geometry.cylinders import even_cylinders
+from engine_dyn.pressure.family import Family
 from engine_dyn.pressure.motored import motored
 from engine_dyn.transient import TransientEngine, Transients, follow_designs, transient_engine
 from oracle.transients import CYCLE, Reference
-from sweeps.scene.engine.engine_files import load_engine
 
 FASTEST = 3.0  # Speed over the nominal one at which runs end
 OF_DOP853 = {
@@ -27,10 +25,10 @@ OF_DOP853 = {
 """What the reference cannot do, or not at once."""
 
 
-def hostile_engine(draw: np.random.Generator) -> TransientEngine:
+def hostile_engine(draw: np.random.Generator, family: Family) -> TransientEngine:
     """Engine with one to eight cylinders."""
     return transient_engine(
-        load_engine("ntua").family, even_cylinders(int(draw.integers(1, 9)), CYCLE),
+        family, even_cylinders(int(draw.integers(1, 9)), CYCLE),
         crank_ratio=draw.uniform(0.05, 0.4), command_angle=draw.choice([-CYCLE, -6.0, -0.26, 0.0]),
         row_step=draw.choice([2.5, 10.0, 100.0]),
     )  # fmt: skip
@@ -139,26 +137,3 @@ def of_dop853(engine: TransientEngine, draw: np.random.Generator, wanted: int) -
         if error > 1e-6:
             print(f"error {error:.1e}, estimated {found.error[i]:.1e}: {numbers}")
     return errors
-
-
-def main(count: int = 100_000) -> None:
-    draw, ends, cycles, at_once = np.random.default_rng(63), Counter[str](), 20, 2000
-    for _ in range(0, count, at_once):
-        engine = hostile_engine(draw)
-        given = hostile_designs(draw, at_once, engine.cylinders.count)
-        found = follow_designs(engine, cycles, estimate=False, **given)
-        ends.update(status.MEANINGS[code] for code in found.outcome)
-        for name, number in untrue(found, given, cycles).items():
-            print(f"{number} of {at_once}: {name}")
-            ends["untrue"] += number
-    print(dict(ends))
-    errors: list[float] = []
-    while len(errors) < min(50, count // 1000):
-        errors += of_dop853(hostile_engine(draw), draw, 5)
-        print("errors against DOP853:", ", ".join(f"{one:.0e}" for one in errors[-5:]))
-    if ends["untrue"] or max(errors, default=0.0) > 1e-6:
-        sys.exit("not all are true")
-
-
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))

@@ -327,10 +327,10 @@ def test_a_command_a_cycle_ahead_misses_the_firing_that_is_named(family: Family)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_absurd_designs_end_in_a_true_outcome(seed: int) -> None:
-    """`python -m oracle.hostile_transients` takes more of them, and compares some with DOP853."""
+def test_absurd_designs_end_in_a_true_outcome(seed: int, family: Family) -> None:
+    """`python tools/hostile_transients.py` takes more of them, and compares some with DOP853."""
     draw, count, cycles = np.random.default_rng(seed), 1000, 20
-    engine = hostile_engine(draw)
+    engine = hostile_engine(draw, family)
     given = hostile_designs(draw, count, engine.cylinders.count)
     found = follow_designs(engine, cycles, estimate=False, **given)
     assert untrue(found, given, cycles) == {}
