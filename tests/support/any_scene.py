@@ -523,6 +523,8 @@ def _transient(draw: Draw, given: Given) -> None:
                 key = next(iter(numbers))
                 given.tables[table] = {key: draw(numbers.pop(key))}
             given.values |= {f"{table}_{key}": values for key, values in numbers.items()}
+    if given.engine.family.high == given.engine.family.low:
+        given.values["transient_start_command"] = percent
     if "transient_boost_lag" in given.values and draw(st.booleans()):
         given.values["transient_boost_margin"] = percent
 

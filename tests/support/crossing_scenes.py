@@ -228,11 +228,11 @@ FRAGMENTS: dict[str, list[Fragment]] = {
     "measured": [{"measured": {"file": "speed.csv", "kind": "speed"}}],
     "followed in time": [
         {"solver": {"method": "transient"}, "governor": {"gain": 6.0, "integral": 6.0},
-         "transient": {"cycles": 6, "command_angle": -15.0, "record": [2, 2],
+         "transient": {"cycles": 6, "command_angle": -15.0, "start_command": 40.0, "record": [2, 2],
                        "limits": "ISO 8528-5 G2", "load_steps": [{"time": 0.05, "load": 60.0}]}},
         {"solver": {"method": "transient"}, "axes": {"transient_fuel_cut": [0.02, 1.0]},
          "starter": {"torque": 300.0, "speed": 400.0}, "clutch": {"time": 0.1, "inertia": 0.1},
-         "transient": {"start_speed": 0.0,
+         "transient": {"start_speed": 0.0, "start_command": 40.0,
                        "cycles": 5, "command_angle": -360.0, "dispersion": 0.02,
                        "load_law": "power",
                        "command_steps": [{"time": 0.0, "command": 80.0}]}}],

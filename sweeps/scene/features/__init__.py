@@ -129,7 +129,7 @@ def without_dropped(values: GivenValues) -> Engine:
     """Return the engine without the parts that parameters of the scene replace."""
     engine = values.engine
     for name, feature in GIVEN_FEATURES.items():
-        if feature.dropped(values):
+        if feature.dropped is not None and feature.dropped(values):
             engine = with_part(engine, name, None)
     return engine
 

@@ -51,7 +51,7 @@ class GivenFeature:
     # must not ask for quantities that need the part.
     own_crank: bool = False
     # Whether the scene's own parameters replace the part of its engine.
-    dropped: Callable[[GivenValues], bool] = lambda values: False
+    dropped: Callable[[GivenValues], bool] | None = None
     # Function from the values of a scene to the words of the feature, one of each group.
     words: Callable[[GivenValues], tuple[str, ...]] = lambda values: ()
     # Function from the part to one line of text, for lists of an engine or a scene.
