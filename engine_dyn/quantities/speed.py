@@ -185,7 +185,7 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
         can_fail=True, when=f"{law} {angle} {'by_torque' if by_torque else 'by_pressure'}",
-        gives=(*SCALAR_NAMES, *CURVE_NAMES, *CLOSE_CURVES, AT_START, "outcome"),
+        gives=(*SCALAR_NAMES, *CURVE_NAMES, *CLOSE_CURVES, AT_START, "status", "outcome"),
         needs=tuple(dict.fromkeys((
             *of_engine, "speed", "inertia", constant, "torque_mean", "passes", "start_speed",
             "start_angle", "closure", "tolerance", "method", "inertia_model", "crank_angle",
@@ -288,7 +288,11 @@ NODES: tuple[Node, ...] = (
         extreme_of=("omega", "of_cycles"),
     ),
     _result("outcome", "", "1", "outcome of the periodic speed", "this project", public=False),
-    *(replace(node, when=f"{node.when} no_transient") for node in _STATUSES),
+    _result(
+        "status", "", "1", "outcome of the design", "this project",
+        when="given_inertia not_held no_transient",
+    ),
+    *(replace(node, when=f"{node.when} no_transient") for node in _STATUSES[1:]),
     *(
         replace(node, name="periodic_status", symbol=r"\chi_\omega",
                 long_name="outcome of the periodic speed")

@@ -189,7 +189,9 @@ class Plan:
 
     def wanted(self, stage: Stage) -> tuple[str, ...]:
         """Results of a stage that the plan uses."""
-        return tuple(name for name in stage.node.gives if name in self.computed)
+        # A name may have a formula in its place: the outcome of a speed that is followed in time
+        made = self.computed
+        return tuple(n for n in stage.node.gives if n in made and made[n].node.make is None)
 
 
 @dataclass(frozen=True, eq=False)
