@@ -237,6 +237,14 @@ _SOLUTIONS = tuple(
     for law in _LAWS for angle in _ANGLES for by_torque in (False, True)
 )  # fmt: skip
 
+
+def _beside(node: Node) -> Callable[..., Any]:
+    """Outcomes of such a node as archives hold those beside `status`: plain numbers."""
+    make = node.make
+    assert make is not None
+    return lambda **needs: np.asarray(make(**needs), dtype=np.float64)
+
+
 _STATUSES = tuple(
     Node("status", "", "1", "outcome of the design", "this project", when=when, make=make,
          meanings=meanings)
@@ -295,7 +303,7 @@ NODES: tuple[Node, ...] = (
     *(replace(node, when=f"{node.when} no_transient") for node in _STATUSES[1:]),
     *(
         replace(node, name="periodic_status", symbol=r"\chi_\omega",
-                long_name="outcome of the periodic speed")
+                long_name="outcome of the periodic speed", make=_beside(node))
         for node in _STATUSES
     ),
 )  # fmt: skip
