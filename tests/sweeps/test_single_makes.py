@@ -193,7 +193,7 @@ REFUSED = {
     "fmep_auxiliaries", "fmep_components", "fmep_crank_pin_bearings", "fmep_crankshaft_seals",
     "fmep_main_bearings", "fmep_ring_gas_pressure", "fmep_rings", "fmep_skirt", "fmep_valve_train",
     "friction_share_auxiliaries", "friction_share_bearings", "friction_share_rings",
-    "friction_share_skirt", "friction_share_valve_train", "reduced_torque_mean",
+    "friction_share_skirt", "friction_share_valve_train", "full_load_torque", "reduced_torque_mean",
     "tangential_pressure_mean",
 }  # fmt: skip
 """Quantities that are not computed for such engines, and say so."""
