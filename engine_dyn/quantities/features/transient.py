@@ -105,9 +105,9 @@ def _start_command(
     loads = np.asarray(family.loads, dtype=float)
     low = [
         np.asarray(made_of("torque_mean", {**known, "load": load}, variant_of))
-        for load in (loads[0], loads[min(1, loads.size - 1)])
+        for load in loads[:2]  # Engines with one diagram give the command themselves
     ]
-    rise = (low[1] - low[0]) / (loads[1] - loads[0]) if loads.size > 1 else low[0] / 100.0
+    rise = (low[1] - low[0]) / (loads[1] - loads[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         below = loads[0] - (low[0] - load_at_start) / rise
     lost = np.where(load_at_start < low[0], np.where(rise > 0.0, below, loads[0]), loads[-1])
