@@ -121,7 +121,8 @@ def follow_designs(
         cylinder's firing angle lies. A negative cycle is none.
     marks : array_like, shape (count,) or (designs, count), optional
         Times [s], ascending, from which deviations and the time of recovery are measured up to the
-        next; the times of the load's points if not given.
+        next, or to the fuel cut; the times of the load's points if not given. NaN where nothing was
+        seen, so that marks behind the fuel cut have none.
     record : pair of int
         First cycle whose curves are kept, and the one behind the last.
     steps : int

@@ -108,12 +108,13 @@ CYCLE_RESULTS = (
 
 MARK_RESULTS = (
     ("speed_before", "rad s-1", "mean over the cycle before the mark"),
-    ("speed_lowest", "rad s-1", "smallest mean over a cycle until the next mark"),
-    ("speed_highest", "rad s-1", "largest mean over a cycle until the next mark"),
-    ("speed_after", "rad s-1", "last mean over a cycle before the next mark"),
+    ("speed_lowest", "rad s-1", "smallest mean over a cycle from there on"),
+    ("speed_highest", "rad s-1", "largest mean over a cycle from there on"),
+    ("speed_after", "rad s-1", "last mean over a cycle"),
     ("recovery_time", "s", "time from the mark until the mean over a cycle stays in the band"),
 )
-"""Results from each mark to the next, of the speed averaged at each firing over the last cycle."""
+"""Results from each mark to the next, or to the fuel cut, of the speed averaged at each firing over
+the last cycle."""
 
 RUN_RESULTS = (
     ("time_to_start", "s", "time until the speed first reaches the ready speed"),

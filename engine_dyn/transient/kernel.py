@@ -496,11 +496,12 @@ def _measure(d: int, tables: Tables, given: Given, work: Work, found: Found) -> 
     """Deviations and times of recovery, of the speed that is averaged over a cycle."""
     marks = given.marks[d if given.marks.shape[0] > 1 else 0]
     band = given.numbers[d, BAND] * given.numbers[d, SPEED]
+    cut = given.numbers[d, FUEL_CUT]
     firings, per_cycle = work.counts[FIRINGS], tables.firings
     times, speeds = work.trace_time, work.trace_speed
     f = 0
     for m in range(len(marks)):
-        until = marks[m + 1] if m + 1 < len(marks) else math.inf
+        until = min(marks[m + 1], cut) if m + 1 < len(marks) else cut
         while f < firings and times[f] <= marks[m]:
             f += 1
         if f == 0 or f == firings:

@@ -156,7 +156,7 @@ def test_stopping_is_a_failure_unless_the_fuel_was_cut(tmp_path: Path) -> None:
     archive = sweeps.open(tmp_path / "a.nc")
     assert archive.status.values.tolist() == [FOLLOWED, STOPPED, FOLLOWED]
     assert (archive.periodic_status == CONVERGED).all()
-    assert ", kept 1 " in archive_text(archive, str(tmp_path / "a.nc"))
+    assert ", kept 2 " in archive_text(archive, str(tmp_path / "a.nc"))
     assert np.isfinite(archive.cycles_to_stop.values).tolist() == [False, False, True]
     best = sweeps.best(archive, most="transient_step_factor", within="limits_kept >= 0")
     assert float(best.transient_step_factor) == 1.0
@@ -233,6 +233,26 @@ def test_a_change_that_is_hardly_seen_is_not_kept() -> None:
     found = computed(("recovery_time", "limits_kept"), **changed(transient={"load_steps": steps}))
     assert np.isfinite(found.recovery_time).values.tolist() == [True, False]
     assert float(found.limits_kept) == 0.0
+
+
+@pytest.mark.compiled
+def test_a_change_of_load_is_judged_until_the_fuel_is_cut() -> None:
+    steps = [{"time": 0.5, "torque": 300.0}, {"time": 5.0, "torque": 0.0}]
+    cuts = {"transient_fuel_cut": [99.0, 4.0, 0.2]}
+    asked = ("speed_fall", "recovery_time", "settled_speed", "largest_speed_fall",
+             "longest_recovery_time", "limits_kept")  # fmt: skip
+    found = computed(asked, **changed(axes=cuts, transient={"load_steps": steps, "cycles": 100}))
+    assert float(found.speed_fall[1, 0]) == pytest.approx(float(found.speed_fall[0, 0]), rel=1e-9)
+    # The band lies around the last speed before the cut, which is settled but for 1e-5
+    recovery = found.recovery_time.values
+    assert recovery[1, 0] == pytest.approx(recovery[0, 0], rel=1e-3)
+    assert float(found.settled_speed[1, 0]) == pytest.approx(1500.0, rel=1e-3)
+    # What follows the cut is no change that a governor could answer
+    assert np.isnan(found.speed_fall[1, 1]) and np.isnan(found.speed_fall[2]).all()
+    assert found.limits_kept.values[:2].tolist() == [1.0, 1.0] and np.isnan(found.limits_kept[2])
+    assert float(found.largest_speed_fall[1]) == float(found.speed_fall[1, 0])
+    assert float(found.longest_recovery_time[1]) == float(found.recovery_time[1, 0])
+    assert np.isnan(found.largest_speed_fall[2])
 
 
 @pytest.mark.compiled

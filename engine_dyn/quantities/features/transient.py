@@ -368,14 +368,11 @@ def _follow(
     if recorded:  # Curves are drawn in lines between the ends of steps
         given |= {"steps": round(transient.period / POINT_STEP), "record": transient.record}
     missed = transient.missed
-    # Behind the last change of the load, the speed is judged until the fuel is cut
-    last = np.clip(numbers["fuel_cut"], transient.marks.max(initial=0.0), 1e30)
-    every = np.broadcast_to(transient.marks, (places.size, transient.marks.size))
     try:
         found = follow_designs(
             engine, transient.cycles,
             load=(transient.load.time, each[good, None] * transient.load.value),
-            marks=np.column_stack([every, last]), missed=() if missed is None else missed,
+            marks=transient.marks, missed=() if missed is None else missed,
             estimate="transient_error" in results, threads=threads, **given, **numbers,
         )  # fmt: skip
     except ValueError:  # What this engine does not allow: a dead time of very many firings
@@ -385,7 +382,7 @@ def _follow(
             _follow(engine, transient, few, places[half], results, threads)
         return
     speed = numbers["speed"][:, None]
-    marks = {name: value[:, :-1] for name, value in found.marks.items()}
+    marks = found.marks
     made = {
         # To stand still is what is asked for where the fuel is cut
         "transient_status": lambda: np.where(
@@ -439,9 +436,15 @@ def _load_at_ends(
     return load_offset + _load_torque(transient, needs) * share
 
 
-def _largest(**needs: Any) -> Any:
+def _with_fuel(transient: Transient, transient_fuel_cut: Any) -> Any:
+    """Which changes of the load come before the fuel cut: what follows it, no governor can hold."""
+    return np.less(transient.marks, transient_fuel_cut)
+
+
+def _largest(transient: Transient, transient_fuel_cut: Any, **needs: Any) -> Any:
     (values,) = needs.values()
-    return np.max(values, axis=-1)
+    counts = _with_fuel(transient, transient_fuel_cut)
+    return np.where(counts.any(axis=-1), np.where(counts, values, 0.0).max(axis=-1), np.nan)
 
 
 def _overshoot(transient_mean_speed: Any, speed: Any) -> Any:
@@ -462,11 +465,15 @@ def _variation(transient_mean_speed: Any, cycles_followed: Any) -> Any:
         return np.sqrt(square) / mean
 
 
-def _kept(speed_fall: Any, speed_rise: Any, recovery_time: Any, transient: Transient) -> Any:
+def _kept(
+    speed_fall: Any, speed_rise: Any, recovery_time: Any, transient: Transient,
+    transient_fuel_cut: Any,
+) -> Any:  # fmt: skip
     limits = transient.limits
     assert limits is not None
     within = keeps(PERCENT * speed_fall, PERCENT * speed_rise, recovery_time, limits)
     judged = ~np.isnan(speed_fall).all(axis=-1)
+    within |= ~_with_fuel(transient, transient_fuel_cut)
     return np.where(judged, within.all(axis=-1), np.nan)
 
 
@@ -538,15 +545,16 @@ NODES = (
     _result("settled_speed", "n_s", "rpm", "mean speed of the last cycle before the next change of "
             "load", "load_change", si=RPM),
     *(
-        Node(f"largest_{name}", symbol, "percent", meaning, SOURCE, needs=(name,),
-             removes=("load_change",), make=_largest)
-        for name, symbol, meaning in (
-            ("speed_fall", r"\delta^-", "largest fall of the speed after changes of load"),
-            ("speed_rise", r"\delta^+", "largest rise of the speed after changes of load"),
+        Node(name, symbol, unit, meaning, SOURCE, removes=("load_change",), make=_largest,
+             needs=(of, "transient", "transient_fuel_cut"))
+        for of, name, symbol, unit, meaning in (
+            ("speed_fall", "largest_speed_fall", r"\delta^-", "percent",
+             "largest fall of the speed after changes of load"),
+            ("speed_rise", "largest_speed_rise", r"\delta^+", "percent",
+             "largest rise of the speed after changes of load"),
+            ("recovery_time", "longest_recovery_time", "t_r", "s", "longest recovery time"),
         )
     ),
-    Node("longest_recovery_time", "t_r", "s", "longest recovery time", SOURCE,
-         needs=("recovery_time",), removes=("load_change",), make=_largest),
     Node("limits_kept", "g", "1", "whether the limits are kept after each change of load", SOURCE,
          removes=("load_change",), make=_kept, meanings=("exceeded", "kept")),
     Node("run_overshoot", r"\delta_o", "percent", "largest mean speed of a cycle over the nominal "
