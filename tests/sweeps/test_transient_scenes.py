@@ -236,6 +236,26 @@ def test_a_change_that_is_hardly_seen_is_not_kept() -> None:
 
 
 @pytest.mark.compiled
+def test_percents_of_load_are_those_of_the_engine_whose_cylinders_all_burn() -> None:
+    steps = [{"time": 0.5, "load": 40.0}]
+    axes = {"misfire": [0.0, 2.0], "pressure_factor_4": [1.0, 0.8]}
+    found = computed(
+        ("full_load_torque", "transient_load", "settled_speed", "transient_command"),
+        **changed(axes=axes, transient={"load_steps": steps, "load_law": "exponent", "cycles": 120,
+                                        "start_command": None}),
+    )  # fmt: skip
+    whole = computed(("torque_mean",), set={**SET["set"], "load": 90.0})  # the last diagram
+    assert found.full_load_torque.dims == ()
+    assert float(found.full_load_torque) == pytest.approx(float(whole.torque_mean), rel=1e-12)
+    loads = found.transient_load.isel(run_cycle=-1)
+    np.testing.assert_allclose(loads, 0.4 * float(whole.torque_mean), rtol=1e-12)
+    np.testing.assert_allclose(found.settled_speed, 1500.0, rtol=1e-3)
+    # The other cylinders burn more for the same load
+    command = found.transient_command.isel(run_cycle=-1).values
+    assert command[0, 0] < command[0, 1] < command[1, 0] < command[1, 1]
+
+
+@pytest.mark.compiled
 def test_a_change_of_load_is_judged_until_the_fuel_is_cut() -> None:
     steps = [{"time": 0.5, "torque": 300.0}, {"time": 5.0, "torque": 0.0}]
     cuts = {"transient_fuel_cut": [99.0, 4.0, 0.2]}

@@ -52,7 +52,7 @@ class Transient:
     cycles: int  # Largest number of cycles
     period: float  # Angle of a cycle [rad]
     load: Points
-    of_load: str  # What its values are: "load" [percent of full-load torque], "torque" or "power"
+    of_load: str  # What its values are: "load" [percent of `full_load_torque`], "torque" or "power"
     law: str  # "torque", "power" or "exponent": how the load's torque depends on the speed
     marks: Floats  # Times of changes of the load [s], behind which the speed is judged
     duration: float = math.inf  # Time after which no further cycle begins [s]
@@ -114,12 +114,24 @@ def _start_command(
     return np.where(np.isnan(found), lost, found)
 
 
-def _full_load_torque(*, variant_of: Callable[[str], Node], family: Any, **needs: Any) -> Any:
+def _full_load_torque(
+    *, variant_of: Callable[[str], Node], family: Any, undisturbed_set: Any, **needs: Any
+) -> Any:  # fmt: skip
     load = min(100.0, float(family.loads[-1]))
-    torque = made_of("torque_mean", {**needs, "family": family, "load": load}, variant_of)
+    known = {**needs, "family": family, "load": load, "cylinder_set": undisturbed_set}
+    torque = made_of("torque_mean", known, variant_of)
     # It may depend on fewer of its needs than vary
     varying = (value.shape for value in needs.values() if isinstance(value, np.ndarray))
-    return np.broadcast_to(torque, np.broadcast_shapes(np.shape(torque), *varying))
+    shape = np.broadcast_shapes(np.shape(torque), np.shape(undisturbed_set), *varying)
+    return np.broadcast_to(torque, shape)
+
+
+def _load_size(
+    transient: Transient, full_load_torque: Any, speed: Any, transient_step_factor: Any
+) -> Any:
+    full, nominal, factor = np.broadcast_arrays(full_load_torque, speed, transient_step_factor)
+    sizes = {"load": PERCENT * full, "torque": 1.0, "power": 1.0 / nominal}
+    return factor * sizes[transient.of_load]
 
 
 PARAMETERS = (
@@ -277,21 +289,13 @@ def _impossible(numbers: dict[str, Any]) -> Any:
     )  # fmt: skip
 
 
-def _load_torque(transient: Transient, needs: dict[str, Any]) -> Any:
-    """Torque of the load at nominal speed for a size of 1 [N m], of each design."""
-    full, speed, factor = np.broadcast_arrays(
-        needs["full_load_torque"], needs["speed"], needs["transient_step_factor"]
-    )
-    return factor * {"load": PERCENT * full, "torque": 1.0, "power": 1.0 / speed}[transient.of_load]
-
-
 def _solve(
     *, wanted: tuple[str, ...], threads: int | None = None, progress: Any = None, **needs: Any
 ) -> dict[str, Any]:
     from engine_dyn.speed.mechanisms import map_on_threads
 
     transient: Transient = needs["transient"]
-    given = {**_numbers(needs), "load_each": _load_torque(transient, needs)}
+    given = {**_numbers(needs), "load_each": needs["load_size"]}
     arrays = np.broadcast_arrays(
         *(np.asarray(value, dtype=float) for value in given.values()),
         *(np.asarray(needs[name], dtype=float) for name in _ENGINE),
@@ -429,13 +433,6 @@ def _recorded_angles(transient: Transient) -> Floats:
     return np.asarray(turned * (1.0 - 1e-12))  # The last point is not beyond the run's
 
 
-def _load_at_ends(
-    *, transient: Transient, transient_time: Any, load_offset: Any, **needs: Any
-) -> Any:
-    share = np.interp(transient_time, *transient.load)
-    return load_offset + _load_torque(transient, needs) * share
-
-
 def _with_fuel(transient: Transient, transient_fuel_cut: Any) -> Any:
     """Which changes of the load come before the fuel cut: what follows it, no governor can hold."""
     return np.less(transient.marks, transient_fuel_cut)
@@ -487,22 +484,25 @@ _NEEDS = tuple(dict.fromkeys((
     "mean_piston_speed", "double_radius", "bore", "reciprocating_mass", "friction_constant",
     "friction_peak_pressure", "friction_mean_piston_speed", "friction_mean_piston_speed_square",
     "auxiliary_torque", "auxiliary_mean", "governor_gain", "governor_integral",
-    "governor_derivative", "governor_droop", "transient_recovery_band", "full_load_torque",
-    "transient_step_factor", *_FIELDS.values(),
+    "governor_derivative", "governor_droop", "transient_recovery_band", "load_size",
+    *_FIELDS.values(),
 )))  # fmt: skip
 
 NODES = (
     Node(
         "full_load_torque", "M_{100}", "N m", "mean brake torque at nominal speed with the highest "
-        "diagram, up to 100 percent of load", SOURCE,
-        needs=("variant_of", *_OF_TORQUE),
+        "diagram, up to 100 percent of load, where every cylinder burns fully", SOURCE,
+        # Other scenes have no set in which every cylinder burns fully
+        needs=("transient", "variant_of", "undisturbed_set", *(
+            name for name in _OF_TORQUE if name not in ("cylinder_set", "pressure_share")
+        )),
         make=_full_load_torque,
     ),
+    hidden("load_size", "N m", "torque of a load of size 1 at nominal speed", _load_size),
     hidden(
         "load_at_start", "N m", "torque of the load at the beginning",
-        lambda transient, load_offset, **needs: load_offset
-        + _load_torque(transient, needs) * np.interp(0.0, *transient.load),
-        ("transient", "load_offset", "full_load_torque", "speed", "transient_step_factor"),
+        lambda transient, load_offset, load_size: load_offset
+        + load_size * np.interp(0.0, *transient.load),
     ),
     *variants(
         Node("transient_exponent", "", "1", "exponent of the load's torque", public=False),
@@ -533,9 +533,8 @@ NODES = (
     _result("transient_fuel", "y_b", "percent", "mean command that cylinders burn at its end",
             "run_cycle"),
     Node("transient_load", "M_L", "N m", "torque of the load at the end of the cycle, at nominal "
-         "speed", SOURCE, make=_load_at_ends,
-         needs=("transient", "transient_time", "load_offset", "full_load_torque", "speed",
-                "transient_step_factor")),
+         "speed", SOURCE, make=lambda transient, transient_time, load_offset, load_size: load_offset
+         + load_size * np.interp(transient_time, *transient.load)),
     _result("speed_fall", r"\delta^-", "percent", "fall of the mean speed of a cycle after a "
             "change of load, over the nominal speed", "load_change"),
     _result("speed_rise", r"\delta^+", "percent", "rise of the mean speed of a cycle after a "

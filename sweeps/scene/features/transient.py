@@ -56,7 +56,8 @@ class LoadStep(Strict):
 
     time: float = Field(description="a number in s, 0 or more")
     load: float | None = Field(
-        default=None, description="a number in percent of the full-load torque"
+        default=None,
+        description="a number in percent of the torque at full load, where every cylinder burns",
     )
     torque: float | None = Field(default=None, description="a number in N m, at nominal speed")
     power: float | None = Field(default=None, description="a number in W, at nominal speed")

@@ -130,7 +130,7 @@ def leaves_of(scene: Scene, points: Mapping[str, npt.NDArray[Any]]) -> dict[str,
         leaves["load_gear"] = Value(np.float64(1.0))
     leaves["cylinder_set"], sets, whole = _cylinder_sets(scene, leaves)
     leaves["undisturbed_set"] = leaves["cylinder_set"]
-    if "held" in scene.words:
+    if "held" in scene.words or "no_transient" not in scene.words:
         leaves["undisturbed_set"], sets = _undisturbed_sets(leaves["cylinder_set"], sets, whole)
     patterns = scene.firing_patterns
     if patterns is not None:
