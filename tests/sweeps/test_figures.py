@@ -17,6 +17,7 @@ from sweeps.running.archive import labels as dataset
 from sweeps.view.figures import arrangement, draw
 from sweeps.view.figures.angle_lines import draw_curves
 from sweeps.view.figures.cycle_curves import curve_figure
+from sweeps.view.figures.maps import cell_edges
 from sweeps.view.figures.scales import crank_axis
 from sweeps.view.figures.sheet import new_sheet
 from sweeps.view.figures.study import study_of
@@ -375,6 +376,21 @@ def test_maps_over_two_axes_and_more() -> None:
     (mesh,) = [c for c in figure.axes[0].collections if isinstance(c, QuadMesh)]
     expected = data.delta.sel({"load": 90.0, "method": 1}).transpose("speed", "inertia").values
     assert_array_equal(np.ma.filled(mesh.get_array(), np.nan), expected)
+
+
+def test_maps_end_at_the_outermost_designs() -> None:
+    """Half a cell farther, colours would stand at negative speeds, where nothing is computed."""
+    speed, inertia = [300.0, 1200.0, 2000.0, 3000.0, 4000.0], [0.5, 1.1, 1.6, 4.0, 12.0]
+    found = plates(product(inertia=inertia, speed=speed))
+    for stem in ("delta_map_inertia_speed", "status"):
+        panel = found[stem].axes[0]
+        assert panel.get_xlim() == (0.5, 12.0) and panel.get_ylim() == (300.0, 4000.0)
+        for cells in panel.collections:
+            for path in cells.get_paths():
+                low, high = path.get_extents().get_points()
+                assert np.all(low >= (0.5, 300.0)) and np.all(high <= (12.0, 4000.0)), stem
+    axis = study_of(product(inertia=inertia, cylinders=[2, 4, 6]), {}).view.axis("cylinders")
+    assert_array_equal(cell_edges(axis), [1, 3, 5, 7])  # Nothing lies between numbers of cylinders
 
 
 @pytest.mark.parametrize(

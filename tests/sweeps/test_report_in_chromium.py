@@ -101,6 +101,26 @@ def test_legends_hide_lines_and_selectors_draw_anew(chromium: Browser, tmp_path:
     assert chromium.messages() == []
 
 
+def test_maps_end_at_the_outermost_designs(chromium: Browser, tmp_path: Path) -> None:
+    archive = sweeps.run(SCENE).isel(load=slice(None, None, -1))
+    opened(chromium, archive, tmp_path)
+    found = chromium.run(
+        "const found = [];"
+        "for (const figure of Bokeh.documents.flatMap((one) => one.roots())) {"
+        "  const { renderers, x_range, y_range } = figure;"
+        "  for (const { glyph, data_source } of renderers || [])"
+        "    if (glyph.type === 'Quad') found.push([['left', 'right', 'bottom', 'top']"
+        "      .map((side) => [...data_source.data[side]]), [x_range, y_range]"
+        "      .map(({ start, end }) => [start, end])]); }"
+        "return found"
+    )
+    assert found
+    for (left, right, bottom, top), ((first, last), (low, high)) in found:
+        assert (min(left), max(right), min(bottom), max(top)) == (0.05, 5.0, 20.0, 80.0)
+        assert set(bottom) == {20.0, 35.0, 65.0} and set(top) == {35.0, 65.0, 80.0}
+        assert first < 0.05 and last > 5.0 and low < 20.0 and high > 80.0
+
+
 def test_hostile_texts_do_nothing(chromium: Browser, tmp_path: Path) -> None:
     opened(chromium, hostile(), tmp_path)
     assert chromium.run("return window.broken === undefined")

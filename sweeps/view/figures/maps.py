@@ -146,7 +146,7 @@ def _map_panel(
             hatch_cells(panel, *edges, where, LOST_OTHERWISE[1], "none")
         else:
             rows, columns = np.nonzero(where)
-            panel.plot(x.values[columns], y.values[rows], **doubt_look())
+            panel.plot(x.values[columns], y.values[rows], clip_on=False, **doubt_look())
 
 
 def _target_contours(
@@ -207,7 +207,8 @@ def _draw_regions(
         least = inertia == inertia.min()
         if least.sum() < (y if x.name == "inertia" else x).size:
             (star,) = panel.plot(x.values[columns[least]], y.values[rows[least]], "*", color=colour,
-                                 markersize=11.0, markeredgecolor="white", zorder=4)  # fmt: skip
+                                 markersize=11.0, markeredgecolor="white", zorder=4,
+                                 clip_on=False)  # fmt: skip
             entries.setdefault("Lightest of them", star)
 
 
@@ -221,14 +222,21 @@ def _borders(inside: NDArray[Any], x: Floats, y: Floats) -> list[list[tuple[floa
 
 
 def cell_edges(axis: StudyAxis) -> Floats:
-    """Borders of cells around the values of an axis, half way on its scale."""
+    """Borders of cells around the values of an axis, half way on its scale.
+
+    Colours end at the outermost values, beyond which nothing is computed. What is counted or has
+    words, with nothing between its values, has whole cells.
+    """
     places = np.log(axis.values) if axis.log else axis.values
     if places.size == 1:
         return np.array([places[0] - 0.5, places[0] + 0.5])
     middle = (places[1:] + places[:-1]) / 2
-    ends = places[0] - (middle[0] - places[0]), places[-1] + (places[-1] - middle[-1])
-    borders = np.concatenate(([ends[0]], middle, [ends[1]]))
-    return np.exp(borders) if axis.log else borders
+    ends = 2 * places[[0, -1]] - middle[[0, -1]]
+    borders = np.concatenate((ends[:1], middle, ends[1:]))
+    borders = np.exp(borders) if axis.log else borders
+    if axis.joined:
+        borders[[0, -1]] = axis.values[[0, -1]]
+    return borders
 
 
 def _levels(values: Floats, log: bool) -> Floats:

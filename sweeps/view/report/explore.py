@@ -332,7 +332,10 @@ class _Explorer:
         )
         points.visible = not quads.visible
         points.glyph.update(marker="square", size=9, line_color=None)
-        (left, right), (bottom, top) = (_edges(v) if quads.visible else (v, v) for v in (x, y))
+        (left, right), (bottom, top) = (
+            _edges(v, self.page.axes[dim]["joined"]) if quads.visible else (v, v)
+            for v, dim in ((x, one), (y, other))
+        )
         quads.data_source.data = {
             "x": x, "y": y, "left": left, "right": right, "bottom": bottom, "top": top,
             "value": values, "told": values,
@@ -347,13 +350,16 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"
 
 
-def _edges(values: list[Any]) -> tuple[list[float], list[float]]:
-    """Edges of cells: half-way between their points."""
+def _edges(values: list[Any], joined: bool) -> tuple[list[float], list[float]]:
+    """Edges of cells: half-way between their points, and no farther than these on a joined axis."""
     points = sorted(set(values))
     if len(points) < 2:
         middles = [points[0] - 0.5, points[0] + 0.5]
     else:
         inner = [(a + b) / 2.0 for a, b in pairwise(points)]
-        middles = [2.0 * points[0] - inner[0], *inner, 2.0 * points[-1] - inner[-1]]
+        ends = [points[0], points[-1]]
+        if not joined:
+            ends = [2.0 * ends[0] - inner[0], 2.0 * ends[1] - inner[-1]]
+        middles = [ends[0], *inner, ends[1]]
     place = {value: i for i, value in enumerate(points)}
     return [middles[place[v]] for v in values], [middles[place[v] + 1] for v in values]

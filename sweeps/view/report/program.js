@@ -345,9 +345,8 @@
       const label = heading(columns.get(key), key)
       if (scattered) return setAxis(chart, side, label, { key })
       const log = isLogarithmic(key)
-      const [before, after] = edges(places.map((p) => coordinate(key, p)), log)
-      setAxis(chart, side, label, { key, log, span: [spanOf(before)[0], spanOf(after)[1]] })
-      return [before, after]
+      setAxis(chart, side, label, { key, log })
+      return edges(places.map((p) => coordinate(key, p)), log, axes.get(columns.get(key).dim).joined)
     })
     // Where numbers go over more than a decade, most of a map would have one colour.
     const [least, most] = spanOf(q.data)
@@ -400,13 +399,17 @@
     return numbers.filter((v) => v >= low && v <= high)
   }
 
-  // Edges of cells half-way between their points.
-  function edges(values, log) {
-    const v = log ? values.map(Math.log) : values
-    const back = log ? Math.exp : (x) => x
-    const only = Math.abs(v[0]) / 10 || 0.5
-    const half = (i) => (v.length < 2 ? only : (v[i + 1] - v[i]) / 2)
-    return [v.map((x, i) => back(x - half(Math.max(0, i - 1)))), v.map((x, i) => back(x + half(Math.min(i, v.length - 2))))]
+  // Edges of cells half-way between their points, and no farther than these on a joined axis.
+  function edges(values, log, joined) {
+    const rising = [...new Set(values.filter(Number.isFinite))].sort((a, b) => a - b)
+    const inner = rising.slice(1).map((v, i) => (log ? Math.sqrt(v * rising[i]) : (v + rising[i]) / 2))
+    let [first, last] = [rising[0], rising[rising.length - 1]]
+    const only = Math.abs(first) / 10 || 0.5
+    if (!inner.length) [first, last] = [first - only, last + only]
+    else if (!joined) [first, last] = [2 * first - inner[0], 2 * last - inner[inner.length - 1]]
+    const middles = [first, ...inner, last]
+    const places = values.map((v) => rising.indexOf(v))
+    return [places.map((i) => middles[i] ?? NaN), places.map((i) => middles[i + 1])]
   }
 
   const KINDS = { lines, stems: lines, map }
