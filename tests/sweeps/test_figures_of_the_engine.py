@@ -1,4 +1,4 @@
-"""Strokes, crank star and train, waterfall, and a shaft that twists: what is drawn."""
+"""Strokes, crank star and train, order map, and a shaft that twists: what is drawn."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 import sweeps
+from engine_dyn.status import STALLED
 from sweeps.base.errors import SceneError
 from sweeps.view.figures.crank_train import directions, mechanism
 from sweeps.view.figures.drawing import figure, figures
@@ -202,13 +205,36 @@ def test_arrows_of_the_crank_train_and_its_angle() -> None:
         (cylinder(), "crank_train", {"at": 400},
          "at 400: the crank angle is from -360 to 360 degrees"),
         (cylinder(), "crank_train", {"at": "top"}, "at 'top': must be a crank angle in degrees"),
-        (engine().isel(speed=[0, 1]), "waterfall", {}, "three speeds or more"),
+        (engine().isel(speed=[0, 1]), "order_map", {}, "three speeds or more"),
     ],
     ids=["one cylinder", "offsets", "outside the cycle", "no angle", "two speeds"],
 )  # fmt: skip
 def test_figures_that_cannot_be(data: xr.Dataset, kind: str, options: Any, said: str) -> None:
     with pytest.raises(SceneError, match=said):
         figure(data, kind, options_of(**options))
+
+
+def test_an_order_map_shows_small_orders_beside_large_ones() -> None:
+    speed, order = np.array([1000.0, 2000.0, 4000.0]), np.array([1.0, 1.5, 3.0])
+    sizes = np.outer([1.0, 2.0, 3.0], [1000.0, -1.0, 0.0])
+    sizes[1] = np.nan
+    data = xr.Dataset(
+        {"torque_order": variable(("speed", "order"), sizes, "amplitude", "N m"),
+         "status": ("speed", np.array([0, STALLED, 0]), {"flag_values": [0, STALLED],
+                                                         "flag_meanings": "converged stalled"})},
+        coords={"speed": variable("speed", speed, "speed", "rpm"), "order": order},
+    )  # fmt: skip
+    drawn = figure(data, "order_map")
+    panel = drawn.axes[0]
+    (mesh,) = (one for one in panel.collections if isinstance(one, QuadMesh))
+    colours = np.ma.filled(mesh.get_array(), np.nan)
+    np.testing.assert_array_equal(colours[:, [0, 2, 4]], np.where(sizes == 0, np.nan, abs(sizes)))
+    assert np.isnan(colours[:, [1, 3]]).all()
+    assert isinstance(mesh.norm, LogNorm) and (mesh.norm.vmin, mesh.norm.vmax) == (1.0, 3000.0)
+    middle = mesh.get_coordinates()[0].reshape(-1, 2, 2)[:, :, 0].mean(axis=1)
+    np.testing.assert_allclose(middle, order)
+    assert panel.get_ylim() == (1000.0, 4000.0) and panel.get_xlim() == (0.75, 1.75)
+    assert "Stalled" in words(drawn)
 
 
 SPEED = np.linspace(1000.0, 2000.0, 21)
@@ -430,7 +456,7 @@ def test_an_archive_of_a_scene_gets_them_all() -> None:
         "shaft_torque_half_range_speed", "disc_angle_half_range_speed", "shaft_loss_speed",
         "shaft_torque_cycle", "disc_angle_cycle",
     } <= set(found)  # fmt: skip
-    assert "damped_critical_speed_waterfall" not in found
+    assert "damped_critical_speed_map" not in found
     for stem, one in found.items():
         assert_inside(stem, one)
     # what is summed here is what the archive has by its own way

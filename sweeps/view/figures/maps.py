@@ -74,7 +74,7 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
     places = across.picked(MOST_PANELS)
     values, reasons = _tables(view, name, (along, up, facet), places)
     known = values[np.isfinite(values)]
-    norm, levels = _scale(known)
+    norm, levels = colour_scale(known)
     two_rows = columns_for(len(places)) == 2
     sheet, height = map_panels(view, along, up, facet, 5.4, 2.2 if two_rows else 1.85)
     whys = sorted({str(why) for why in reasons.ravel() if why})
@@ -84,7 +84,7 @@ def map_figure(view: View, name: str, along: str, up: str, facet: str | None = N
         _target_contours(panel, view, name, (x, y, table), sheet.entries)
         _draw_regions(panel, view.slice_at(across.place(place)), name, (x, y), sheet.entries)
     if known.size:
-        _colour_bar(sheet.figure, sheet.panels, norm, levels, view.label(name), height)
+        colour_bar(sheet.figure, sheet.panels, norm, levels, view.label(name), height)
     notes = [*view.notes([name]), across.picked_text(MOST_PANELS)]
     return sheet.finish(f"{view.title(name)} over {x.called} and {y.called}", notes, view.caption)
 
@@ -105,7 +105,7 @@ def _tables(
     return np.asarray(values, dtype=float), reasons
 
 
-def _scale(known: Floats) -> tuple[Normalize, Floats]:
+def colour_scale(known: Floats) -> tuple[Normalize, Floats]:
     """Scale of the colours and levels of the contours, for all maps of a figure."""
     from matplotlib.colors import LogNorm, Normalize
 
@@ -117,6 +117,20 @@ def _scale(known: Floats) -> tuple[Normalize, Floats]:
     return norm, _levels(known, log)
 
 
+def colour_cells(panel: Axes, edges: tuple[Floats, Floats], table: Floats, norm: Normalize) -> None:
+    """Colour those cells between edges that have a number."""
+    masked = np.ma.masked_invalid(table)
+    panel.pcolormesh(*edges, masked, norm=norm, cmap=_light_map(), rasterized=True)
+
+
+def hatch_lost(panel: Axes, edges: tuple[Floats, Floats], why: NDArray[Any]) -> Entries:
+    """Hatch cells without a number by the reason, and return the entries of the legend."""
+    whys = sorted({str(one) for one in why.ravel() if one})
+    for reason in whys:
+        hatch_cells(panel, *edges, why == reason, LOST.get(reason, LOST_OTHERWISE)[1])
+    return _hatches(whys, dense=True)
+
+
 def _map_panel(
     panel: Axes, x: StudyAxis, y: StudyAxis, table: Floats, why: NDArray[Any], norm: Normalize,
     levels: Floats,
@@ -125,7 +139,7 @@ def _map_panel(
     edges = cell_edges(x), cell_edges(y)
     lost = ~np.isfinite(table)
     masked = np.ma.masked_array(table, lost)
-    panel.pcolormesh(*edges, masked, norm=norm, cmap=_light_map(), rasterized=True)
+    colour_cells(panel, edges, table, norm)
     inside = table[~lost]
     if min(table.shape) > 1 and inside.size:
         digits = digits_of(levels)
@@ -311,7 +325,7 @@ def _hatches(whys: Sequence[str], dense: bool) -> Entries:
     }
 
 
-def _colour_bar(
+def colour_bar(
     figure: Figure, panels: Sequence[Axes], norm: Normalize, levels: Floats, label: str,
     height: float,
 ) -> None:  # fmt: skip

@@ -1,4 +1,4 @@
-"""Amplitudes over the order: bars for the values of an axis, or a waterfall over the speed."""
+"""Amplitudes over the order: bars for the values of an axis, or a map over the speed."""
 
 from __future__ import annotations
 
@@ -9,11 +9,17 @@ import numpy as np
 import xarray as xr
 
 from engine_dyn.types import Floats
-from sweeps.view.figures.marks import line_style, shade
-from sweeps.view.figures.scales import comparable, degree_ticks, whole_ticks
+from sweeps.view.figures.maps import (
+    cell_edges,
+    colour_bar,
+    colour_cells,
+    colour_scale,
+    hatch_lost,
+)
+from sweeps.view.figures.marks import line_style
+from sweeps.view.figures.scales import comparable, degree_ticks, parameter_ticks, whole_ticks
 from sweeps.view.figures.shaft_modes import at_largest
 from sweeps.view.figures.sheet import (
-    GREY,
     OWN_ORDINATES,
     NamedFigures,
     finish,
@@ -25,7 +31,6 @@ from sweeps.view.figures.sheet import (
 )
 from sweeps.view.figures.study import Study
 from sweeps.view.figures.views import MOST_PANELS, View, facet_of, stem_of
-from sweeps.view.figures.wording import typeset, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -156,11 +161,12 @@ def _has_amplitude(view: View, name: str, place: Mapping[str, int], phases: Floa
     return known & (size > NOTHING * np.nanmax(size, initial=0.0))
 
 
-# Largest number of speeds of a waterfall: the stems of more speeds would hide each other
-MOST_STEMS = 24
+MAP_HEIGHT = 3.6  # Height in inches of the panel of an order map
+
+FLOOR = 1e-4  # Fraction of the largest amplitude of an order map below which none has a colour
 
 
-def waterfall_names(view: View) -> list[str]:
+def order_map_names(view: View) -> list[str]:
     """Amplitudes over order and speed."""
     names = [str(name) for name in view.data.data_vars if view.has(str(name))]
     # Orders at one or two speeds are drawn as bars side by side.
@@ -176,69 +182,41 @@ def waterfall_names(view: View) -> list[str]:
     ]
 
 
-def waterfalls(study: Study, names: Sequence[str]) -> NamedFigures:
+def order_maps(study: Study, names: Sequence[str]) -> NamedFigures:
     """Draw each amplitude over order and speed; other axes are cut at one slice."""
     for name in names:
         for whole, along in study.views_by_axis([name]):
-            if along != "speed":
-                continue
             view = at_largest(whole, name).only([name], ["speed"])
-            axis = view.axis("speed")
-            rows = axis.picked(MOST_STEMS)
-            speeds = axis.values[rows]
-            values = view.array(name).transpose("speed", "order").values[rows]
-            amplitudes = np.abs(np.asarray(values, dtype=float))
-            largest = float(np.nanmax(amplitudes, initial=0.0))
-            if not largest:
-                continue
-            figure, (panel,) = new_sheet(1, 1, min(2.2 + 0.22 * len(rows), 6.0))
-            gap = float(np.min(np.diff(np.sort(speeds))))
-            # The largest stem almost reaches the next row, so that none hides another.
-            factor = 0.95 * gap / largest  # Height on the axis of speeds of one unit of amplitude
-            _stems(panel, view.numbers("order"), speeds, amplitudes, factor)
-            _scale(panel, unit_text(str(view.array(name).attrs.get("units", ""))), largest, factor)
-            x_label(panel, view.label("order"), 5.0)
-            y_label(panel, axis.label, 3.0)
-            title = f"{view.title(name)} over order and speed"
-            notes = [*view.notes([name]), axis.picked_text(MOST_STEMS)]
-            drawn = finish(figure, title, notes, caption=view.caption)
-            yield stem_of(f"{name}_waterfall", view, None), drawn
+            if along == "speed" and _largest([view.numbers(name)]):
+                yield stem_of(f"{name}_map", view, None), _order_map(view, name)
 
 
-def _stems(panel: Axes, order: Floats, speeds: Floats, amplitudes: Floats, factor: float) -> None:
-    """Draw one row of stems at each speed, the highest speed first, behind the others."""
-    least = FAINT * float(np.nanmax(amplitudes))
-    step = float(np.min(np.diff(order), initial=1.0))
-    for place, row in enumerate(np.argsort(-speeds, kind="stable")):
-        colour = shade(row / max(len(speeds) - 1, 1))
-        base, sizes = speeds[row], amplitudes[row]
-        drawn = np.isfinite(sizes) & (sizes > least)
-        panel.axhline(base, color="#bbbbbb", linewidth=0.5, zorder=2.5 + place)
-        panel.bar(
-            order[drawn], factor * sizes[drawn], 0.45 * step, bottom=base, color=colour,
-            edgecolor="white", linewidth=0.3, zorder=2 + place,
-        )  # fmt: skip
-    panel.set_xlim(order[0] - step, order[-1] + step)
-    gap = float(np.median(np.diff(np.sort(speeds))))
-    tops = speeds + factor * np.nanmax(amplitudes, axis=1, initial=0.0)
-    panel.set_ylim(speeds.min() - 0.25 * gap, tops.max() + 0.35 * gap)
-    panel.grid(False, axis="y")
-    if speeds.size <= 12:
-        panel.set_yticks(np.sort(speeds), [typeset(value) for value in np.sort(speeds)])
-
-
-def _scale(panel: Axes, unit: str, largest: float, factor: float) -> None:
-    """Draw a bar of a round amplitude next to the panel, whose ordinate shows the speed."""
-    power = 10.0 ** np.floor(np.log10(largest))
-    length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= largest)
-    low, high = panel.get_ylim()
-    top = high - 0.04 * (high - low)
-    bottom = top - factor * length
-    where = panel.get_yaxis_transform()
-    style: dict[str, Any] = {"color": rc("text.color"), "linewidth": 1.0, "clip_on": False}
-    panel.plot([1.02, 1.02], [bottom, top], transform=where, **style)
-    for end in (bottom, top):
-        panel.plot([1.012, 1.028], [end, end], transform=where, **style)
-    text = f"{typeset(length)} {unit}".rstrip()
-    panel.text(1.04, 0.5 * (bottom + top), text, transform=where, va="center", color=GREY,
-               fontsize=7.5)  # fmt: skip
+def _order_map(view: View, name: str) -> Figure:
+    """Amplitudes as colours on a logarithmic scale, where small ones are seen beside large ones."""
+    axis, order = view.axis("speed"), view.numbers("order")
+    array = view.array(name).transpose("speed", "order")
+    half = 0.5 * float(np.min(np.diff(order), initial=1.0))
+    # A column for each order, and one without colour before the next, which is narrow or empty.
+    x, y = np.stack([order - half, order + half], axis=1).ravel(), cell_edges(axis)
+    sizes = np.full((axis.size, 2 * order.size - 1), np.nan)
+    sizes[:, ::2] = np.abs(np.asarray(array.values, dtype=float))
+    why = np.full(sizes.shape, "", dtype=object)
+    why[:, ::2] = np.where(np.isfinite(sizes[:, ::2]), "", view.outcomes(name, array, {}))
+    seen = np.isfinite(sizes) & (sizes >= FLOOR * _largest([sizes]))
+    figure, (panel,) = new_sheet(1, 1, MAP_HEIGHT)
+    norm, levels = colour_scale(sizes[seen])
+    colour_cells(panel, (x, y), np.where(seen, sizes, np.nan), norm)
+    entries = hatch_lost(panel, (x, y), why)
+    panel.grid(False)
+    panel.spines[:].set_visible(True)
+    parameter_ticks(panel, axis, "y", 0.7 * MAP_HEIGHT)
+    drawn = order[seen[:, ::2].any(axis=0)]
+    panel.set_xlim(drawn[0] - half, drawn[-1] + half)
+    panel.set_ylim(*y[[0, -1]].tolist())
+    whole_ticks(panel)
+    x_label(panel, view.label("order"), 5.0)
+    y_label(panel, axis.label, 3.0)
+    colour_bar(figure, [panel], norm, levels, view.label(name), MAP_HEIGHT)
+    notes = [*view.notes([name]), f"white: none, or less than 1/{1.0 / FLOOR:.0f} of the largest"]
+    title = f"{view.title(name)} over order and speed"
+    return finish(figure, title, notes, entries, caption=view.caption)
