@@ -73,7 +73,7 @@ def hostile_designs(draw: np.random.Generator, count: int, cylinders: int) -> di
         "clutch_time": some(wild(1e-3, 2.0), math.inf),
         "clutch_inertia": some(wild(1e-3, 1e3)), "clutch_speed": some(wild(1.0, 1e3)),
         "clutch_torque": some(wild(1.0, 1e5), math.inf), "duration": some(wild(1e-2, 10.0), 1e9),
-        "dispersion": some(draw.uniform(0.0, 0.5, count)), "seed": draw.integers(0, 2**53, count),
+        "dispersion": some(draw.uniform(0.0, 0.5, count)), "seed": draw.integers(0, 10**15, count),
         "cylinder_dispersion": some(draw.uniform(0.0, 0.5, count)),
     }  # fmt: skip
 

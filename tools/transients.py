@@ -26,8 +26,14 @@ from pages import DOCS, figures_wanted, filled, markdown, run_command, sheet, wr
 from engine_dyn import periodic_speed
 from engine_dyn.pressure.motored import motored
 from engine_dyn.transient import ISO_8528_5_G2, Transients, follow_designs, transient_engine
-from engine_dyn.transient.api import READY
-from engine_dyn.transient.fields import CURVES, CYCLE_RESULTS, FIELDS, MARK_RESULTS, RUN_RESULTS
+from engine_dyn.transient.fields import (
+    CURVES,
+    CYCLE_RESULTS,
+    FIELDS,
+    MARK_RESULTS,
+    OF_SPEED,
+    RUN_RESULTS,
+)
 from engine_dyn.transient.kernel import FASTEST
 from engine_dyn.transient.tables import ROW_STEP, STEPS
 from engine_dyn.types import Floats
@@ -343,15 +349,12 @@ def worth(table: str) -> dict[str, str]:
 # --- the page -------------------------------------------------------------------------------------
 
 
-DEFAULTS = {"start_speed": "`speed`", "ready_speed": f"{READY:g} `speed`"}
-"""Those that depend on another number."""
-
-
 def field_rows() -> str:
     rows = [["number", "unit", "meaning", "default"]]
     for one in FIELDS:
         default = "" if one.default is None else f"{one.default:g}"
-        default = DEFAULTS.get(one.name, default)
+        if one.name in OF_SPEED:
+            default = f"{OF_SPEED[one.name]:g} `speed`".removeprefix("1 ")
         rows.append([f"`{one.name}`", one.unit, one.meaning, default])
     return markdown(rows)
 

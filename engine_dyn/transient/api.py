@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,9 +18,11 @@ from engine_dyn.transient.fields import (
     CYCLE_RESULTS,
     FIELDS,
     MARK_RESULTS,
+    OF_SPEED,
     RUN_RESULTS,
     Found,
     Given,
+    faults,
 )
 from engine_dyn.transient.kernel import FASTEST, follow
 from engine_dyn.transient.tables import STEPS, Tables, TransientEngine
@@ -29,10 +30,8 @@ from engine_dyn.transient.work import SWITCH, make_work
 from engine_dyn.types import Booleans, Floats, Integers
 
 MOST_CYCLES = 100_000
-MOST_WAITING = 100_000
-SHORTEST_SAMPLING = 1e-4  # Time between samples [s] at least
+MOST_WAITING = 100_000  # Outputs of a governor on their way to the actuator at once
 BLOCK = 16  # Designs of one piece of work
-READY = 0.95  # Ready speed over the nominal one, unless given
 
 ESTIMATE = 0.1
 """Factor on the difference from a run with half as many steps: fitted, on 560 random load steps, so
@@ -141,8 +140,8 @@ def follow_designs(
     Raises
     ------
     ValueError
-        One line for a missing or unknown number, a value outside its range, times that descend or
-        are not finite. A design that cannot be followed is no error; its outcome says so.
+        One line for a missing or unknown number, one of `fields.faults`, times that descend or are
+        not finite. A design that cannot be followed is no error; its outcome says so.
 
     Notes
     -----
@@ -222,17 +221,19 @@ def _followed(tables: Tables, given: Given, cycles: int, threads: int | None) ->
         (cycles, len(CYCLE_RESULTS)), (given.marks.shape[1], len(MARK_RESULTS)),
         (len(RUN_RESULTS),), (points, len(CURVES)),
     )  # fmt: skip
+    waiting = _waiting(given.numbers, tables)
+    possible = _possible(given.numbers, tables, waiting)
     found = Found(
-        np.where(_possible(given.numbers, tables), status.FOLLOWED, status.INVALID_INPUT),
+        np.where(possible, status.FOLLOWED, status.INVALID_INPUT),
         *(np.full((designs, *shape), np.nan) for shape in shapes),
     )
-    waiting = _waiting(given.numbers, tables)
+    most = int(waiting[possible].max(initial=0.0))
     firings = cycles * tables.firings + 1
     seen: Any = plain(tables)
     designs_seen, filled = plain(given), plain(found)
 
     def do(first: int) -> None:
-        work = make_work(tables.cylinders, len(tables.fires), waiting, firings)
+        work = make_work(tables.cylinders, len(tables.fires), most, firings)
         last = min(first + BLOCK, designs)
         follow(first, last, cycles, seen, designs_seen, work, filled)
 
@@ -241,26 +242,23 @@ def _followed(tables: Tables, given: Given, cycles: int, threads: int | None) ->
     return found
 
 
-def _possible(table: Floats, tables: Tables) -> Booleans:
-    """Which designs have a number for everything, and an inertia above 0 at every angle."""
+def _possible(table: Floats, tables: Tables, waiting: Floats) -> Booleans:
+    """Which designs have all numbers, an inertia above 0 at all angles, few outputs waiting."""
     inertia, mass, speed = (table[:, AT[n]] for n in ("inertia", "reciprocating_inertia", "speed"))
     least = inertia + mass * float(tables.squares[:, :5].min())
     known = ~np.isnan(table).any(axis=1) & np.isfinite(inertia) & np.isfinite(speed)
-    return known & (least > 0.0) & (table[:, AT["start_speed"]] <= FASTEST * speed)
+    known &= (least > 0.0) & (table[:, AT["start_speed"]] <= FASTEST * speed)
+    return known & (waiting <= MOST_WAITING)
 
 
-def _waiting(table: Floats, tables: Tables) -> int:
-    """Outputs of the governor that may be on their way to the actuator at once."""
+def _waiting(table: Floats, tables: Tables) -> Floats:
+    """Outputs of the governor that may be on their way to the actuator at once, of each design."""
     fire = tables.nodes[:-1][tables.fires > 0]
     gap = float(np.diff(fire, append=fire[0] + tables.period).min())
-    dead, every = table[:, AT["dead_time"]], table[:, AT["sampling_time"]]
-    shortest = np.where(every > 0.0, every, gap / (2.0 * FASTEST * table[:, AT["speed"]]))
-    most = float(np.max(dead / shortest, initial=0.0)) + 4.0
-    if not most <= MOST_WAITING:
-        raise ValueError(
-            f"dead_time = {dead.max():g} s: must be below {MOST_WAITING} times between samples"
-        )
-    return int(most)
+    every, speed = table[:, AT["sampling_time"]], table[:, AT["speed"]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shortest = np.where(every > 0.0, every, gap / (2.0 * FASTEST * speed))
+        return np.asarray(table[:, AT["dead_time"]] / shortest + 4.0)
 
 
 def _error(found: Found, rough: Found, nominal: Floats) -> Floats:
@@ -283,49 +281,24 @@ def _numbers(numbers: dict[str, npt.ArrayLike]) -> Floats:
     for field in FIELDS:
         if field.name in numbers:
             arrays[field.name] = given_array(field.name, numbers[field.name])
-        elif field.name == "start_speed" and "speed" in arrays:
-            arrays[field.name] = arrays["speed"]
+        elif field.name in OF_SPEED and "speed" in arrays:
+            arrays[field.name] = OF_SPEED[field.name] * arrays["speed"]
         elif field.default is None:
             raise ValueError(f"{field.name}: missing; must be given [{field.unit}]")
         else:
             arrays[field.name] = np.array(field.default)
-    if "ready_speed" not in numbers:
-        arrays["ready_speed"] = READY * arrays["speed"]
-    for field in FIELDS:
-        value = arrays[field.name]
-        above = value >= field.low if field.low_included else value > field.low
-        wrong = ~((above & (value <= field.high)) | np.isnan(value))
+    for switch, needed, what in (("governed", "reference_speed", "governor"),
+                                 ("starter_torque", "starter_speed", "starter")):  # fmt: skip
+        if (arrays[switch] > 0.0).any() and needed not in numbers:
+            raise ValueError(f"{needed}: missing; a {what} needs it")
+    wide = dict(zip(arrays, np.broadcast_arrays(*arrays.values()), strict=True))
+    for name, wrong, must in faults(wide):
         if wrong.any():
-            start = "at least" if field.low_included else "above"
-            to = f" and at most {field.high:g}" if field.high < math.inf else ""
-            raise ValueError(
-                f"{field.name} = {value[wrong].flat[0]:g}: must be {start} {field.low:g}{to}"
-            )
-    _check_together(arrays, numbers)
-    wide = np.broadcast_arrays(*arrays.values())
-    if wide[0].ndim > 1:
+            said = must.format_map({other: other for other in AT})
+            raise ValueError(f"{name} = {wide[name][wrong].flat[0]:g}: must be {said}")
+    if wide["speed"].ndim > 1:
         raise ValueError("numbers of designs: must be numbers, or lists of one number a design")
-    return np.stack([np.atleast_1d(one) for one in wide], axis=1).astype(np.float64)
-
-
-def _check_together(arrays: dict[str, Floats], numbers: dict[str, npt.ArrayLike]) -> None:
-    """Refuse numbers that do not fit together; ValueError names them."""
-    governed = arrays["governed"] > 0.0
-    if governed.any() and "reference_speed" not in numbers:
-        raise ValueError("reference_speed: missing; a governor needs it")
-    if (arrays["starter_torque"] > 0.0).any() and "starter_speed" not in numbers:
-        raise ValueError("starter_speed: missing; a starter needs it")
-    resting = (arrays["start_speed"] == 0.0) & (arrays["starter_torque"] == 0.0)
-    if resting.any():
-        raise ValueError("start_speed = 0: must be above 0 without starter_torque")
-    every = arrays["sampling_time"]
-    if ((every > 0.0) & (every < SHORTEST_SAMPLING)).any():
-        raise ValueError(
-            f"sampling_time = {every[every > 0.0].min():g}: must be 0 or at least "
-            f"{SHORTEST_SAMPLING:g} s"
-        )
-    if (arrays["lowest_command"] > arrays["highest_command"]).any():
-        raise ValueError("lowest_command: must not be above highest_command")
+    return np.stack([np.atleast_1d(one) for one in wide.values()], axis=1).astype(np.float64)
 
 
 def _whole(name: str, value: Any, least: int, most: int) -> int:

@@ -19,6 +19,7 @@ from engine_dyn.units import RPM
 from sweeps.running.compute import into_archive
 from sweeps.running.compute.options import Options
 from sweeps.scene.engine.engine_files import load_engine
+from sweeps.scene.plan.forecast import text
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.reading import read_scene
 from sweeps.view.report.page import page
@@ -141,6 +142,9 @@ def test_designs_that_cannot_be_are_an_outcome() -> None:
         FOLLOWED, INVALID_INPUT, INVALID_INPUT, STOPPED,
     ]  # fmt: skip
     assert np.isfinite(found.speed_fall[0]).all() and np.isnan(found.speed_fall[1]).all()
+    told = text(make_plan(read_scene(asking(("speed_fall",), "ntua", **scene))))
+    line = "governor_lowest_command = 95: must be at most governor_highest_command (status 4)"
+    assert f"not followed: 1 of 4 designs: {line}" in told
 
 
 @pytest.mark.compiled
@@ -323,7 +327,11 @@ def test_one_design_that_an_engine_does_not_allow_stops_no_other() -> None:
         ({"transient": {"command_angle": -600.0}}, "command_angle = -600: must be"),
         ({"starter": {"torque": 300.0}}, "starter_torque: needs starter_speed, the speed at which"),
         ({"starter": {"speed": 300.0}}, "starter_speed: needs starter_torque, the torque of the"),
-        ({"transient": {"start_speed": 0.0}}, "a start from rest needs torque and speed in [star"),
+        ({"transient": {"start_speed": 0.0}}, "start_speed = 0: must be above 0 without starter_t"),
+        ({"governor": {"sampling_time": 1e-5}}, "sampling_time = 1e-05: must be 0 or at least 0.0"),
+        ({"governor": {"lowest_command": 95.0}}, "lowest_command = 95: must be at most governor_"),
+        ({"governor": {"lowest_command": None, "highest_command": 20.0},
+          "axes": {"governor_lowest_command": [30.0, 40.0]}}, "governor_lowest_command = 30: must"),
         ({"clutch": {"inertia": 1.0}}, "clutch_inertia: needs clutch_time, the time at which"),
         ({"output": {"quantities": ["run_speed"]}}, "'run_speed' needs [transient] record"),
         ({"reduce": {"quantiles": [0.5]}, "output": {"quantities": ["speed_fall"]}}, "one number"),

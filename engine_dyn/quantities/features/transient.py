@@ -23,6 +23,7 @@ from engine_dyn.quantities.features.characteristic import (
 )
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Dimension, Node, hidden, parameter, variants
+from engine_dyn.transient.fields import AT, FIELDS, OF_SPEED, faults
 from engine_dyn.transient.limits import TransientLimits, keeps
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE, RPM
@@ -72,21 +73,27 @@ def _number(
     name: str, symbol: str, unit: str, meaning: str, default: float | None = 0.0, **more: Any
 ) -> Node:
     """Key of a number, not below 0 unless said."""
-    given = {"low": 0.0, "low_included": True, **more}
-    if default is not None and math.isinf(default):
-        given["make"] = lambda: math.inf  # Lists name no number where there is none
-    elif default is not None:
-        given["unless_given"] = default
+    given = {"low": 0.0, "low_included": True, "unless_given": default, **more}
     return parameter(name, symbol, unit, meaning, SOURCE, **given)
 
 
-def _speed(name: str, symbol: str, meaning: str, default: float | None, **more: Any) -> Node:
-    return _number(name, symbol, "rpm", meaning, default, si=RPM, **more)
+def _field_of(name: str) -> str:
+    """Field of `engine_dyn.transient.fields` that a key gives as it is."""
+    bare = name.removeprefix("transient_").removeprefix("governor_")
+    return "reference_speed" if name == "governor_speed" else bare
 
 
-def _command(name: str, symbol: str, meaning: str, **more: Any) -> Node:
-    return _number(name, symbol, "percent", meaning, None, **{"low": -1000.0, "high": 1000.0,
-                   "high_included": True, **more})  # fmt: skip
+def _of_field(name: str, symbol: str, **more: Any) -> Node:
+    """Key with the meaning, range and default of its field."""
+    field = FIELDS[AT[_field_of(name)]]
+    unit, si = ("rpm", RPM) if field.unit == "rad s-1" else (field.unit, 1.0)
+    default = field.default
+    if default is not None and abs(default) >= 1000.0:
+        more = {"make": lambda: default, **more}  # Lists name no number where there is none
+    given = {"low_included": field.low_included, "high": field.high,
+             "high_included": field.high < math.inf, "whole": field.whole, "si": si}  # fmt: skip
+    return _number(name, symbol, unit, field.meaning, None if "make" in more else default,
+                   low=field.low, **given, **more)  # fmt: skip
 
 
 _OF_TORQUE = (
@@ -134,85 +141,67 @@ def _load_size(
     return factor * sizes[transient.of_load]
 
 
-PARAMETERS = (
-    _number("transient_command_angle", r"\varphi_c", "degree", "angle from its firing at which a "
-            "cylinder takes the fuel command: -360 with a mixture, about -15 with injection", None,
-            si=DEGREE, low=-540.0, high=0.0, high_included=True),
-    _number("transient_step_factor", "f_s", "1", "factor on the load over the time", 1.0),
-    _speed("transient_start_speed", "n_0", "speed at the beginning", None,
-           make=lambda governor_speed, governor_droop, transient_start_command: governor_speed
-           * (1.0 - PERCENT**2 * governor_droop * transient_start_command)),
-    _command("transient_start_command", "y_0", "fuel command at the beginning",
-             needs=("load_at_start", "variant_of", *_OF_TORQUE),
-             make=_start_command),
-    _speed("transient_ready_speed", "n_r", "speed at which the engine has started", None,
-           make=lambda speed: 0.95 * speed),
-    _speed("transient_fuel_from", "n_f", "speed from which fuel is burnt", 0.0),
-    _number("transient_fuel_cut", "t_f", "s", "time from which no fuel is burnt", math.inf),
-    _number("transient_boost_lag", r"\tau_b", "s", "time constant of the charge air", 0.0),
-    _number("transient_boost_margin", "y_b", "percent", "command that burns at once, beyond that "
-            "of the charge air", math.inf),
-    _number("transient_dispersion", r"\sigma_c", "1", "relative standard deviation of the fuel "
-            "from cycle to cycle", 0.0, high=0.5, high_included=True),
-    _number("transient_cylinder_dispersion", r"\sigma_z", "1", "relative standard deviation of the "
-            "fuel between cylinders", 0.0, high=0.5, high_included=True),
-    _number("transient_seed", "i_s", "1", "number that chooses the dispersion", 1.0, whole=True,
-            high=1e15),
-    _number("transient_recovery_band", r"\Delta n", "percent", "width of the band around the last "
-            "speed, over the nominal speed", None, low_included=False, high=200.0,
-            make=lambda transient: 100.0 * (
-                ENOUGH if transient.limits is None else transient.limits.band)),
-    _speed("governor_speed", "n_g", "speed that the governor holds at fuel command 0", None,
-           low_included=False, make=lambda speed, governor_droop: speed
-           / (1.0 - PERCENT * governor_droop)),
-    _number("governor_gain", "K", "1", "percent of fuel command per percent of speed", 0.0),
-    _number("governor_integral", "K_i", "s-1", "percent of fuel command per percent of speed and "
-            "second", 0.0),
-    _number("governor_derivative", "K_d", "s", "percent of fuel command per percent of speed in a "
-            "second", 0.0),
-    _number("governor_droop", "s", "percent", "fall of the governed speed from no load to full "
-            "load", 0.0, high=90.0, high_included=True),
-    _number("governor_window", "n_w", "1", "samples over which the governor takes the mean speed",
-            1.0, whole=True, low=1.0, high=64.0, high_included=True),
-    _number("governor_sampling_time", "T_s", "s", "time between samples of the governor; 0 samples "
-            "at each firing", 0.0, high=10.0),
-    _number("governor_dead_time", "T_d", "s", "time from a sample to the actuator", 0.0, high=1.0,
-            high_included=True),
-    _number("governor_actuator_lag", "T_a", "s", "time constant of the actuator", 0.0),
-    _command("governor_lowest_command", "y_1", "lowest fuel command of the governor",
-             make=lambda: -1000.0),
-    _command("governor_highest_command", "y_2", "highest fuel command of the governor",
-             make=lambda family: min(100.0, float(family.loads[-1]))),
-    _number("starter_torque", "M_s", "N m", "torque of the starter at rest, at the crank", 0.0),
-    _speed("starter_speed", "n_s", "speed from which the starter's freewheel overruns", None,
-           low_included=False, make=lambda speed: 1.0 * speed),
-    _speed("starter_release", "n_e", "speed at which the starter is switched off", math.inf),
-    _number("clutch_time", "t_c", "s", "time at which a second inertia is switched in", math.inf),
-    _number("clutch_inertia", r"\Theta_c", "kg m2", "second inertia, reduced to the crank", 0.0),
-    _speed("clutch_speed", "n_c", "speed of the second inertia before", 0.0),
-    _number("clutch_torque", "M_c", "N m", "torque while the clutch slips; without, at once",
-            math.inf, low_included=False),
+_AS_FIELDS: tuple[tuple[str, str, dict[str, Any]], ...] = (
+    ("transient_start_speed", "n_0", {
+        "make": lambda governor_speed, governor_droop, transient_start_command: governor_speed
+        * (1.0 - PERCENT**2 * governor_droop * transient_start_command)}),
+    ("transient_start_command", "y_0", {
+        "make": _start_command, "needs": ("load_at_start", "variant_of", *_OF_TORQUE)}),
+    ("transient_ready_speed", "n_r", {"make": lambda speed: OF_SPEED["ready_speed"] * speed}),
+    ("transient_fuel_from", "n_f", {}),
+    ("transient_fuel_cut", "t_f", {}),
+    ("transient_boost_lag", r"\tau_b", {}),
+    ("transient_boost_margin", "y_b", {}),
+    ("transient_dispersion", r"\sigma_c", {}),
+    ("transient_cylinder_dispersion", r"\sigma_z", {}),
+    ("transient_seed", "i_s", {}),
+    ("governor_speed", "n_g", {
+        "make": lambda speed, governor_droop: speed / (1.0 - PERCENT * governor_droop)}),
+    ("governor_window", "n_w", {}),
+    ("governor_sampling_time", "T_s", {}),
+    ("governor_dead_time", "T_d", {}),
+    ("governor_actuator_lag", "T_a", {}),
+    ("governor_lowest_command", "y_1", {}),
+    ("governor_highest_command", "y_2", {
+        "make": lambda family: min(100.0, float(family.loads[-1]))}),
+    ("starter_torque", "M_s", {}),
+    ("starter_speed", "n_s", {"make": lambda speed: 1.0 * speed}),
+    ("starter_release", "n_e", {}),
+    ("clutch_time", "t_c", {}),
+    ("clutch_inertia", r"\Theta_c", {}),
+    ("clutch_speed", "n_c", {}),
+    ("clutch_torque", "M_c", {}),
 )  # fmt: skip
+"""Keys of numbers that the motion takes as they are: name, symbol and what a field does not say."""
 
 TABLES = ("transient", "governor", "starter", "clutch")
 """Tables of scenes; the numbers of each are parameters that begin with its name."""
 
+PARAMETERS = tuple(sorted((
+    _number("transient_command_angle", r"\varphi_c", "degree", "angle from its firing at which a "
+            "cylinder takes the fuel command: -360 with a mixture, about -15 with injection", None,
+            si=DEGREE, low=-540.0, high=0.0, high_included=True),
+    _number("transient_step_factor", "f_s", "1", "factor on the load over the time", 1.0),
+    _number("transient_recovery_band", r"\Delta n", "percent", "width of the band around the last "
+            "speed, over the nominal speed", None, low_included=False, high=200.0,
+            make=lambda transient: 100.0 * (
+                ENOUGH if transient.limits is None else transient.limits.band)),
+    _number("governor_gain", "K", "1", "percent of fuel command per percent of speed"),
+    _number("governor_integral", "K_i", "s-1", "percent of fuel command per percent of speed and "
+            "second"),
+    _number("governor_derivative", "K_d", "s", "percent of fuel command per percent of speed in a "
+            "second"),
+    _number("governor_droop", "s", "percent", "fall of the governed speed from no load to full "
+            "load", high=90.0, high_included=True),
+    *(_of_field(name, symbol, **more) for name, symbol, more in _AS_FIELDS),
+), key=lambda node: TABLES.index(node.name.partition("_")[0])))  # fmt: skip
+
+KEY_OF = {_field_of(name): name for name, *_ in _AS_FIELDS}
+"""Keys of fields that they give as they are."""
+
 _FIELDS = {
-    "speed": "speed", "inertia": "inertia", "start_speed": "transient_start_speed",
-    "start_command": "transient_start_command", "load_exponent": "transient_exponent",
-    "load_offset": "load_offset", "reference_speed": "governor_speed",
-    "window": "governor_window", "sampling_time": "governor_sampling_time",
-    "actuator_lag": "governor_actuator_lag", "dead_time": "governor_dead_time",
-    "lowest_command": "governor_lowest_command", "highest_command": "governor_highest_command",
-    "gas_factor": "pressure_scale",
-    **{name: f"transient_{name}" for name in (
-        "ready_speed", "fuel_from", "fuel_cut", "boost_lag", "boost_margin", "dispersion",
-        "cylinder_dispersion", "seed",
-    )},
-    **{name: name for name in (
-        "starter_torque", "starter_speed", "starter_release", "clutch_time", "clutch_inertia",
-        "clutch_speed", "clutch_torque",
-    )},
+    **KEY_OF, "speed": "speed", "inertia": "inertia", "load_offset": "load_offset",
+    "load_exponent": "transient_exponent", "gas_factor": "pressure_scale",
 }  # fmt: skip
 """Fields of `engine_dyn.transient.fields` that a node gives as it is."""
 
@@ -268,25 +257,6 @@ def _numbers(needs: dict[str, Any]) -> dict[str, Any]:
         "recovery_band": 0.5 * PERCENT * np.asarray(needs["transient_recovery_band"]),
         "duration": needs["transient"].duration,
     }  # fmt: skip
-
-
-def _impossible(numbers: dict[str, Any]) -> Any:
-    """Which designs have a number outside its range, or numbers that do not go together."""
-    from engine_dyn.transient.api import SHORTEST_SAMPLING
-    from engine_dyn.transient.fields import FIELDS
-
-    wrong: Any = False
-    for field in FIELDS:
-        if field.name in numbers:
-            value = numbers[field.name]
-            above = value >= field.low if field.low_included else value > field.low
-            wrong = wrong | ~(above & (value <= field.high))
-    every = numbers["sampling_time"]
-    resting = (numbers["start_speed"] == 0.0) & (numbers["starter_torque"] == 0.0)
-    return (
-        wrong | resting | ((every > 0.0) & (every < SHORTEST_SAMPLING))
-        | (numbers["lowest_command"] > numbers["highest_command"])
-    )  # fmt: skip
 
 
 def _solve(
@@ -361,7 +331,9 @@ def _follow(
     from engine_dyn.transient.api import follow_designs
 
     each = numbers.pop("load_each")
-    good = ~_impossible(numbers) & np.isfinite(each)
+    good = np.isfinite(each)
+    for fault in faults(numbers):
+        good &= ~fault.designs
     places, numbers = places[good], {name: value[good] for name, value in numbers.items()}
     if not places.size:
         return
@@ -372,19 +344,12 @@ def _follow(
     if recorded:  # Curves are drawn in lines between the ends of steps
         given |= {"steps": round(transient.period / POINT_STEP), "record": transient.record}
     missed = transient.missed
-    try:
-        found = follow_designs(
-            engine, transient.cycles,
-            load=(transient.load.time, each[good, None] * transient.load.value),
-            marks=transient.marks, missed=() if missed is None else missed,
-            estimate="transient_error" in results, threads=threads, **given, **numbers,
-        )  # fmt: skip
-    except ValueError:  # What this engine does not allow: a dead time of very many firings
-        for half in np.array_split(np.arange(places.size), 2) if places.size > 1 else ():
-            few = {name: value[half] for name, value in numbers.items()}
-            few["load_each"] = each[good][half]
-            _follow(engine, transient, few, places[half], results, threads)
-        return
+    found = follow_designs(
+        engine, transient.cycles,
+        load=(transient.load.time, each[good, None] * transient.load.value),
+        marks=transient.marks, missed=() if missed is None else missed,
+        estimate="transient_error" in results, threads=threads, **given, **numbers,
+    )  # fmt: skip
     speed = numbers["speed"][:, None]
     marks = found.marks
     made = {

@@ -20,6 +20,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.features.transient import (
     FEATURE,
+    KEY_OF,
     OF_CHANGES,
     OF_RECORD,
     PARAMETERS,
@@ -27,6 +28,8 @@ from engine_dyn.quantities.features.transient import (
     Points,
     Transient,
 )
+from engine_dyn.quantities.graph import UNLESS_GIVEN
+from engine_dyn.transient.fields import faults
 from engine_dyn.transient.limits import ISO_8528_5_G2, TransientLimits
 from engine_dyn.types import Floats
 from engine_dyn.units import RPM
@@ -318,15 +321,42 @@ def _check_asked(values: GivenValues, quantities: Sequence[str], name: str) -> N
                 )
 
 
+def impossible(values: GivenValues) -> list[tuple[str, float]]:
+    """Numbers that do not go together, in words, and the share of the designs that have them."""
+    highest = min(100.0, float(values.engine.family.loads[-1]))
+    given = {
+        field: values.given_or_own(
+            key, {"highest_command": highest}.get(field, UNLESS_GIVEN.get(key, math.nan))
+        )
+        for field, key in KEY_OF.items()
+    }  # fmt: skip
+    dims = list(dict.fromkeys(dim for one in given.values() for dim in one.dims))
+    numbers = {
+        field: one.values.reshape([-1 if d in one.dims else 1 for d in dims])
+        for field, one in given.items()
+    }  # fmt: skip
+    return [
+        (
+            f"{KEY_OF[name]} = {np.broadcast_to(numbers[name], wrong.shape)[wrong][0]:g}: must be "
+            f"{must.format_map(KEY_OF)}",
+            float(wrong.mean()),
+        )
+        for name, wrong, must in faults(
+            {field: _OF_PARAMETER[KEY_OF[field]].si * one for field, one in numbers.items()}
+        )
+        if wrong.any()
+    ]  # fmt: skip
+
+
 def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> None:
     """Check what depends on several tables, or on the engine.
 
     Raises
     ------
     SceneError
-        For a governor without gains or beside given commands, a starter without its speed, a start
-        from rest without starter, a clutch
-        without time or inertia, a cylinder that there is not, and a load behind the end.
+        For a governor without gains or beside given commands, a starter without its speed, a clutch
+        without time or inertia, numbers that none of the designs can have, a cylinder that there is
+        not, and a load behind the end.
     """
     part = FEATURE.of(values.engine)
     if part is None:
@@ -362,11 +392,6 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
         for other in others if given(one) else ():
             if not given(other):
                 raise SceneError(f"{name}: {one}: needs {other}, {why}")
-    if (at("transient_start_speed") == 0.0).any() and not values.nonzero("starter_torque"):
-        raise SceneError(
-            f"{name}: transient_start_speed = 0: a start from rest needs torque and speed in "
-            "[starter]"
-        )
     if not given("transient_command_angle"):
         raise SceneError(
             f"{where} command_angle: missing; must be the angle from its firing at which a "
@@ -378,6 +403,9 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
             f"{where} command_angle = {earliest:g} degree: must be at least {-0.75 * cycle:g}: "
             "before it, the cylinder still works with the fuel of its last firing"
         )
+    for text, share in impossible(values):
+        if share == 1.0:
+            raise SceneError(f"{name}: {text}")
     family = values.engine.family
     if family.low == family.high and not given("transient_start_command"):
         raise SceneError(

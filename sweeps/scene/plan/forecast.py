@@ -18,6 +18,7 @@ from engine_dyn.speed.fields import CURVE_NAMES, METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
 from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, NONLINEAR_STATUS, TORSION_STATUS
 from sweeps.base.errors import counted, size_text
+from sweeps.scene.features.transient import impossible
 from sweeps.scene.plan.blocks import block_count, divided
 from sweeps.scene.plan.leaves import LOOKED_AT, cycles_known, modes_kept
 from sweeps.scene.plan.plan import Plan, Stage
@@ -50,7 +51,7 @@ def text(plan: Plan) -> str:
     for stage in plan.stages:
         if stage.node.kind == "stage":
             lines += ["", f"{stage.node.name}, {stage.node.long_name}", *_kernel_lines(plan, stage)]
-    lines += ["", *_no_cycles(plan), *_skipped(plan)]
+    lines += ["", *_no_cycles(plan), *_no_designs(plan), *_skipped(plan)]
     return "\n".join([*lines, "", _room_and_time(drawn)])
 
 
@@ -124,6 +125,16 @@ def _no_cycles(plan: Plan) -> list[str]:
         return []
     keys = ", ".join(plan.scene.cycle_keys)
     return [f"no cycle: {impossible} of {known.size} combinations of {keys} (status 4)"]
+
+
+def _no_designs(plan: Plan) -> list[str]:
+    """Lines on numbers of a speed that is followed in time that do not go together."""
+    if "no_transient" in plan.scene.words:
+        return []
+    return [
+        f"not followed: {round(share * plan.designs)} of {plan.designs_text}: {text} (status 4)"
+        for text, share in impossible(plan.scene)
+    ]
 
 
 def seconds(plan: Plan) -> float:
