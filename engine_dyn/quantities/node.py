@@ -82,7 +82,9 @@ class Node:
     # Words of `engine_dyn.quantities.graph`: the variant holds for scenes that have all of them;
     # empty: for any scene.
     when: str = ""
-    can_fail: bool = False  # Whether the stage writes `status`
+    # Quantity with the outcome of the stage's designs, which archives hold beside its results;
+    # empty: the stage cannot fail.
+    outcome: str = ""
     # Range of a parameter in file units: `low_included`, `high_included` say whether its ends are
     # allowed, `whole` that only whole numbers are, `even` that only even ones are.
     low: float = -math.inf

@@ -107,7 +107,8 @@ NODES: tuple[Node, ...] = (
     *(
         Node(
             "torsional_passing", "", "", "vibration of the shaft while the speed passes a range",
-            kind="stage", public=False, can_fail=True, source=LEWIS, make=partial(_pass, when),
+            kind="stage", public=False, outcome="passing_status", source=LEWIS,
+            make=partial(_pass, when),
             of_shaft=OF_NUMBERS, width=60_000, when=when,
             gives=("shaft_torque_in_passing", "speed_in_passing", "passing_status"),
             needs=(*NEEDS, "passing_start", "passing_end", "speed_ramp", *needs),

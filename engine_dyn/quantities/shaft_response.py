@@ -346,7 +346,7 @@ NODES: tuple[Node, ...] = (
     ),
     *(
         Node(
-            name, "", "", long_name, kind="stage", public=False, can_fail=True, source=source,
+            name, "", "", long_name, kind="stage", public=False, outcome=gives[-1], source=source,
             make=partial(respond, when), of_shaft=(*OF_NUMBERS, *own), gives=gives, width=width,
             when=when, needs=(*NEEDS, "damping_speed", "speed", more, *needs),
         )

@@ -184,7 +184,8 @@ def _solution(law: str, angle: str, by_torque: bool = False) -> Node:
         acting = ("driven", *dict.fromkeys((*_LAWS[law], *_ANGLES[angle])))
     return Node(
         "speed_solution", "", "", "periodic crank speed", kind="stage", public=False,
-        can_fail=True, when=f"{law} {angle} {'by_torque' if by_torque else 'by_pressure'}",
+        outcome="periodic_status",
+        when=f"{law} {angle} {'by_torque' if by_torque else 'by_pressure'}",
         gives=(*SCALAR_NAMES, *CURVE_NAMES, *CLOSE_CURVES, AT_START, "status", "outcome"),
         needs=tuple(dict.fromkeys((
             *of_engine, "speed", "inertia", constant, "torque_mean", "passes", "start_speed",
@@ -216,7 +217,7 @@ def _speed_searches(solution: Node) -> tuple[Node, ...]:
     return tuple(
         replace(
             solution, name="speed_search", long_name=f"nominal speed from the {key}",
-            gives=("speed_found",), make=_speed_search(key, extreme), can_fail=False,
+            gives=("speed_found",), make=_speed_search(key, extreme), outcome="",
             needs=(*kept, beside, key), when=f"{solution.when} {word} {choice}",
             source="this project",
         )

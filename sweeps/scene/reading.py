@@ -18,7 +18,6 @@ from typing import IO, Any, Unpack
 
 from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import TWO_STROKE
-from engine_dyn.quantities.features.transient import TABLES
 from engine_dyn.types import Floats
 from sweeps.base.arguments import names_given
 from sweeps.base.checks import check_structure, plain, shortened
@@ -57,7 +56,7 @@ from sweeps.scene.model import Scene, SeveralEngines
 from sweeps.scene.objects import plain_objects
 from sweeps.scene.reduce import BestTable, FrontTable, Kept, Reduce, ReduceTable
 from sweeps.scene.sample import read_uncertainty, with_sample
-from sweeps.scene.toml_tables import TRANSIENT, SceneFile, read_solver
+from sweeps.scene.toml_tables import SceneFile, read_solver
 from sweeps.scene.values import GivenValues
 
 MOST_DESIGNS = 10**15
@@ -295,22 +294,6 @@ def _together(
     return SeveralEngines(**{**known, **joined})
 
 
-def _check_transient(given: SceneFile, name: str) -> None:
-    """Check that a speed that is followed in time has its table, and the other way round."""
-    tables = {key: getattr(given, key) for key in TABLES}
-    followed, asked = tables["transient"] is not None, given.solver.method == TRANSIENT
-    if asked and not followed:
-        raise SceneError(f"{name}: [solver] method = 'transient': needs a table [transient]")
-    table = next((key for key, value in tables.items() if value is not None), None)
-    if table is not None and not followed:
-        raise SceneError(f"{name}: [{table}]: has no effect without a table [transient]")
-    if followed and not asked:
-        raise SceneError(
-            f"{name}: [transient]: needs [solver] method = 'transient', which follows the speed in "
-            "time"
-        )
-
-
 def _named_apart(each: list[Scene]) -> list[Scene]:
     """Scenes whose engines have different names: equal names are replaced by those of the files."""
     files: dict[str, set[str]] = {}
@@ -340,7 +323,6 @@ def _assembled(
         engine=engine, settings=settings, axes={**axes, **solver.axes}, designs=designs
     )
     check_places(values, solver.start, name)
-    _check_transient(given, name)
     engine = without_dropped(values)
     dimensions = _dimensions(axes, raw, solver.axes)
     _check_size(values, dimensions, name)

@@ -480,7 +480,7 @@ NODES = (
     ),
     Node(
         "transient_solution", "", "", "speed that does not repeat", SOURCE, kind="stage",
-        public=False, can_fail=True, gives=GIVES, needs=_NEEDS, make=_solve, width=100_000,
+        public=False, outcome="status", gives=GIVES, needs=_NEEDS, make=_solve, width=100_000,
     ),
     _result("transient_time", "t", "s", "time at the end of the cycle", "run_cycle"),
     _result("transient_end_speed", "n_e", "rpm", "speed at the end of the cycle", "run_cycle",

@@ -46,7 +46,8 @@ def check_scene(scene: Scene, name: str) -> None:
     check_motored(scene, name)
     check_driven(scene, name)
     check_shaft(scene, name)
-    check_transient(scene, [engine.count for engine in scene.all_cylinders], name)
+    counts = [engine.count for engine in scene.all_cylinders]
+    check_transient(scene, scene.source, counts, name)
     check_needs(scene, name)
     check_start(scene, name)
 

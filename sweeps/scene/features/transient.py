@@ -7,7 +7,7 @@ The numbers of these tables are parameters, such as `governor_gain`: they may al
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -321,6 +321,18 @@ def _check_asked(values: GivenValues, quantities: Sequence[str], name: str) -> N
                 )
 
 
+_NEEDED = (
+    ("starter_torque", ("starter_speed",), "the speed at which the starter gives nothing"),
+    ("starter_speed", ("starter_torque",), "the torque of the starter at rest"),
+    ("starter_release", ("starter_torque",), "the torque of the starter at rest"),
+    ("clutch_inertia", ("clutch_time",), "the time at which it is switched in"),
+    ("clutch_time", ("clutch_inertia",), "the inertia that is switched in"),
+    ("clutch_torque", ("clutch_time", "clutch_inertia"), "what is switched in, and when"),
+    ("transient_boost_margin", ("transient_boost_lag",), "the time constant of the air"),
+)  # fmt: skip
+"""Keys, those that they need, and what these are."""
+
+
 def impossible(values: GivenValues) -> list[tuple[str, float]]:
     """Numbers that do not go together, in words, and the share of the designs that have them."""
     highest = min(100.0, float(values.engine.family.loads[-1]))
@@ -348,19 +360,31 @@ def impossible(values: GivenValues) -> list[tuple[str, float]]:
     ]  # fmt: skip
 
 
-def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> None:
-    """Check what depends on several tables, or on the engine.
+def check_transient(
+    values: GivenValues, source: Mapping[str, Any], counts: Sequence[int], name: str
+) -> None:
+    """Check what depends on several tables, those of `source` among them, or on the engine.
 
     Raises
     ------
     SceneError
-        For a governor without gains or beside given commands, a starter without its speed, a clutch
-        without time or inertia, numbers that none of the designs can have, a cylinder that there is
-        not, and a load behind the end.
+        For a table without its method or the other way round, a governor without gains or beside
+        given commands, a starter without its speed, a clutch without time or inertia, numbers that
+        none of the designs can have, a cylinder that there is not, and a load behind the end.
     """
     part = FEATURE.of(values.engine)
+    asked = source.get("solver", {}).get("method") == FEATURE.name
     if part is None:
+        if asked:
+            raise SceneError(f"{name}: [solver] method = 'transient': needs a table [transient]")
+        for table in (one for one in TABLES if source.get(one) is not None):
+            raise SceneError(f"{name}: [{table}]: has no effect without a table [transient]")
         return
+    if not asked:
+        raise SceneError(
+            f"{name}: [transient]: needs [solver] method = 'transient', which follows the speed in "
+            "time"
+        )
 
     def at(key: str) -> Floats:
         return values.given_or_own(key, math.nan).values
@@ -380,15 +404,7 @@ def check_transient(values: GivenValues, counts: Sequence[int], name: str) -> No
         raise SceneError(
             f"{name}: {governed[0]}: a governor needs gain or integral in [governor], above 0"
         )
-    for one, others, why in (
-        ("starter_torque", ("starter_speed",), "the speed at which the starter gives nothing"),
-        ("starter_speed", ("starter_torque",), "the torque of the starter at rest"),
-        ("starter_release", ("starter_torque",), "the torque of the starter at rest"),
-        ("clutch_inertia", ("clutch_time",), "the time at which it is switched in"),
-        ("clutch_time", ("clutch_inertia",), "the inertia that is switched in"),
-        ("clutch_torque", ("clutch_time", "clutch_inertia"), "what is switched in, and when"),
-        ("transient_boost_margin", ("transient_boost_lag",), "the time constant of the air"),
-    ):  # fmt: skip
+    for one, others, why in _NEEDED:
         for other in others if given(one) else ():
             if not given(other):
                 raise SceneError(f"{name}: {one}: needs {other}, {why}")

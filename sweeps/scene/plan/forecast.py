@@ -222,7 +222,7 @@ def _of_shaft(plan: Plan, stage: Stage) -> dict[str, float]:
     count = float(math.prod(plan.sizes[d] for d in stage.axes))
     if NONLINEAR_STATUS in stage.node.gives:
         return {"nonlinear responses of shafts": count}
-    if not stage.node.can_fail:
+    if not stage.node.outcome:
         damped = any(name.startswith("damp") for name in plan.wanted(stage))
         return {"damped modes of shafts" if damped else "modes of shafts": count}
     if "speed_ramp" in stage.node.needs:
@@ -263,7 +263,7 @@ def diagram_count(plan: Plan) -> int:
 
 def _designs(plan: Plan, stage: Stage) -> Iterator[tuple[str, float]]:
     """Designs that a stage of torques or of the periodic speed solves, by their cost."""
-    if not stage.node.can_fail:
+    if not stage.node.outcome:
         yield "torques", float(stage.size)
         return
     scene = plan.scene
@@ -324,7 +324,7 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     """Lines on the work of a kernel: diagrams, part of the cycle, iteration, traces."""
     if stage.node.of_shaft:
         discs, orders = plan.sizes["disc"], plan.sizes["every_order"]
-        if not stage.node.can_fail:
+        if not stage.node.outcome:
             return [
                 f"  eigenvalues of {discs} discs, for {counted(stage.size, 'design')}",
                 f"  {modes_kept(plan.scene, plan.leaves)}",
@@ -343,7 +343,7 @@ def _kernel_lines(plan: Plan, stage: Stage) -> list[str]:
     if FOLLOWED in stage.node.gives:
         cycles, designs = plan.sizes["run_cycle"], counted(stage.size, "design")
         return [f"  up to {counted(cycles, 'cycle')} one after another, for {designs}"]
-    speed = stage.node.can_fail
+    speed = bool(stage.node.outcome)
     solved = [m for m in plan.scene.methods if m not in STEPPING] if speed else ["direct"]
     repeated = [m for m in plan.scene.methods if m in STEPPING] if speed else []
     lines = []

@@ -22,7 +22,7 @@ from engine_dyn.quantities.graph import DIMENSIONS
 from engine_dyn.quantities.node import Node
 from engine_dyn.speed.fields import TABLE_QUANTITIES
 from engine_dyn.types import Integers
-from sweeps.base.dimensions import DESIGN, OUTCOMES, PERIODIC_STATUS, STATUS
+from sweeps.base.dimensions import DESIGN, PERIODIC_STATUS, STATUS
 from sweeps.base.errors import SceneError, counted, one_line, size_text
 from sweeps.scene.known_values import Value
 from sweeps.scene.model import Scene, SeveralEngines
@@ -228,12 +228,11 @@ def make_plan(scene: Scene) -> Plan:
     for name in scene.quantities:
         ancestors.visit(name)
     outputs = list(scene.quantities)
-    followed = "no_transient" not in scene.words
     for stage in tuple(ancestors.stages.values()):
-        outcome = next((name for name in OUTCOMES if name in stage.node.gives), STATUS)
-        if outcome == STATUS and followed and "transient_status" not in stage.node.gives:
-            outcome = PERIODIC_STATUS
-        if stage.node.can_fail and outcome not in outputs:
+        outcome = stage.node.outcome
+        if outcome == PERIODIC_STATUS and "no_transient" in scene.words:
+            outcome = STATUS  # No other speed has an outcome
+        if outcome and outcome not in outputs:
             outputs.append(outcome)
             ancestors.visit(outcome)
         for name in stage.node.beside:

@@ -81,7 +81,7 @@ def _variables(base: Node, number: int) -> list[Node]:
     """Nodes of the variables of one quantity; `number` draws of it exist at a time."""
     low, high = (f"{100 * q:g} % quantile" for q in QUANTILES)
     band = replace(
-        base, needs=(), make=None, adds=(), kind="value", gives=(), when="", can_fail=False,
+        base, needs=(), make=None, adds=(), kind="value", gives=(), when="", outcome="",
         width=8 * number,
     )  # fmt: skip
     plain = Node("", "", "1", "")
