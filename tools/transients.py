@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ from oracle.transients import Reference
 TEMPLATE = Path(__file__).with_suffix(".md.in")
 DOCUMENT = DOCS / "transients.md"
 CYCLE = 4.0 * np.pi
+MARKS = (2.0, 12.0)  # Changes of load of the example [s]
 
 EXAMPLE = """\
 import math
@@ -335,7 +337,7 @@ def changes(names: dict[str, Any]) -> tuple[dict[str, str], dict[str, Any]]:
 
 def follow(names: dict[str, Any], engine: Any, numbers: dict[str, Any], **more: Any) -> Transients:
     """The load steps of the example."""
-    return follow_designs(engine, 300, load=names["steps"], marks=[2.0, 12.0], estimate=False,
+    return follow_designs(engine, 300, load=names["steps"], marks=MARKS, estimate=False,
                           **numbers, **more)  # fmt: skip
 
 
@@ -368,15 +370,19 @@ def draw(names: dict[str, Any], design: dict[str, Any]) -> None:
     heavier = np.round(4.0 * design["inertia"] * np.array([1.0, 1.5, 2.5])) / 4.0
     shown = design | {"inertia": heavier}
     found = follow(names, names["engine"], shown, record=(0, 245))
-    speed, limit = names["speed"], ISO_8528_5_G2
+    speed, limit, rpm = names["speed"], ISO_8528_5_G2, 30.0 / np.pi
     heights = {"height_ratios": [3, 2, 1]}
     with sheet("load_step", (8.0, 6.4), 3, sharex=True, gridspec_kw=heights) as (_, panels):
         top, middle, low = panels[:, 0]
-        rpm = 30.0 / np.pi
-        top.axhspan(*(speed * rpm * (1.0 + s * limit.band / 2.0) for s in (-1.0, 1.0)),
-                    color="0.85", lw=0.0)  # fmt: skip
-        for level in (1.0 - limit.fall, 1.0 + limit.rise):
-            top.axhline(speed * rpm * level, color="0.3", ls=":", lw=1.0)
+        for k, (begin, end) in enumerate(pairwise((*MARKS, 16.0))):
+            before, after = (
+                float(found.marks[f"speed_{one}"][0, k]) for one in ("before", "after")
+            )
+            half = 0.5 * limit.band * speed
+            top.fill_between([begin, end], rpm * (after - half), rpm * (after + half),
+                             color="0.85", lw=0.0)  # fmt: skip
+            for share in (-limit.fall, limit.rise):
+                top.plot([begin, end], 2 * [rpm * (before + share * speed)], "0.3", ls=":", lw=1.0)
         for i, inertia in enumerate(shown["inertia"]):
             t = found.curves["time"][i]
             label = f"{inertia:g} kg m²"

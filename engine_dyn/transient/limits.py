@@ -20,24 +20,24 @@ class TransientLimits(NamedTuple):
     --------
     >>> from engine_dyn.transient import ISO_8528_5_G2
     >>> ISO_8528_5_G2._replace(recovery=3.0)
-    TransientLimits(fall=0.1, rise=0.12, band=0.015, recovery=3.0, droop=0.05)
+    TransientLimits(fall=0.1, rise=0.12, band=0.015, recovery=3.0)
     """
 
     fall: float  # Largest fall of the speed after load is put on
     rise: float  # Largest rise after load is taken off
     band: float  # Width of the band around the last speed
     recovery: float  # Time until the speed stays in the band [s]
-    droop: float  # Largest fall of the steady speed from no load to full load
 
 
-ISO_8528_5_G2 = TransientLimits(fall=0.10, rise=0.12, band=0.015, recovery=5.0, droop=0.05)
+ISO_8528_5_G2 = TransientLimits(fall=0.10, rise=0.12, band=0.015, recovery=5.0)
 """ISO 8528-5, performance class G2, as a project specification quotes it (the standard itself was
-not seen). What could be read of classes G1 and G3 contradicts itself: give those limits yourself.
+not seen; its droop is a matter of two runs). What could be read of classes G1 and G3 contradicts
+itself: give those limits yourself.
 """
 
 
 def kept(result: Transients, nominal: npt.ArrayLike, limits: TransientLimits) -> Booleans:
-    """Whether runs keep the limits behind each mark; `droop`, a matter of two runs, is not judged.
+    """Whether runs keep the limits behind each mark.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from tests.support.figures import assert_filled, assert_inside, plates, variable
 
 INERTIA = np.array([2.0, 3.0, 4.0, 5.0, 6.0])
 GAIN = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
-LIMITS = {"fall": 10.0, "rise": 12.0, "band": 1.5, "recovery": 5.0}
+LIMITS = {"fall": 10.0, "rise": 12.0, "band": 1.5, "recovery": 5.0, "changes": [1.0, 3.0, 4.5]}
 
 
 def run(**attributes: Any) -> xr.Dataset:
@@ -33,7 +33,7 @@ def run(**attributes: Any) -> xr.Dataset:
     speed = 1500.0 + 30.0 * np.cos(np.radians(3.0 * angle)) / INERTIA[:, None]
     status = np.where(INERTIA == 2.0, STOPPED, FOLLOWED).astype(float)
     flags = {"flag_values": np.arange(len(MEANINGS)), "flag_meanings": " ".join(MEANINGS)}
-    over, along = ("inertia", "run_cycle"), ("inertia", "run_point")
+    over, along, change = ("inertia", "run_cycle"), ("inertia", "run_point"), "load_change"
     return xr.Dataset(
         {
             "transient_time": variable(over, 0.08 * cycle + 0.0 * mean, "time", "s", "t"),
@@ -41,32 +41,44 @@ def run(**attributes: Any) -> xr.Dataset:
             "transient_lowest_speed": variable(over, mean - 9.0, "lowest speed", "rpm"),
             "transient_highest_speed": variable(over, mean + 9.0, "highest speed", "rpm"),
             "transient_command": variable(over, 0.05 * mean, "fuel command", "percent", "y"),
+            # The fuel is cut at 4 s: the last change is not judged
+            "speed_before_change": variable(change, [1500.0, 1460.0, np.nan], "before", "rpm"),
+            "settled_speed": variable(change, [1460.0, 1500.0, np.nan], "settled", "rpm"),
             "run_angle": variable(along, angle + 0.0 * speed, "angle", "degree"),
             "run_speed": variable(along, speed, "speed", "rpm", "n"),
             "status": ("inertia", status, {"long_name": "outcome", **flags}),
         },
         coords={"inertia": variable("inertia", INERTIA, "moment of inertia", "kg m2")},
-        attrs={"parameters": json.dumps({"speed": 1500.0}), **attributes},
+        attrs={"parameters": json.dumps({"speed": 1500, "transient_fuel_cut": 4}), **attributes},
     )  # fmt: skip
 
 
 def test_a_run_is_drawn_over_the_time_with_band_and_limits() -> None:
     found = plates(run(transient_limits=json.dumps(LIMITS)), laid_out=True)
-    assert list(found) == ["transient_cycles_inertia", "transient_phase_inertia"]
+    assert list(found)[:2] == ["transient_cycles_inertia", "transient_phase_inertia"]
     for stem, drawn in found.items():
         assert_inside(stem, drawn)
         assert_filled(stem, drawn)
     drawn = found["transient_cycles_inertia"]
     speed, command = drawn.axes
     for text in ("Speed over the time by inertia", "4 of 5 values of inertia shown", "Stopped",
-                 "Recovery band around the nominal speed", "Limit of fall or rise"):  # fmt: skip
+                 "Recovery band around", "Limit of fall or rise from"):  # fmt: skip
         assert text in words(drawn)
     assert len([one for one in command.get_lines() if len(one.get_xdata()) > 1]) == 4
-    across = [one.get_ydata()[0] for one in speed.get_lines() if len(set(one.get_ydata())) == 1]
-    assert {1350.0, 1680.0} <= {round(float(y), 6) for y in across}
+    # Each change from its beginning to the next one or the fuel cut, about the speeds that count
+    across = {
+        (*one.get_xdata(), *np.round(one.get_ydata(), 6)) for one in speed.get_lines()
+        if len(one.get_xdata()) == 2
+    }  # fmt: skip
+    assert across >= {(1.0, 3.0, 1350.0, 1350.0), (1.0, 3.0, 1680.0, 1680.0),
+                      (3.0, 4.0, 1310.0, 1310.0), (3.0, 4.0, 1640.0, 1640.0)}  # fmt: skip
+    bands = [one.get_paths()[0].get_extents() for one in speed.collections
+             if isinstance(one, PolyCollection) and one.get_zorder() == 0]  # fmt: skip
+    assert {tuple(np.round(one.get_points().ravel(), 6)) for one in bands if one.width > 0.0} == {
+        (1.0, 1448.75, 3.0, 1471.25), (3.0, 1488.75, 4.0, 1511.25)}  # fmt: skip
     ends = [one for one in speed.get_lines() if one.get_marker() == "x"]
     assert [float(one.get_xdata()[0]) for one in ends] == pytest.approx([0.08 * 30])
-    assert len([one for one in speed.collections if isinstance(one, PolyCollection)]) == 4
+    assert len([one for one in speed.collections if one.get_alpha() == 0.22]) == 4
     assert "Limit of fall" not in words(plates(run())["transient_cycles_inertia"])
 
 
@@ -180,7 +192,9 @@ def test_the_scene_gives_the_flywheels_that_it_states(tmp_path: Path) -> None:
         told = ok("best", archive, "--least", "inertia", "--within", condition)
         assert f"least inertia = {least} kg m" in told
     data = xr.load_dataset(archive)
-    assert json.loads(data.attrs["transient_limits"]) == pytest.approx(LIMITS)
+    limits = json.loads(data.attrs["transient_limits"])
+    assert limits.pop("changes") == [1.0, 11.0]
+    assert limits == pytest.approx({key: LIMITS[key] for key in limits})
     kept = data.limits_kept.values == 1.0
     assert data.governor_gain.values[kept[np.flatnonzero(kept.any(axis=1))[0]]].tolist() == [32.0]
     assert (data.status.values[kept] == FOLLOWED).all()

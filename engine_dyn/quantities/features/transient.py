@@ -220,7 +220,7 @@ _RUN = {"time_to_start": "time_to_start", "transient_end_time": "end_time",
         "cycles_followed": "cycles_done", "cycles_to_stop": "cycles_to_stop"}  # fmt: skip
 _CURVES = {"run_angle": "crank_angle", "run_time": "time", "run_speed": "omega",
            "run_load": "load_torque", "run_command": "command"}  # fmt: skip
-_MARKS = ("speed_fall", "speed_rise", "recovery_time", "settled_speed")
+_MARKS = ("speed_fall", "speed_rise", "recovery_time", "settled_speed", "speed_before_change")
 
 OF_RECORD = tuple(_CURVES)
 """Quantities of recorded cycles."""
@@ -365,6 +365,7 @@ def _follow(
         "speed_rise": lambda: _beyond(marks["speed_highest"] - marks["speed_before"], speed),
         "recovery_time": lambda: marks["recovery_time"],
         "settled_speed": lambda: marks["speed_after"],
+        "speed_before_change": lambda: marks["speed_before"],
     }
     for name, array in results.items():
         if name in made:
@@ -507,7 +508,9 @@ NODES = (
     _result("recovery_time", "t_r", "s", "time until the mean speed of a cycle stays in the "
             "recovery band", "load_change"),
     _result("settled_speed", "n_s", "rpm", "mean speed of the last cycle before the next change of "
-            "load", "load_change", si=RPM),
+            "load, or the fuel cut", "load_change", si=RPM),
+    _result("speed_before_change", "n_v", "rpm", "mean speed of the last cycle before the change "
+            "of load", "load_change", si=RPM),
     *(
         Node(name, symbol, unit, meaning, SOURCE, removes=("load_change",), make=_largest,
              needs=(of, "transient", "transient_fuel_cut"))

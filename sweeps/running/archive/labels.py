@@ -452,14 +452,15 @@ def _about_engine(plan: Plan) -> dict[str, str]:
 
 
 def _transient_limits(engine: Engine) -> str:
-    """JSON of the limits after a change of load, as scenes give them: percent and seconds."""
+    """JSON of changes of load [s] and limits after them, as scenes give them: percent and s."""
     part = TRANSIENT.of(engine)
     if part is None or part.limits is None:
         return ""
-    fall, rise, band, recovery, _ = part.limits
+    fall, rise, band, recovery = part.limits
     return json.dumps(
-        {"fall": 100.0 * fall, "rise": 100.0 * rise, "band": 100.0 * band, "recovery": recovery}
-    )
+        {"fall": 100.0 * fall, "rise": 100.0 * rise, "band": 100.0 * band, "recovery": recovery,
+         "changes": part.marks.tolist()}
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=16)

@@ -293,9 +293,7 @@ def _limits(given: Any, where: str) -> TransientLimits | None:
             known = not_known(given, CLASSES, also=also)
             raise SceneError(f"{where} = {shown(given)}: unknown{known}")
         return CLASSES[given]
-    return TransientLimits(
-        0.01 * given.fall, 0.01 * given.rise, 0.01 * given.band, given.recovery, math.inf
-    )
+    return TransientLimits(0.01 * given.fall, 0.01 * given.rise, 0.01 * given.band, given.recovery)
 
 
 def _words(values: GivenValues) -> tuple[str, ...]:

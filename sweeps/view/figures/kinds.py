@@ -225,7 +225,8 @@ KINDS = (
          "order and phase of shaft_torque or disc_angle", shaft_response.shaft_cycle_names,
          shaft_response.shaft_cycles),
     Kind("transient_run",
-         "speed over the time that does not repeat, with its limits, fuel command and load",
+         "speed over the time that does not repeat, with what each change of load is judged by, "
+         "fuel command and load",
          "run_speed over run_time, or transient_mean_speed over transient_time",
          transient_run.run_names, transient_run.transient_run, shared=True, own_angle=True),
     Kind("transient_phase", "speed over two turns of recorded cycles, the first to the last",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +33,10 @@ RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
 
 SPAN = ("transient_lowest_speed", "transient_highest_speed")
 
+JUDGED = (("settled_speed", "Recovery band around the speed at the end"),
+          ("speed_before_change", "Limit of fall or rise from the speed before"))  # fmt: skip
+"""Speeds from which changes of load are judged, and what is drawn about them."""
+
 TURNS = 720.0  # Crank angle of a phase [degree]: a cycle, or two of a two-stroke engine
 
 
@@ -50,7 +54,8 @@ def transient_run(study: Study, names: Sequence[str]) -> NamedFigures:
     for stem, (time, panels) in RUNS.items():
         present = [name for name in panels if name in names]
         for whole, along in study.views_by_axis(present) if present and time in names else ():
-            view = whole.only([*present, time], [along])
+            judged = [name for name, _ in JUDGED if whole.has(name)]
+            view = whole.only([*present, time, *judged], [along, "load_change"])
             yield stem_of(stem, view, along), _over_time(view, time, present, view.axis(along))
 
 
@@ -79,10 +84,10 @@ def _over_time(view: View, time: str, names: Sequence[str], axis: StudyAxis) -> 
         if shaded:
             low, high = (view.numbers(end, at) for end in SPAN)
             panels[0].fill_between(x, low, high, color=colour, alpha=0.22, linewidth=0.0)
+        if names[0].endswith("speed") and np.isfinite(x).any():
+            _draw_limits(panels[0], view, names[0], at, float(np.nanmax(x)), entries)
         if axis:
             entries[axis.text(index) + axis.mark(index)] = drawn
-    if names[0].endswith("speed"):
-        _draw_limits(panels[0], view, names[0], entries)
     for name, panel, height in zip(names, panels, heights, strict=True):
         y_label(panel, view.label(name), height)
         panel.margins(x=0.0)
@@ -93,24 +98,39 @@ def _over_time(view: View, time: str, names: Sequence[str], axis: StudyAxis) -> 
     return finish(figure, title, notes, entries | ends, axis.label, view.caption, below=True)
 
 
-def _draw_limits(panel: Axes, view: View, name: str, entries: Entries) -> None:
-    """Draw recovery band and limits around the nominal speed, where the archive has them."""
-    attributes, data = view.data.attrs, view.data
-    speed = json.loads(attributes.get("parameters", "{}")).get("speed", np.nan)
-    unit = "rpm"
-    if "speed" in data.coords and data["speed"].ndim == 0:
-        speed, unit = float(data["speed"]), data["speed"].attrs["units"]
-    speed *= factor_between(unit, view.array(name).attrs["units"]) or np.nan
-    if "transient_limits" not in attributes or not np.isfinite(speed):
-        return
-    limits = json.loads(attributes["transient_limits"])
-    half = 0.005 * limits["band"]
-    entries["Recovery band around the nominal speed"] = panel.axhspan(
-        speed * (1.0 - half), speed * (1.0 + half), color="#e3e3e3", linewidth=0.0, zorder=0
-    )
-    for share in (-limits["fall"], limits["rise"]):
-        look: dict[str, Any] = {**LIMIT_LOOK, "linestyle": (0, (1.2, 1.6))}
-        entries["Limit of fall or rise"] = panel.axhline(speed * (1.0 + 0.01 * share), **look)
+def _draw_limits(
+    panel: Axes, view: View, name: str, at: Mapping[str, int], last: float, entries: Entries
+) -> None:  # fmt: skip
+    """Draw what each change of load is judged by, from there to the next, or to the fuel cut."""
+    limits = json.loads(view.data.attrs.get("transient_limits", "{}"))
+    begins = np.array(limits.get("changes", ()), dtype=float)
+    nominal = _given(view, "speed", at, "rpm", view.array(name).attrs["units"])
+    ends = np.fmin(np.append(begins[1:], last), _given(view, "transient_fuel_cut", at, "s", "s"))
+    for about, words in JUDGED if begins.size and np.isfinite(nominal) else ():
+        levels = view.numbers(about, at) if view.has(about) else begins * np.nan
+        for level, begin, end in zip(levels, begins, ends, strict=True):
+            if not np.isfinite(level):
+                continue  # It is not judged
+            if about == "settled_speed":
+                half = 0.005 * limits["band"] * nominal
+                entries[words] = panel.fill_between(
+                    [begin, end], level - half, level + half, color="#e3e3e3", linewidth=0.0,
+                    zorder=0,
+                )  # fmt: skip
+                continue
+            look: dict[str, Any] = {**LIMIT_LOOK, "linestyle": (0, (1.2, 1.6))}
+            for share in (-limits["fall"], limits["rise"]):
+                (entries[words],) = panel.plot([begin, end], 2 * [level + 0.01 * share * nominal],
+                                               **look)  # fmt: skip
+
+
+def _given(view: View, key: str, at: Mapping[str, int], unit: str, wanted: str) -> float:
+    """Value of a parameter in a run, NaN where the archive does not have it."""
+    value = json.loads(view.data.attrs.get("parameters", "{}")).get(key)
+    if key in view.data.coords:
+        value, unit = float(view.numbers(key, at)), view.array(key).attrs["units"]
+    factor = factor_between(unit, wanted)
+    return np.nan if value is None or factor is None else factor * value
 
 
 def phase_names(view: View) -> list[str]:
