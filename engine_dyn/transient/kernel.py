@@ -14,6 +14,7 @@ import numpy as np
 from engine_dyn import status
 from engine_dyn.compilation import inlined, kernel
 from engine_dyn.transient import slow
+from engine_dyn.transient.changes import measure
 from engine_dyn.transient.fields import AT, Found, Given
 from engine_dyn.transient.governor import ACTUATOR, actuator_at, begin_governor, sample, take
 from engine_dyn.transient.lobatto import (
@@ -44,7 +45,7 @@ LEVER, GAS_FACTOR = AT["lever"], AT["gas_factor"]
 SPEED, START_SPEED, START_COMMAND = AT["speed"], AT["start_speed"], AT["start_command"]
 EXPONENT, OFFSET, DURATION = AT["load_exponent"], AT["load_offset"], AT["duration"]
 CONSTANT, PEAK_SHARE = AT["friction_constant"], AT["friction_peak_share"]
-LINEAR, SQUARE, BAND = AT["friction_linear"], AT["friction_square"], AT["recovery_band"]
+LINEAR, SQUARE = AT["friction_linear"], AT["friction_square"]
 GOVERNED, SAMPLING_TIME = AT["governed"], AT["sampling_time"]
 STARTER_TORQUE, STARTER_SPEED = AT["starter_torque"], AT["starter_speed"]
 RELEASE, READY = AT["starter_release"], AT["ready_speed"]
@@ -491,44 +492,6 @@ def _record(
     row[3], row[4] = torque + numbers[OFFSET], work.state[0]
 
 
-@inlined
-def _measure(d: int, tables: Tables, given: Given, work: Work, found: Found) -> None:
-    """Deviations and times of recovery, of the speed that is averaged over a cycle."""
-    marks = given.marks[d if given.marks.shape[0] > 1 else 0]
-    band = given.numbers[d, BAND] * given.numbers[d, SPEED]
-    cut = given.numbers[d, FUEL_CUT]
-    firings, per_cycle = work.counts[FIRINGS], tables.firings
-    times, speeds = work.trace_time, work.trace_speed
-    f = 0
-    for m in range(len(marks)):
-        until = min(marks[m + 1], cut) if m + 1 < len(marks) else cut
-        while f < firings and times[f] <= marks[m]:
-            f += 1
-        if f == 0 or f == firings:
-            continue
-        begin, end = f, f
-        low = high = speeds[begin]
-        while end < firings and times[end] <= until:
-            low, high = min(low, speeds[end]), max(high, speeds[end])
-            end += 1
-        if end == begin:
-            continue
-        row = found.marks[d, m]
-        after = speeds[end - 1]
-        row[0], row[1], row[2], row[3] = speeds[begin - 1], low, high, after
-        outside = end - 1
-        while outside >= begin and abs(speeds[outside] - after) <= band:
-            outside -= 1
-        if outside + per_cycle >= end or not (found.outcome[d] == status.FOLLOWED or end < firings):
-            continue  # It was not seen for a whole cycle within the band
-        row[4] = 0.0
-        if outside >= begin:
-            # The speed passes the edge of the band between two firings.
-            edge = after + (band if speeds[outside] > after else -band)
-            part = (edge - speeds[outside]) / (speeds[outside + 1] - speeds[outside])
-            row[4] = times[outside] + part * (times[outside + 1] - times[outside]) - marks[m]
-
-
 @kernel
 def follow(
     first: int, last: int, cycles: int, tables: Tables, given: Given, work: Work, found: Found
@@ -606,4 +569,4 @@ def follow(
         if outcome == status.STOPPED and run[CUT_AT] >= 0.0:
             found.run[d, 3] = cycle + (angle - run[CUT_AT]) / period
         found.outcome[d] = outcome
-        _measure(d, tables, given, work, found)
+        measure(d, count[FIRINGS], tables.firings, given, work, found)

@@ -330,6 +330,8 @@ def test_one_design_that_an_engine_does_not_allow_stops_no_other() -> None:
         ({"transient": {"start_speed": 0.0}}, "start_speed = 0: must be above 0 without starter_t"),
         ({"governor": {"sampling_time": 1e-5}}, "sampling_time = 1e-05: must be 0 or at least 0.0"),
         ({"governor": {"lowest_command": 95.0}}, "lowest_command = 95: must be at most governor_"),
+        ({"set": {"load_exponent": 12.0}, "transient": {"load_law": "exponent"}},
+         "load_exponent = 12: must be at least -1 and at most 10"),
         ({"governor": {"lowest_command": None, "highest_command": 20.0},
           "axes": {"governor_lowest_command": [30.0, 40.0]}}, "governor_lowest_command = 30: must"),
         ({"clutch": {"inertia": 1.0}}, "clutch_inertia: needs clutch_time, the time at which"),

@@ -350,53 +350,49 @@ def _follow(
         marks=transient.marks, missed=() if missed is None else missed,
         estimate="transient_error" in results, threads=threads, **given, **numbers,
     )  # fmt: skip
-    speed = numbers["speed"][:, None]
-    marks = found.marks
+    marks, speed = found.marks, numbers["speed"][:, None]
     made = {
+        **{name: found.cycles[field] for name, field in _CYCLE.items()},
+        **{name: found.run[field] for name, field in _RUN.items()},
         # To stand still is what is asked for where the fuel is cut
-        "transient_status": lambda: np.where(
+        "transient_status": np.where(
             (found.outcome == status.STOPPED) & np.isfinite(found.run["cycles_to_stop"]),
-            status.FOLLOWED,
-            found.outcome,
+            status.FOLLOWED, found.outcome,
         ),
-        "transient_error": lambda: found.error,
-        "transient_delta": lambda: found.delta,
-        "speed_fall": lambda: _beyond(marks["speed_before"] - marks["speed_lowest"], speed),
-        "speed_rise": lambda: _beyond(marks["speed_highest"] - marks["speed_before"], speed),
-        "recovery_time": lambda: marks["recovery_time"],
-        "settled_speed": lambda: marks["speed_after"],
-        "speed_before_change": lambda: marks["speed_before"],
-    }
+        "transient_error": found.error,
+        "transient_delta": found.delta,
+        "speed_fall": _beyond(marks["speed_before"] - marks["speed_lowest"], speed),
+        "speed_rise": _beyond(marks["speed_highest"] - marks["speed_before"], speed),
+        "recovery_time": marks["recovery_time"],
+        "settled_speed": marks["speed_after"],
+        "speed_before_change": marks["speed_before"],
+    }  # fmt: skip
     for name, array in results.items():
-        if name in made:
-            array[places] = made[name]()
-        elif name in _CYCLE:
-            array[places] = found.cycles[_CYCLE[name]]
-        elif name in _RUN:
-            array[places] = found.run[_RUN[name]]
-        elif name != "run_angle":
-            points = _recorded_angles(transient)
-            for place, angle, curve in zip(
-                places, found.curves["crank_angle"], found.curves[_CURVES[name]], strict=True
-            ):
-                there = np.isfinite(angle)
-                if there.any():
-                    array[place] = np.interp(points, angle[there], curve[there], right=np.nan)
-        else:
-            array[places] = _recorded_angles(transient)
+        array[places] = made[name] if name in made else _recorded(transient, found, name)
+
+
+def _recorded(transient: Transient, found: Any, name: str) -> Floats:
+    """Values of a curve at the points of the recorded cycles; NaN behind the end of a run."""
+    first, last = transient.record
+    points = np.linspace(
+        first * transient.period, last * transient.period, transient.recorded_points
+    ) * (1.0 - 1e-12)  # The last point is not beyond the run's
+    values = np.full((len(found.outcome), points.size), np.nan)
+    if name == "run_angle":
+        values[:] = points
+        return values
+    for row, angle, curve in zip(
+        values, found.curves["crank_angle"], found.curves[_CURVES[name]], strict=True
+    ):
+        there = np.isfinite(angle)
+        if there.any():
+            row[:] = np.interp(points, angle[there], curve[there], right=np.nan)
+    return values
 
 
 def _beyond(change: Floats, speed: Floats) -> Floats:
     """Fall or rise in percent of the nominal speed, 0 where there is none."""
     return np.asarray(np.maximum(100.0 * change / speed, 0.0))
-
-
-def _recorded_angles(transient: Transient) -> Floats:
-    """Crank angles since the beginning [rad] of the recorded points."""
-    first, last = transient.record
-    count = transient.recorded_points
-    turned = np.linspace(first * transient.period, last * transient.period, count)
-    return np.asarray(turned * (1.0 - 1e-12))  # The last point is not beyond the run's
 
 
 def _with_fuel(transient: Transient, transient_fuel_cut: Any) -> Any:

@@ -23,9 +23,9 @@ from sweeps.scene.consistency.features import check_crossings
 from sweeps.scene.consistency.mechanism import check_mechanism
 from sweeps.scene.consistency.outputs import check_needs, check_start
 from sweeps.scene.consistency.pressure import check_diagram_count, check_motored, check_ranges
+from sweeps.scene.consistency.transient import check_transient
 from sweeps.scene.crossings import exclusive_pair, refused
 from sweeps.scene.features.shaft import SHAFT_KEYS
-from sweeps.scene.features.transient import check_transient
 from sweeps.scene.model import Scene
 from sweeps.scene.values import GivenValues
 
@@ -46,8 +46,7 @@ def check_scene(scene: Scene, name: str) -> None:
     check_motored(scene, name)
     check_driven(scene, name)
     check_shaft(scene, name)
-    counts = [engine.count for engine in scene.all_cylinders]
-    check_transient(scene, scene.source, counts, name)
+    check_transient(scene, name)
     check_needs(scene, name)
     check_start(scene, name)
 

@@ -7,7 +7,7 @@ The numbers of these tables are parameters, such as `governor_gain`: they may al
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,6 @@ from engine_dyn.engine import Engine
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.features.transient import (
     FEATURE,
-    KEY_OF,
     OF_CHANGES,
     OF_RECORD,
     PARAMETERS,
@@ -28,11 +27,8 @@ from engine_dyn.quantities.features.transient import (
     Points,
     Transient,
 )
-from engine_dyn.quantities.graph import UNLESS_GIVEN
-from engine_dyn.transient.fields import faults
 from engine_dyn.transient.limits import ISO_8528_5_G2, TransientLimits
 from engine_dyn.types import Floats
-from engine_dyn.units import RPM
 from sweeps.base.checks import Strict, check_range
 from sweeps.base.dimensions import ELASTICITY
 from sweeps.base.errors import SceneError, not_known, shown
@@ -317,128 +313,6 @@ def _check_asked(values: GivenValues, quantities: Sequence[str], name: str) -> N
                 raise SceneError(
                     f"{name}: [output] quantities: '{quantity}' needs [transient] {key}"
                 )
-
-
-_NEEDED = (
-    ("starter_torque", ("starter_speed",), "the speed at which the starter gives nothing"),
-    ("starter_speed", ("starter_torque",), "the torque of the starter at rest"),
-    ("starter_release", ("starter_torque",), "the torque of the starter at rest"),
-    ("clutch_inertia", ("clutch_time",), "the time at which it is switched in"),
-    ("clutch_time", ("clutch_inertia",), "the inertia that is switched in"),
-    ("clutch_torque", ("clutch_time", "clutch_inertia"), "what is switched in, and when"),
-    ("transient_boost_margin", ("transient_boost_lag",), "the time constant of the air"),
-)  # fmt: skip
-"""Keys, those that they need, and what these are."""
-
-
-def impossible(values: GivenValues) -> list[tuple[str, float]]:
-    """Numbers that do not go together, in words, and the share of the designs that have them."""
-    highest = min(100.0, float(values.engine.family.loads[-1]))
-    given = {
-        field: values.given_or_own(
-            key, {"highest_command": highest}.get(field, UNLESS_GIVEN.get(key, math.nan))
-        )
-        for field, key in KEY_OF.items()
-    }  # fmt: skip
-    dims = list(dict.fromkeys(dim for one in given.values() for dim in one.dims))
-    numbers = {
-        field: one.values.reshape([-1 if d in one.dims else 1 for d in dims])
-        for field, one in given.items()
-    }  # fmt: skip
-    return [
-        (
-            f"{KEY_OF[name]} = {np.broadcast_to(numbers[name], wrong.shape)[wrong][0]:g}: must be "
-            f"{must.format_map(KEY_OF)}",
-            float(wrong.mean()),
-        )
-        for name, wrong, must in faults(
-            {field: _OF_PARAMETER[KEY_OF[field]].si * one for field, one in numbers.items()}
-        )
-        if wrong.any()
-    ]  # fmt: skip
-
-
-def check_transient(
-    values: GivenValues, source: Mapping[str, Any], counts: Sequence[int], name: str
-) -> None:
-    """Check what depends on several tables, those of `source` among them, or on the engine.
-
-    Raises
-    ------
-    SceneError
-        For a table without its method or the other way round, a governor without gains or beside
-        given commands, a starter without its speed, a clutch without time or inertia, numbers that
-        none of the designs can have, a cylinder that there is not, and a load behind the end.
-    """
-    part = FEATURE.of(values.engine)
-    asked = source.get("solver", {}).get("method") == FEATURE.name
-    if part is None:
-        if asked:
-            raise SceneError(f"{name}: [solver] method = 'transient': needs a table [transient]")
-        for table in (one for one in TABLES if source.get(one) is not None):
-            raise SceneError(f"{name}: [{table}]: has no effect without a table [transient]")
-        return
-    if not asked:
-        raise SceneError(
-            f"{name}: [transient]: needs [solver] method = 'transient', which follows the speed in "
-            "time"
-        )
-
-    def at(key: str) -> Floats:
-        return values.given_or_own(key, math.nan).values
-
-    def given(key: str) -> bool:
-        return not bool(np.isnan(at(key)).all())
-
-    gains = ("governor_gain", "governor_integral")
-    governed = [key for key in _OF_PARAMETER if key.startswith("governor_") and given(key)]
-    where = f"{name}: [transient]"
-    if part.command is not None and governed:
-        raise SceneError(
-            f"{where} command_steps: not allowed together with {governed[0]}: a governor gives the "
-            "fuel command"
-        )
-    if governed and not any(values.nonzero(key) for key in gains):
-        raise SceneError(
-            f"{name}: {governed[0]}: a governor needs gain or integral in [governor], above 0"
-        )
-    for one, others, why in _NEEDED:
-        for other in others if given(one) else ():
-            if not given(other):
-                raise SceneError(f"{name}: {one}: needs {other}, {why}")
-    if not given("transient_command_angle"):
-        raise SceneError(
-            f"{where} command_angle: missing; must be the angle from its firing at which a "
-            "cylinder takes the fuel command: -360 degree with a mixture, about -15 with injection"
-        )
-    earliest, cycle = float(np.min(at("transient_command_angle"))), math.degrees(part.period)
-    if earliest < -0.75 * cycle:
-        raise SceneError(
-            f"{where} command_angle = {earliest:g} degree: must be at least {-0.75 * cycle:g}: "
-            "before it, the cylinder still works with the fuel of its last firing"
-        )
-    for text, share in impossible(values):
-        if share == 1.0:
-            raise SceneError(f"{name}: {text}")
-    family = values.engine.family
-    if family.low == family.high and not given("transient_start_command"):
-        raise SceneError(
-            f"{where} start_command: missing; engine {values.engine.name} has diagrams for one "
-            "load alone, from which the command of another load does not follow"
-        )
-    if part.missed is not None and part.missed[:, 1].max() >= min(counts):
-        raise SceneError(
-            f"{where} missed: cylinder {part.missed[:, 1].max() + 1}: must be a cylinder of every "
-            f"engine, 1 to {min(counts)}"
-        )
-    speeds, start = at("speed") * RPM, at("transient_start_speed") * RPM
-    if math.isinf(part.duration) and not (start < 0.5 * speeds.max()).any():
-        lasts = part.cycles * part.period / float(speeds.max())
-        if part.load.time[-1] > 1.1 * lasts:
-            raise SceneError(
-                f"{where} cycles = {part.cycles}: they last {lasts:.3g} s at nominal speed, and "
-                f"the load changes at {part.load.time[-1]:g} s"
-            )
 
 
 GIVEN = GivenFeature(

@@ -18,7 +18,7 @@ from engine_dyn.speed.fields import CURVE_NAMES, METHOD_NAMES, METHODS, STEPPING
 from engine_dyn.speed.mechanisms import BATCH, GENERAL
 from sweeps.base.dimensions import ARRANGEMENT, DESIGN, ENGINE, NONLINEAR_STATUS, TORSION_STATUS
 from sweeps.base.errors import counted, size_text
-from sweeps.scene.features.transient import impossible
+from sweeps.scene.consistency.transient import impossible
 from sweeps.scene.plan.blocks import block_count, divided
 from sweeps.scene.plan.leaves import LOOKED_AT, cycles_known, modes_kept
 from sweeps.scene.plan.plan import Plan, Stage
@@ -128,9 +128,7 @@ def _no_cycles(plan: Plan) -> list[str]:
 
 
 def _no_designs(plan: Plan) -> list[str]:
-    """Lines on numbers of a speed that is followed in time that do not go together."""
-    if "no_transient" in plan.scene.words:
-        return []
+    """Lines on numbers with which a speed is not followed in time."""
     return [
         f"not followed: {round(share * plan.designs)} of {plan.designs_text}: {text} (status 4)"
         for text, share in impossible(plan.scene)

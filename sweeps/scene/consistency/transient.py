@@ -1,0 +1,132 @@
+"""Whether a scene can be followed in time: its tables, and what they need of each other."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from engine_dyn.quantities.features.transient import FEATURE, KEY_OF, PARAMETERS, TABLES
+from engine_dyn.transient.fields import faults
+from engine_dyn.types import Floats
+from engine_dyn.units import RPM
+from sweeps.base.errors import SceneError
+from sweeps.scene.known_values import Value
+from sweeps.scene.model import Scene
+
+_NEEDED = (
+    ("starter_torque", ("starter_speed",), "the speed at which the starter gives nothing"),
+    ("starter_speed", ("starter_torque",), "the torque of the starter at rest"),
+    ("starter_release", ("starter_torque",), "the torque of the starter at rest"),
+    ("clutch_inertia", ("clutch_time",), "the time at which it is switched in"),
+    ("clutch_time", ("clutch_inertia",), "the inertia that is switched in"),
+    ("clutch_torque", ("clutch_time", "clutch_inertia"), "what is switched in, and when"),
+    ("transient_boost_margin", ("transient_boost_lag",), "the time constant of the air"),
+)  # fmt: skip
+"""Keys, those that they need, and what these are."""
+
+
+def impossible(scene: Scene) -> list[tuple[str, float]]:
+    """Given numbers that no design can have, in words, and the share of the designs that do."""
+    part = FEATURE.of(scene.engine)
+    if part is None:
+        return []
+    keys = KEY_OF | ({"load_exponent": "load_exponent"} if part.law == "exponent" else {})
+    highest = Value(min(100.0, float(scene.engine.family.loads[-1])))
+    given = {field: scene.known[key] for field, key in keys.items() if key in scene.known}
+    given = {"highest_command": highest} | given
+    dims = list(dict.fromkeys(dim for one in given.values() for dim in one.dims))
+    numbers = {
+        field: np.reshape(one.si, [-1 if d in one.dims else 1 for d in dims])
+        for field, one in given.items()
+    }  # fmt: skip
+    found = []
+    for name, wrong, must in faults(numbers):
+        if wrong.any():
+            bad = np.broadcast_to(numbers[name], wrong.shape)[wrong].flat[0] / given[name].unit
+            text = f"{keys[name]} = {bad:g}: must be {must.format_map(keys)}"
+            found.append((text, float(wrong.mean())))
+    return found
+
+
+def check_transient(scene: Scene, name: str) -> None:
+    """Check what depends on several tables, or on the engine.
+
+    Raises
+    ------
+    SceneError
+        For a table without its method or the other way round, a governor without gains or beside
+        given commands, a starter without its speed, a clutch without time or inertia, numbers that
+        none of the designs can have, a cylinder that there is not, and a load behind the end.
+    """
+    part = FEATURE.of(scene.engine)
+    asked = scene.source.get("solver", {}).get("method") == FEATURE.name
+    if part is None:
+        if asked:
+            raise SceneError(f"{name}: [solver] method = 'transient': needs a table [transient]")
+        for table in (one for one in TABLES if scene.source.get(one) is not None):
+            raise SceneError(f"{name}: [{table}]: has no effect without a table [transient]")
+        return
+    if not asked:
+        raise SceneError(
+            f"{name}: [transient]: needs [solver] method = 'transient', which follows the speed in "
+            "time"
+        )
+
+    def at(key: str) -> Floats:
+        return scene.given_or_own(key, math.nan).values
+
+    def given(key: str) -> bool:
+        return not bool(np.isnan(at(key)).all())
+
+    gains = ("governor_gain", "governor_integral")
+    of_governor = (node.name for node in PARAMETERS if node.name.startswith("governor_"))
+    governed = [key for key in of_governor if given(key)]
+    where = f"{name}: [transient]"
+    if part.command is not None and governed:
+        raise SceneError(
+            f"{where} command_steps: not allowed together with {governed[0]}: a governor gives the "
+            "fuel command"
+        )
+    if governed and not any(scene.nonzero(key) for key in gains):
+        raise SceneError(
+            f"{name}: {governed[0]}: a governor needs gain or integral in [governor], above 0"
+        )
+    for one, others, why in _NEEDED:
+        for other in others if given(one) else ():
+            if not given(other):
+                raise SceneError(f"{name}: {one}: needs {other}, {why}")
+    if not given("transient_command_angle"):
+        raise SceneError(
+            f"{where} command_angle: missing; must be the angle from its firing at which a "
+            "cylinder takes the fuel command: -360 degree with a mixture, about -15 with injection"
+        )
+    earliest, cycle = float(np.min(at("transient_command_angle"))), math.degrees(part.period)
+    if earliest < -0.75 * cycle:
+        raise SceneError(
+            f"{where} command_angle = {earliest:g} degree: must be at least {-0.75 * cycle:g}: "
+            "before it, the cylinder still works with the fuel of its last firing"
+        )
+    for text, share in impossible(scene):
+        if share == 1.0:
+            raise SceneError(f"{name}: {text}")
+    family = scene.engine.family
+    if family.low == family.high and not given("transient_start_command"):
+        raise SceneError(
+            f"{where} start_command: missing; engine {scene.engine.name} has diagrams for one "
+            "load alone, from which the command of another load does not follow"
+        )
+    counts = [engine.count for engine in scene.all_cylinders]
+    if part.missed is not None and part.missed[:, 1].max() >= min(counts):
+        raise SceneError(
+            f"{where} missed: cylinder {part.missed[:, 1].max() + 1}: must be a cylinder of every "
+            f"engine, 1 to {min(counts)}"
+        )
+    speeds, start = at("speed") * RPM, at("transient_start_speed") * RPM
+    if math.isinf(part.duration) and not (start < 0.5 * speeds.max()).any():
+        lasts = part.cycles * part.period / float(speeds.max())
+        if part.load.time[-1] > 1.1 * lasts:
+            raise SceneError(
+                f"{where} cycles = {part.cycles}: they last {lasts:.3g} s at nominal speed, and "
+                f"the load changes at {part.load.time[-1]:g} s"
+            )
