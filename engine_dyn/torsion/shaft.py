@@ -287,8 +287,9 @@ class Shaft:
             damping=stacked(self.along("shaft_damping", values, 0.0)),
             disc_damping=stacked(damping),
             ground_stiffness=stacked(self.along("disc_ground_stiffness", values, 0.0)),
-            modal_damping=stacked([values[f"modal_damping_{i + 1}"] for i in range(self.modes)])
-            if self.modes else (),
+            modal_damping=stacked(
+                [values.get(f"modal_damping_{i + 1}", 0.0) for i in range(self.modes)]
+            ) if self.modes else (),
             meshes=self.gears, ratios=stacked(self.ratios(values)) if self.gears else 1.0,
             crank=self.throws[0], loose=True,
         )  # fmt: skip

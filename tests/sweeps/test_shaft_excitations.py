@@ -277,6 +277,11 @@ def test_modes_have_the_damping_that_is_given(tmp_path: Path) -> None:
     found = of_torque(path, ["damping_ratio", "modal_damping_ratio", HALF], free)
     for name in ("damping_ratio", "modal_damping_ratio"):
         assert_allclose(found[name], [0.01, 0.03], rtol=1e-9)
+    undamped = ["natural_frequency", "mode_torque", "critical_speed", "system_stiffness"]
+    without = {key: value for key, value in free.items() if key != "modal_damping"}
+    modes, bare = (of_torque(path, undamped, shaft) for shaft in (free, without))
+    for name in undamped:
+        assert_array_equal(modes[name], bare[name])
     magnified = {**free, "modal_magnifier": [50.0, 1.0 / 0.06]}
     magnified.pop("modal_damping")
     assert_allclose(of_torque(path, [HALF], magnified)[HALF], found[HALF], rtol=1e-12)
