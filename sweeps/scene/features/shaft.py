@@ -431,9 +431,9 @@ def _modal_damping(given: ShaftTable, where: str) -> list[float]:
         raise SceneError(f"{where} {key}: {len(numbers)} numbers: must be 1 to {MOST_MODES}")
     if key == "modal_damping":
         return [float(one) for one in numbers]
-    wrong = next((one for one in numbers if not one >= 0.5), None)
-    if wrong is not None:
-        raise SceneError(f"{where} modal_magnifier = {wrong:g}: must be 0.5 or more")
+    for place, one in enumerate(numbers, start=1):
+        if not one > 0.5:
+            raise SceneError(f"{where} modal_magnifier number {place} = {one:g}: must be above 0.5")
     return [0.5 / one for one in numbers]
 
 

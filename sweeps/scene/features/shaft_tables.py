@@ -96,6 +96,29 @@ class Disc(Strict):
     ground_stiffness: float | None = Field(default=None, description="a number in N m/rad")
 
 
+class StiffnessTable(Strict):
+    """Stiffness of a coupling over its mean torque."""
+
+    torque: list[float] = Field(
+        description="a list of mean torques in N m, ascending from 0 or more", min_length=2
+    )
+    stiffness: list[float] = Field(
+        description="a list of stiffnesses in N m/rad, one for each torque", min_length=2
+    )
+
+
+class TwistTable(Strict):
+    """Torque of a coupling over its twist, which is not linear."""
+
+    twist: list[float] = Field(
+        description="a list of twists in degree, ascending: from 0, or from below 0 through 0",
+        min_length=2,
+    )
+    torque: list[float] = Field(
+        description="a list of torques in N m, ascending, one for each twist: 0 at 0", min_length=2
+    )
+
+
 class ShaftPiece(Strict):
     """A shaft between two discs: stiffness, or length, diameter and shear modulus."""
 
@@ -179,29 +202,6 @@ class PendulumTable(Strict):
     stop_angle: float | None = Field(default=None, description="a number in degree")
 
 
-class StiffnessTable(Strict):
-    """Stiffness of a coupling over its mean torque."""
-
-    torque: list[float] = Field(
-        description="a list of mean torques in N m, ascending from 0 or more", min_length=2
-    )
-    stiffness: list[float] = Field(
-        description="a list of stiffnesses in N m/rad, one for each torque", min_length=2
-    )
-
-
-class TwistTable(Strict):
-    """Torque of a coupling over its twist, which is not linear."""
-
-    twist: list[float] = Field(
-        description="a list of twists in degree, ascending: from 0, or from below 0 through 0",
-        min_length=2,
-    )
-    torque: list[float] = Field(
-        description="a list of torques in N m, ascending, one for each twist: 0 at 0", min_length=2
-    )
-
-
 class ShaftTable(Strict):
     """Discs, shafts, gears and dampers; which discs the flywheel and the load are."""
 
@@ -229,7 +229,8 @@ class ShaftTable(Strict):
     )
     excitations: list[ExcitationTable] = Field(
         default=[],
-        description="a list of tables with on, and mean and harmonics, file, areas or over_speed",
+        description=f"a list of at most {MOST_EXCITATIONS} tables with on, and mean and harmonics, "
+        "file, areas or over_speed",
         max_length=MOST_EXCITATIONS,
     )
     flywheel: str = Field(
@@ -260,13 +261,15 @@ class ShaftTable(Strict):
     )
     modal_magnifier: float | list[float] | None = Field(
         default=None,
-        description="a number, or a list: dynamic magnifier of the modes, 1/(2 modal_damping), in "
-        "its place",
+        description=f"a number above 0.5, or a list of at most {MOST_MODES}: dynamic magnifier of "
+        "the modes, 1/(2 modal_damping), in its place",
     )
     load_damping: float | None = Field(default=None, description="a number in N m s/rad")
     load_damping_factor: float | None = Field(default=None, description="a number")
     passing_start: float | None = Field(default=None, description=SPEED)
-    passing_end: float | None = Field(default=None, description=f"{SPEED}, or below its start")
+    passing_end: float | None = Field(
+        default=None, description=f"{SPEED}, above or below passing_start"
+    )
     speed_ramp: float | None = Field(default=None, description="a number in rpm/s above 0")
 
 

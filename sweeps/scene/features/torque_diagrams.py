@@ -38,8 +38,9 @@ class Harmonic(Strict):
     sine: float = Field(default=0.0, description="a number in N m: the factor of its sine")
     cosine: float = Field(default=0.0, description="a number in N m: the factor of its cosine")
     amplitude: float | None = Field(
-        default=None, description="a number in N m, in place of sine and cosine", ge=0.0
-    )
+        default=None, ge=0.0,
+        description="a number in N m, 0 or more, in place of sine and cosine",
+    )  # fmt: skip
     phase: float = Field(
         default=0.0, description="a number in degree: psi of amplitude cos(order angle + psi)"
     )
