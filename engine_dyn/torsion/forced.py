@@ -60,8 +60,14 @@ AT_ONCE, FEW = 1024, 64  # Numbers of cases that a thread takes at once, and in 
 
 
 class _Tree(NamedTuple):
-    """Tree of nodes with referred values, shape (designs, M); node 0 is the root."""
+    """Tree of nodes with referred values, shape (designs, M); node 0 is the root.
 
+    Kernels take the nodes from `nodes`, not from a range: LLVM from 17 on would test once for all
+    nodes whether rows of arrays overlap, find that they do, and compute order by order, which takes
+    twice as long.
+    """
+
+    nodes: Integers
     parent: Integers
     inertia: Floats
     disc_damping: Floats
@@ -194,7 +200,9 @@ def forced_response(
             raise ValueError(f"{name}: {outside[0]}: must be a disc, from 0 to {discs - 1}")
     cases, shape = _cases(system, orders, speed, throws, torque, factors, kept)
     designs = system.along_one_axis()
-    tree = _Tree(*(getattr(designs, name) for name in _Tree._fields))
+    tree = _Tree(
+        np.arange(designs.parent.size), *(getattr(designs, name) for name in _Tree._fields[1:])
+    )
     signals, lines = _signals(system, wanted, twist, speed_of)
     table = synthesis(cases.orders[: None if signals.swung.size else 0], period)
     count, orders = cases.speed.size, cases.orders.size
@@ -339,7 +347,7 @@ def _respond(
     stiff = np.empty((nodes, 2, orders))
     lines = np.empty((signals.nodes.shape[0] + signals.shafts.size, 2, orders))
     size, weight = np.empty(orders), np.empty(orders)
-    sums, curve = np.empty((6, quarter)), np.empty(4 * quarter + 4)
+    sums = np.empty((6, quarter))
     for number in range(which.size):
         case = which[number]
         design = cases.design[case]
@@ -348,7 +356,7 @@ def _respond(
             lost[v] = 0.0
         _set_up(case, w, tree, cases, angle, twist, stiff)
         if known.shape[0] == 0:
-            _eliminate(tree.parent, angle, twist, stiff, lost)
+            _eliminate(tree, angle, twist, stiff, lost)
             for v in range(orders):
                 if lost[v] > 0.0:
                     results.doubtful[case] = 1
@@ -362,9 +370,7 @@ def _respond(
                 results.harmonics[case, i, v, 1] = line[1, cases.kept[v]]
         for i in range(signals.swung.size):
             line = lines[signals.swung[i]]
-            extremes_of(
-                line[0], line[1], table, size, weight, sums, curve, results.extremes[case, i]
-            )
+            extremes_of(line[0], line[1], table, size, weight, sums, results.extremes[case, i])
         if results.shaft_loss.size > 0:
             for shaft in range(results.shaft_loss.shape[1]):
                 k, turned, loss = stiff[shaft + 1], twist[shaft + 1], 0.0
@@ -373,7 +379,7 @@ def _respond(
                 results.shaft_loss[case, shaft] = 0.5 * loss
         if results.frame_loss.size > 0:
             total = 0.0
-            for node in range(nodes):
+            for node in tree.nodes:
                 loss = 0.0
                 for v in range(orders):
                     loss += w[v] ** 2 * (angle[node, 0, v] ** 2 + angle[node, 1, v] ** 2)
@@ -387,18 +393,17 @@ def _set_up(
 ) -> None:
     """Fill in impedance Z and torque U of nodes, and stiffness k* of shafts to the parents."""
     design, square = cases.design[case], cases.speed[case] ** 2
-    for node in range(tree.parent.size):
+    for node in tree.nodes:
         inertia, ground = tree.inertia[design, node], tree.ground_stiffness[design, node]
         own, damping = tree.disc_damping[design, node], tree.damping[design, node]
         stiffness = tree.stiffness[design, node] + square * tree.speed_stiffness[design, node]
         loss = tree.loss_factor[design, node] * stiffness
-        z, u, k = dynamic[node], torque[node], stiff[node]
+        z, k = dynamic[node], stiff[node]
+        k[0, :], torque[node] = stiffness, 0.0
         for v in range(w.size):
             z[0, v] = ground - w[v] * w[v] * inertia
             z[1, v] = w[v] * own
-            k[0, v] = stiffness
             k[1, v] = loss + w[v] * damping
-            u[0, v] = u[1, v] = 0.0
     for which in range(cases.line.shape[1]):
         harmonics = cases.harmonics[cases.line[case, which]]
         for throw in range(cases.throw_node.size):
@@ -410,9 +415,7 @@ def _set_up(
 
 
 @inlined
-def _eliminate(
-    parents: Integers, dynamic: Floats, torque: Floats, stiff: Floats, lost: Floats
-) -> None:
+def _eliminate(tree: _Tree, dynamic: Floats, torque: Floats, stiff: Floats, lost: Floats) -> None:
     """Turn Z into the angle of each node, and U into its twist against the parent.
 
     On the way up, Z becomes Z/(k* + Z), and U becomes U/(k* + Z). `lost` marks orders that lost
@@ -422,7 +425,7 @@ def _eliminate(
     scale = stiff[0, 0]  # sum of squares of all terms of the root's Z; its k* is not needed
     for v in range(orders):
         scale[v] = dynamic[0, 0, v] ** 2 + dynamic[0, 1, v] ** 2
-    for node in range(parents.size - 1, 0, -1):
+    for node in tree.nodes[:0:-1]:
         z, u, k = dynamic[node], torque[node], stiff[node]
         for v in range(orders):
             a, b = k[0, v] + z[0, v], k[1, v] + z[1, v]
@@ -436,13 +439,13 @@ def _eliminate(
             x, y = (z[0, v] * a + z[1, v] * b) * over, (z[1, v] * a - z[0, v] * b) * over
             p, q = (u[0, v] * a + u[1, v] * b) * over, (u[1, v] * a - u[0, v] * b) * over
             z[0, v], z[1, v], u[0, v], u[1, v] = x, y, p, q
-        above, force = dynamic[parents[node]], torque[parents[node]]
+        above, force = dynamic[tree.parent[node]], torque[tree.parent[node]]
         for v in range(orders):
             above[0, v] += k[0, v] * z[0, v] - k[1, v] * z[1, v]
             above[1, v] += k[0, v] * z[1, v] + k[1, v] * z[0, v]
             force[0, v] += k[0, v] * u[0, v] - k[1, v] * u[1, v]
             force[1, v] += k[0, v] * u[1, v] + k[1, v] * u[0, v]
-        if parents[node] == 0:
+        if tree.parent[node] == 0:
             for v in range(orders):
                 scale[v] += (k[0, v] ** 2 + k[1, v] ** 2) * (z[0, v] ** 2 + z[1, v] ** 2)
     z, u = dynamic[0], torque[0]
@@ -453,8 +456,8 @@ def _eliminate(
         y = (u[1, v] * z[0, v] - u[0, v] * z[1, v]) * over
         z[0, v], z[1, v] = x, y
         u[0, v] = u[1, v] = 0.0
-    for node in range(1, parents.size):
-        z, u, above = dynamic[node], torque[node], dynamic[parents[node]]
+    for node in tree.nodes[1:]:
+        z, u, above = dynamic[node], torque[node], dynamic[tree.parent[node]]
         for v in range(orders):
             u[0, v] -= z[0, v] * above[0, v] - z[1, v] * above[1, v]
             u[1, v] -= z[0, v] * above[1, v] + z[1, v] * above[0, v]

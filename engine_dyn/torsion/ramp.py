@@ -54,7 +54,7 @@ def largest_torques(
     shafts, orders, quarter = passes.smooth.shape[2], nu.size, table.quarters[-1]
     scratch = _Scratch(
         np.empty((2, orders)), np.empty(orders), np.empty(orders), np.empty((6, quarter)),
-        np.empty(4 * quarter + 4), np.empty(3),
+        np.empty(3),
     )  # fmt: skip
     last, times, best = np.empty((2, orders)), np.empty(MOST), np.empty(shafts)
     for case in range(passes.start.size):
@@ -136,7 +136,6 @@ class _Scratch(NamedTuple):
     size: Floats
     weight: Floats
     sums: Floats
-    curve: Floats
     extremes: Floats
 
 
@@ -162,9 +161,7 @@ def _half_range(
     """Half range of the torque in a shaft over the cycle, with the orders as they are at a time."""
     line, extremes = scratch.line, scratch.extremes
     _torque(case, passes, shaft, time, states, line)
-    extremes_of(
-        line[0], line[1], table, scratch.size, scratch.weight, scratch.sums, scratch.curve, extremes
-    )
+    extremes_of(line[0], line[1], table, scratch.size, scratch.weight, scratch.sums, extremes)
     return 0.5 * (extremes[1] - extremes[0])
 
 

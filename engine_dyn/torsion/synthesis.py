@@ -70,12 +70,12 @@ def synthesis(orders: Floats, period: float) -> Synthesis:
 @inlined
 def extremes_of(
     real: Floats, imaginary: Floats, table: Synthesis, size: Floats, weight: Floats, sums: Floats,
-    curve: Floats, extremes: Floats,
+    extremes: Floats,
 ) -> None:  # fmt: skip
     """Least, largest and the bound on the error of both, of the curve with these harmonics.
 
-    `size` and `weight`, shape (V,), `sums`, shape (6, M/4), and `curve`, shape (M + 4,), are
-    scratch for the largest M; `extremes` gets three numbers.
+    `size` and `weight`, shape (V,), and `sums`, shape (6, M/4), are scratch for the largest M;
+    `extremes` gets three numbers.
     """
     square = 0.0
     for order in range(real.size):
@@ -101,23 +101,12 @@ def extremes_of(
     even_cosine, even_sine, odd_cosine, odd_sine, top, bottom = (
         sums[0], sums[1], sums[2], sums[3], sums[4], sums[5],
     )  # fmt: skip
-    # Samples from psi on; two places are kept after the last and two before the first.
     for p in range(quarter):
-        one, other = even_cosine[p] + odd_cosine[p], even_sine[p] + odd_sine[p]
-        back, forth = even_cosine[p] - odd_cosine[p], even_sine[p] - odd_sine[p]
-        curve[2 + p] = one + other
-        curve[1 + 2 * quarter - p] = back - forth
-        curve[2 + 2 * quarter + p] = back + forth
-        curve[1 + 4 * quarter - p] = one - other
-    for i in range(2):
-        curve[i], curve[4 * quarter + 2 + i] = curve[4 * quarter + i], curve[2 + i]
-    for p in range(quarter):
-        top[p] = bottom[p] = curve[2 + p]
-    for part in range(1, 4):
-        for p in range(quarter):
-            value = curve[2 + part * quarter + p]
-            top[p] = value if value > top[p] else top[p]
-            bottom[p] = value if value < bottom[p] else bottom[p]
+        one, other = even_cosine[p] + odd_cosine[p], abs(even_sine[p] + odd_sine[p])
+        back, forth = even_cosine[p] - odd_cosine[p], abs(even_sine[p] - odd_sine[p])
+        high, low, beyond, below = one + other, one - other, back + forth, back - forth
+        top[p] = beyond if beyond > high else high
+        bottom[p] = below if below < low else low
     least, most = bottom[0], top[0]
     for p in range(1, quarter):
         most = top[p] if top[p] > most else most
@@ -128,9 +117,10 @@ def extremes_of(
     for p in range(quarter):
         if low < bottom[p] and top[p] < high:
             continue
-        for i in range(2 + p, 2 + p + 4 * quarter, quarter):
-            if not low < curve[i] < high:
-                value = _extreme_near(curve, i)
+        for place in (p, 2 * quarter - 1 - p, 2 * quarter + p, 4 * quarter - 1 - p):
+            sample = _sample_at(sums, quarter, place)
+            if not low < sample < high:
+                value = _extreme_near(sums, quarter, place, sample)
                 least, most = min(least, value), max(most, value)
     known = square == square
     extremes[0] = least if known else math.nan
@@ -139,24 +129,36 @@ def extremes_of(
 
 
 @inlined
-def _extreme_near(curve: Floats, i: int) -> float:
+def _sample_at(sums: Floats, quarter: int, place: int) -> float:
+    """The sample at a place of the cycle, from 0 to M - 1 and on."""
+    psi = place % (2 * quarter)
+    turned = 1.0 if place % (4 * quarter) < 2 * quarter else -1.0
+    if psi < quarter:
+        return sums[0, psi] + sums[1, psi] + turned * (sums[2, psi] + sums[3, psi])
+    psi = 2 * quarter - 1 - psi
+    return sums[0, psi] - sums[1, psi] - turned * (sums[2, psi] - sums[3, psi])
+
+
+@inlined
+def _extreme_near(sums: Floats, quarter: int, place: int, sample: float) -> float:
     """Extreme within half a step of a sample, of the polynomial through five; else the sample."""
-    near, far = curve[i + 1] - curve[i - 1], curve[i + 2] - curve[i - 2]
-    beside = curve[i + 1] + curve[i - 1] - 2.0 * curve[i]
-    outer = curve[i + 2] + curve[i - 2] - 2.0 * curve[i]
+    before, after = _sample_at(sums, quarter, place - 1), _sample_at(sums, quarter, place + 1)
+    start, end = _sample_at(sums, quarter, place - 2), _sample_at(sums, quarter, place + 2)
+    near, far = after - before, end - start
+    beside, outer = after + before - 2.0 * sample, end + start - 2.0 * sample
     first, second = (8.0 * near - far) / 12.0, (16.0 * beside - outer) / 12.0
     third, fourth = 0.5 * far - near, outer - 4.0 * beside
     if not abs(first) < abs(second):
-        return curve[i]
-    place = -first / second
+        return sample
+    away = -first / second
     for _ in range(2):
-        slope = first + place * (second + place * (third / 2.0 + place * fourth / 6.0))
-        rise = second + place * (third + place * fourth / 2.0)
-        place -= slope / rise if rise != 0.0 else 0.0
-    if not abs(place) < 0.6:
-        return curve[i]
-    return curve[i] + place * (
-        first + place * (second / 2.0 + place * (third / 6.0 + place * fourth / 24.0))
+        slope = first + away * (second + away * (third / 2.0 + away * fourth / 6.0))
+        rise = second + away * (third + away * fourth / 2.0)
+        away -= slope / rise if rise != 0.0 else 0.0
+    if not abs(away) < 0.6:
+        return sample
+    return sample + away * (
+        first + away * (second / 2.0 + away * (third / 6.0 + away * fourth / 24.0))
     )
 
 
