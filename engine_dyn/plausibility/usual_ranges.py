@@ -122,7 +122,14 @@ def _in(unit: str, si: float) -> Suspicion:
     return Suspicion(f"in {unit}", lambda number: number * si)
 
 
-_PRESSURE = (
+LENGTH = (_in("mm", 1e-3), _in("cm", 1e-2), _in("inches", 0.0254), _in("m", 1.0))
+MASS = (_in("g", 1e-3), _in("lb", 0.45359237), _in("t", 1e3), _in("kg", 1.0))
+INERTIA = (
+    _in("kg cm2", 1e-4), _in("g m2", 1e-3), _in("kg mm2", 1e-6), _in("lb ft2", 0.04214011),
+    _in("t m2", 1e3),
+)  # fmt: skip
+SPEED = (_in("rpm", RPM), _in("rad/s", 1.0), _in("1/s", math.tau))
+PRESSURE = (
     _in("kPa", 1e3), _in("Pa", 1.0), _in("bar", BAR), _in("MPa", 1e6), _in("psi", 6894.757),
 )  # fmt: skip
 
@@ -133,27 +140,17 @@ SUSPICIONS: Mapping[str, tuple[Suspicion, ...]] = {
          "crank_offset", "offset", "flywheel_outer_diameter", "valve_lift",
          *(f"{bearing}_{size}" for bearing in ("crank_pin", "main_journal", "piston_pin")
            for size in ("diameter", "width"))),
-        (_in("mm", 1e-3), _in("cm", 1e-2), _in("inches", 0.0254), _in("m", 1.0)),
+        LENGTH,
     ),
-    **dict.fromkeys(
-        ("reciprocating_mass", "piston_mass", "rod_mass", "crank_mass"),
-        (_in("g", 1e-3), _in("lb", 0.45359237), _in("t", 1e3), _in("kg", 1.0)),
-    ),
-    **dict.fromkeys(
-        ("inertia", "flywheel_inertia", "load_inertia", "rod_inertia"),
-        (_in("kg cm2", 1e-4), _in("g m2", 1e-3), _in("kg mm2", 1e-6), _in("lb ft2", 0.04214011),
-         _in("t m2", 1e3)),
-    ),
-    **dict.fromkeys(
-        ("speed", "rated_speed", "start_speed", "motor_synchronous_speed"),
-        (_in("rpm", RPM), _in("rad/s", 1.0), _in("1/s", math.tau)),
-    ),
-    **dict.fromkeys(("intake_pressure", "heat", "ring_pressure", "friction_constant"), _PRESSURE),
+    **dict.fromkeys(("reciprocating_mass", "piston_mass", "rod_mass", "crank_mass"), MASS),
+    **dict.fromkeys(("inertia", "flywheel_inertia", "load_inertia", "rod_inertia"), INERTIA),
+    **dict.fromkeys(("speed", "rated_speed", "start_speed", "motor_synchronous_speed"), SPEED),
+    **dict.fromkeys(("intake_pressure", "heat", "ring_pressure", "friction_constant"), PRESSURE),
     "crankcase_pressure": (
-        *_PRESSURE, Suspicion("a gauge pressure", lambda number: number * BAR + 101325.0)
+        *PRESSURE, Suspicion("a gauge pressure", lambda number: number * BAR + 101325.0)
     ),
-    "pressure": (*_PRESSURE, _in("kgf/cm2", 98066.5)),
-    "friction_mean_piston_speed": _PRESSURE,
+    "pressure": (*PRESSURE, _in("kgf/cm2", 98066.5)),
+    "friction_mean_piston_speed": PRESSURE,
     "friction_torque": (Suspicion("a mean pressure in bar", lambda number: math.nan),),
     "crank_ratio": (
         Suspicion("the stroke over the rod", lambda number: 0.5 * number),

@@ -18,6 +18,7 @@ from engine_dyn.loads.driven_machine import DrivenMachine, constant_load, repeat
 from engine_dyn.loads.friction import FrictionShape
 from engine_dyn.loads.laws import LAWS, LOAD_LAWS
 from engine_dyn.parameters import KEYWORDS
+from engine_dyn.plausibility.possible import impossible
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed.fields import CLOSURES, FRICTION_NAMES, INERTIA_MODELS, METHOD_NAMES, STEPPING
@@ -60,9 +61,11 @@ class _Group:
 
 
 def check_keywords(**values: float) -> None:
-    """Refuse what lies below the range of a parameter; ValueError names the keyword."""
+    """Refuse what lies below the range of a parameter, or is impossible; ValueError names it."""
     for name, number in values.items():
         one = KEYWORDS[name]
+        if beyond := impossible(one.name, number / one.si, one.unit, one.si, written=1.0):
+            raise ValueError(f"{name} = {number:g}: must be {beyond}")
         if one.whole:
             number = given_number(name, number, finite=True)
             if number < 1.0 or number != int(number):

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from engine_dyn.plausibility.possible import impossible, possible
 from engine_dyn.quantities.graph import ALL_QUANTITIES, PARAMETERS
 from engine_dyn.quantities.node import Node
 from engine_dyn.types import Floats
@@ -394,7 +395,10 @@ def allowed(node: Node) -> str:
 
 
 def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
-    """Whether values (file units) are no usable numbers, or outside the range of a parameter."""
+    """Whether values (file units) are no usable numbers, or outside the range of a parameter.
+
+    So are sizes that no machine can have (`engine_dyn.plausibility.possible`).
+    """
     bad = ~(np.abs(values) <= LARGEST)
     if node.low == 0.0:
         # Positive numbers below 1 / LARGEST are refused too: their reciprocals exceed `LARGEST`.
@@ -407,6 +411,11 @@ def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
         bad |= values != np.rint(values)
     if node.even:
         bad |= np.remainder(values, 2.0) != 0.0
+    ends = possible(node.name, node.unit) if node.kind == "parameter" else None
+    if ends is not None:
+        size = np.abs(values)
+        bad |= size > ends.most
+        bad |= (size < ends.least) & (size > 0.0)
     return bad
 
 
@@ -420,6 +429,8 @@ def check_range(values: npt.ArrayLike, where: str, node: Node) -> None:
             raise SceneError(f"{where} = {value:.12g}: {BEYOND}")
         if 0.0 == node.low < value < 1.0 / LARGEST:
             raise SceneError(f"{where} = {value:.12g}: must be at least {1.0 / LARGEST:g}")
+        if beyond := impossible(node.name, value, node.unit, node.si):
+            raise SceneError(f"{where} = {value:.12g}: must be {beyond}")
         spoken = node.name == "wanted_delta" and value > 1.0  # A delta of 1/250 is called 250
         meant = f"; did you mean '1/{value:g}'?" if spoken else ""
         raise SceneError(f"{where} = {value:.12g}: must be {allowed(node)}{meant}")
