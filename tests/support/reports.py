@@ -32,6 +32,16 @@ def large(designs: int = 60, angles: int = 180) -> xr.Dataset:
     )
 
 
+def alike(speeds: int) -> xr.Dataset:
+    """Misfires of twelve cylinders that are all alike, over speeds."""
+    speed, misfire = np.linspace(1000.0, 2000.0, speeds), np.arange(13.0)
+    delta = 0.01 + 1e-5 * speed + 0.02 * np.minimum(misfire, 1.0)[:, np.newaxis]
+    return xr.Dataset(
+        {"delta": (("misfire", "speed"), delta, {"units": "1"})},
+        {"misfire": misfire, "speed": speed}, {"title": "made up"},
+    )  # fmt: skip
+
+
 NASTY = (
     "<script>window.broken = 1</script>", "</script><img src=x onerror='window.broken = 1'>",
     '"\' onload="window.broken=1', "$$\\frac{1}{2}$$ \\(x\\) @x $index &amp; &lt;", "x" * 5000,

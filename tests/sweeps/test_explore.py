@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 import sweeps
 from sweeps.view.report.explore import explore
-from tests.support.reports import SCENE
+from tests.support.reports import SCENE, alike
 
 panel = lazy_loader.load("panel")  # takes a second or two, which other tests need not wait for
 
@@ -93,3 +93,12 @@ def test_selectors_draw_other_quantities_in_readable_units(archive: xr.Dataset) 
     part(layout, "Map over two axes").select(panel.widgets.Select)[1].value = "load"
     found = part(layout, "Map over two axes").select(panel.pane.Bokeh)[0].object
     assert "Choose two different axes" in found.text
+
+
+def test_misfires_that_are_alike_are_one_line() -> None:
+    layout = explore(alike(20))
+    choices = part(layout, "Numbers over an axis").select(panel.widgets.Select)
+    choices[1].value, choices[2].value = "speed", "misfire"
+    figure = part(layout, "Numbers over an axis").select(panel.pane.Bokeh)[0].object
+    (legend,) = (one for one in figure.below if hasattr(one, "items"))
+    assert [one.label.value for one in legend.items] == ["misfire 0", "misfire 1 to 12"]

@@ -18,7 +18,7 @@ from sweeps.base.numbers import number_text
 from sweeps.view.report.model_limits import features_of, model_limits
 from sweeps.view.report.page import page
 from tests.support.commands import ok, refused
-from tests.support.reports import SCENE, hostile, large
+from tests.support.reports import SCENE, alike, hostile, large
 
 pytestmark = pytest.mark.compiled
 
@@ -232,3 +232,9 @@ def test_a_verdict_stands_in_place_of_some_designs_of_many() -> None:
     archive = sweeps.run(engine="ntua", axes=axes, output={"quantities": ["delta"]})
     assert "of 70 designs, those with the smallest delta" in page(archive)
     assert "of 70 designs, those" not in page(archive, target="delta <= 1/50")
+
+
+def test_rows_that_differ_in_the_misfire_alone_are_one() -> None:
+    told = page(alike(2))
+    assert told.count("<td>1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12</td>") == 2
+    assert len(re.findall(r"<td[^>]*>0\.0[34]", told.partition("Smallest and largest")[0])) == 2

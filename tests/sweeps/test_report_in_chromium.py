@@ -10,7 +10,7 @@ import xarray as xr
 
 import sweeps
 from tests.support.browser import Browser, browser
-from tests.support.reports import SCENE, any_archive, hostile
+from tests.support.reports import SCENE, alike, any_archive, hostile
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -119,6 +119,20 @@ def test_maps_end_at_the_outermost_designs(chromium: Browser, tmp_path: Path) ->
         assert (min(left), max(right), min(bottom), max(top)) == (0.05, 5.0, 20.0, 80.0)
         assert set(bottom) == {20.0, 35.0, 65.0} and set(top) == {35.0, 65.0, 80.0}
         assert first < 0.05 and last > 5.0 and low < 20.0 and high > 80.0
+
+
+def test_misfires_that_are_alike_are_one_line(chromium: Browser, tmp_path: Path) -> None:
+    opened(chromium, alike(20), tmp_path)
+    found = chromium.run(
+        "return Bokeh.documents.flatMap((one) => one.roots()).filter((figure) => figure.renderers)"
+        ".map(({ renderers, below }) => [renderers.filter((one) => one.visible)"
+        "  .map((one) => one.name), below.filter((one) => one.items)"
+        "  .flatMap((one) => one.items.map((item) => item.label.value))])"
+    )
+    lines = [one for one in found if one[1]]
+    assert lines
+    for names, legend in lines:
+        assert legend == ["none", "1 to 12"] and set(names) == {*legend}
 
 
 def test_hostile_texts_do_nothing(chromium: Browser, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from engine_dyn.status import MEANINGS
 from sweeps.base.errors import SceneError, one_line
 from sweeps.base.files.libraries import library
 from sweeps.base.numbers import number_text
+from sweeps.view.figures.wording import equal_lines
 from sweeps.view.report import charts
 from sweeps.view.report.charts import COLOURS, Specification
 from sweeps.view.report.embedding import (
@@ -265,7 +266,9 @@ class _Explorer:
         series: list[tuple[str, str, dict[str, Any]]] = [(name, name, {}) for name in names]
         lines = str(spec.get("lines"))
         if lines in dims and lines != dim:
-            of_lines = self.thinned(lines, len(COLOURS))
+            # All misfires are compared: mostly, those that are alike leave few lines.
+            most = self.archive.sizes[lines] if lines == "misfire" else len(COLOURS)
+            of_lines = self.thinned(lines, most)
             values = self.along(lines, of_lines)
             numbers = range(*of_lines.indices(self.archive.sizes[lines]))
             series = [
@@ -284,7 +287,8 @@ class _Explorer:
         joined = stems or (self.page.axes[dim]["joined"] and numeric)
         item = charts.models().LegendItem
         pairs = list(zip(made.renderers[::2], made.renderers[1::2], strict=True))
-        for (label, name, place), (line, scatter) in zip(series, pairs, strict=True):
+        drawn = []
+        for _, name, place in series:
             values = [
                 self.read(
                     one, {dim: index, **place} | ({} if at is None else {"direction": at}), [dim]
@@ -293,7 +297,13 @@ class _Explorer:
             ]
             if loop:  # The curve is closed
                 values = [np.append(v, v[:1]) for v in values]
-            line.data_source.data = {"x": values[0] if loop else x, "y": values[-1]}
+            drawn.append({"x": values[0] if loop else x, "y": values[-1]})
+        told = dict(enumerate(label for label, _, _ in series))
+        if lines == "misfire":
+            told = dict(equal_lines(list(told.values()), [one["y"] for one in drawn]))
+        pairs = [pairs[i] for i in told]
+        for (i, label), (line, scatter) in zip(told.items(), pairs, strict=True):
+            line.data_source.data = drawn[i]
             line.visible, scatter.visible = joined, stems or not joined
             line.name = scatter.name = one_line(label, 60)
             used = [r for r in (line, scatter) if r.visible]

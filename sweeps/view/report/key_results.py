@@ -18,6 +18,7 @@ from sweeps.decide.explore.shaft_extremes import OVER_LIMITS
 from sweeps.running.reduce.ranges import ranges
 from sweeps.view.report.html import FIRST_ROWS, details, listed, paragraph, table, text, value_text
 from sweeps.view.texts.archives import recorded_cycle_lines
+from sweeps.view.texts.optimised import without_repeats
 from sweeps.view.texts.readable_units import converted
 from sweeps.view.texts.reductions import at_points, counts_within, searches, statistics_table
 from sweeps.view.texts.tables import OF_BANDS, meaning, number_cells
@@ -46,7 +47,7 @@ def results(archive: xr.Dataset, choices: Choices, *, judged: bool = False) -> s
     if shown is not None and not set(shown.units) - set(shown.given):
         shown = None  # Designs without a number, such as those of a shaft, whose parts have numbers
     if shown is not None and shown.designs <= MOST_ROWS:
-        parts.append(_rows_table(shown, choices))
+        parts.append(_rows_table(without_repeats(shown), choices))
     several = shown is None or shown.designs > 1
     extremes = [*_extremes(archive, choices)] if several and REDUCTION not in archive.attrs else []
     if extremes:
@@ -59,7 +60,7 @@ def results(archive: xr.Dataset, choices: Choices, *, judged: bool = False) -> s
         which = "with the smallest delta" if order else "in the order of the archive"
         which = "that the first search found best" if REDUCTION in archive.attrs else which
         parts += [f"<h3>{FIRST_ROWS} of {shown.designs:,} designs, those {which}</h3>",
-                  _rows_table(first, choices)]  # fmt: skip
+                  _rows_table(without_repeats(first), choices)]  # fmt: skip
     told = recorded_cycle_lines(archive, choices)
     if told:
         parts += ["<h3>Spread over the recorded cycles</h3>", listed(told)]

@@ -251,7 +251,8 @@
     const own = placesOf(first, dim, MOST_POINTS)
     const places = spec.up ? [...own, own[0]] : own
     const apart = spec.lines ? filled(first, spec.lines) : [null]
-    const over = spread(apart, MOST_LINES)
+    const joins = spec.lines === "misfire" // misfires of different cylinders are often alike
+    const over = joins ? apart : spread(apart, MOST_LINES)
     const series = list.flatMap((q) => over.map((place) => ({ q, place })))
     const many = series.length > 1
     const points = !axis.joined
@@ -277,10 +278,12 @@
     }
     const told = [] // renderers that tell their values
     figure.renderers.forEach((renderer) => (renderer.visible = false))
-    const items = series.map(({ q, place }, i) => {
+    const colourOf = (i, count) => (over.length > 1 ? data.colours[Math.round((0.85 * 255 * i) / Math.max(count - 1, 1))] : data.series[i % data.series.length])
+    const names = series.map(({ q, place }) => plain(place === null ? q.name : nameAt(spec.lines, place)))
+    const items = series.map((_, i) => {
       const [line, scatter] = figure.renderers.slice(2 * i, 2 * i + 2)
-      const name = plain(place === null ? q.name : nameAt(spec.lines, place))
-      const colour = over.length > 1 ? data.colours[Math.round((0.85 * 255 * i) / (series.length - 1))] : data.series[i % data.series.length]
+      const name = names[i]
+      const colour = colourOf(i, series.length)
       const hollow = points && list.length > 1 && !stems && i > 0
       const size = stems ? 7 : !points ? 5 : (places.length > 500 ? 4 : 9) + (hollow ? 5 : 0)
       line.glyph.line_color = colour
@@ -291,21 +294,40 @@
       return model("LegendItem", { label: { value: short(name, 40) }, renderers })
     })
     // As many columns of the legend as fit.
-    const lengths = items.map((item) => 7 * item.label.value.length + 40)
-    const widthOf = (n) => [...Array(n).keys()].reduce((sum, k) => sum + Math.max(...lengths.filter((_, i) => i % n === k)), 0)
-    let across = items.length
-    while (across > 1 && widthOf(across) > chart.place.clientWidth - 50) across--
-    chart.legend.ncols = across
-    chart.legend.items = many ? items : []
-    figure.height = chart.height + (many ? 28 * Math.ceil(items.length / across) : 0)
+    const setLegend = (shownItems) => {
+      const lengths = shownItems.map((item) => 7 * item.label.value.length + 40)
+      const widthOf = (n) => [...Array(n).keys()].reduce((sum, k) => sum + Math.max(...lengths.filter((_, i) => i % n === k)), 0)
+      let across = shownItems.length
+      while (across > 1 && widthOf(across) > chart.place.clientWidth - 50) across--
+      chart.legend.ncols = across
+      chart.legend.items = many ? shownItems : []
+      figure.height = chart.height + (many ? 28 * Math.ceil(shownItems.length / across) : 0)
+    }
+    setLegend(items)
+    // One line, with the names of all, stands for those that lie on each other.
+    const joinEqual = (drawn) => {
+      const every = equalLines(names, drawn)
+      const groups = every.slice(0, MOST_LINES)
+      for (const item of items) for (const renderer of item.renderers) renderer.visible = false
+      groups.forEach(([i, name], rank) => {
+        const [line, scatter] = figure.renderers.slice(2 * i, 2 * i + 2)
+        const colour = colourOf(rank, groups.length)
+        line.glyph.line_color = colour
+        scatter.glyph.setv({ line_color: colour, fill_color: colour })
+        items[i].label = { value: short(name, 40) }
+        for (const renderer of items[i].renderers) renderer.setv({ name, visible: true })
+      })
+      setLegend(groups.map(([i]) => items[i]))
+      return groups.length < every.length ? `${groups.length} of ${every.length} lines are drawn.` : ""
+    }
     chart.hover.renderers = told
     const notes = [
-      over.length > 1 ? `A ${points ? "colour" : "line"} for each value of ${spec.lines}${over.length < apart.length ? `, ${over.length} of ${apart.length}` : ""}.` : "",
+      over.length > 1 ? `A ${points ? "colour" : "line"} for each value of ${spec.lines}${over.length < apart.length ? `, ${over.length} of ${apart.length}` : ""}${joins ? "; equal ones are one" : ""}.` : "",
       !axis.of_curves && places.length < axis.count ? `${places.length} of ${axis.count} points are drawn.` : "",
     ]
     const step = stems ? Math.min(1, ...along.slice(1).map((v, i) => Math.abs(v - along[i]))) : 0
     return (at) => {
-      series.forEach(({ q, place }, i) => {
+      const drawn = series.map(({ q, place }, i) => {
         const here = place === null ? at : { ...at, [spec.lines]: place }
         const component = ([name, direction]) => valuesOf(quantities.get(name), { ...here, direction: direction ?? 0 }, dim, places)
         const values = spec.up ? component(spec.up) : valuesOf(q, here, dim, places)
@@ -314,14 +336,32 @@
         const across = spec.up ? component(spec.right) : places.map((p) => coordinate(spec.x, p) + shift)
         const [x, y] = upright ? [values, across] : [across, values]
         figure.renderers[2 * i].data_source.data = { x, y, ...columnsAlong(dim, places) }
+        return values
       })
+      const left = joins ? joinEqual(drawn) : ""
       const unit = literal(first.unit)
       const values = spec.up ? [[x, "@{x}{%.5g}"], [y, "@{y}{%.5g}"]] : [[many && !spec.lines ? "value" : first.name, `@{${upright ? "x" : "y"}}{%.5g} ${unit}`]]
       if (many) values.unshift([spec.lines ?? "quantity", "$name"])
       const dims = first.dims.filter((d) => d !== spec.lines && (d === dim || !axes.get(d).of_curves) && !(spec.up && d === "direction"))
       setTooltips(chart.hover, dims, nearestPlaces(first, at), [dim], values)
-      chart.note.textContent = [...notes, axis.of_curves ? elsewhere(first, at, spec.lines) : ""].filter(Boolean).join(" ")
+      chart.note.textContent = [...notes, left, axis.of_curves ? elsewhere(first, at, spec.lines) : ""].filter(Boolean).join(" ")
     }
+  }
+
+  // The first of lines that lie on each other within their width, and the names of all, as in
+  // sweeps/view/figures/wording.py.
+  function equalLines(names, lines) {
+    const [low, high] = spanOf(lines.flatMap((line) => [...line].filter(Number.isFinite)))
+    if (!(low <= high)) return names.map((name, i) => [i, name])
+    const width = 2e-3 * Math.min(1, (high - low) / (Math.max(Math.abs(low), Math.abs(high)) || 1))
+    const near = (a, b) => a === b || (a !== a && b !== b) || Math.abs(a - b) <= width * Math.abs(b)
+    const first = lines.map((one) => lines.findIndex((other) => [...other].every((v, k) => near(one[k], v))))
+    return [...new Set(first)].sort((a, b) => a - b).map((i) => {
+      const group = first.flatMap((place, k) => (place === i ? [k] : []))
+      const run = /\d$/.test(names[i]) && group.length > 2 && group[group.length - 1] - i === group.length - 1
+      const last = names[group[group.length - 1]]
+      return [i, run ? `${names[i]} to ${last}` : group.map((k) => names[k]).join(", ")]
+    })
   }
 
   // A cycle from 0 to 719 degrees is drawn to 720, with ticks that divide it.

@@ -111,7 +111,7 @@ def _few_rows(
         shown = rows(one, quantities=names, limit=MOST_ROWS)
         if found.ranked or shown.number < shown.designs:  # Else the order is that of the axes
             shown = rows(one, quantities=names, sort=sort, limit=MOST_ROWS)
-        few = _without_repeats(shown)
+        few = without_repeats(shown)
         few = replace(few, fixed={}, designs=few.number, curves=(), several={}, elasticities=())
         text = rows_text(few, say.of_table(list(few.table)), width, python=python)
         if shown.number < shown.designs:
@@ -130,7 +130,7 @@ def _few_rows(
     return text
 
 
-def _without_repeats(shown: Rows) -> Rows:
+def without_repeats(shown: Rows) -> Rows:
     """Rows that differ in a misfire or a word alone, as one row that lists these."""
     for key in [n for n in shown.given if n == "misfire" or n in WORD_AXES]:
         said = {
