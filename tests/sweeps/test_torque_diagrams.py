@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 import sweeps
 from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
 from engine_dyn.quantities.features.auxiliaries import Auxiliary, over_crank
+from sweeps.view.report.page import page
 from tests.support.scenes import asking, computed, refusal
 
 pytestmark = pytest.mark.compiled
@@ -38,6 +39,14 @@ def posed(folder: Path, diagram: str, quantities: list[str], **scene: Any) -> xr
         {"engine": str(file), "output": {"quantities": quantities}, **scene}
     )
     return found
+
+
+def test_a_report_says_that_the_torque_is_given(tmp_path: Path) -> None:
+    told = page(posed(tmp_path, CLOSED, ["delta", "torque", "energy_swing"]))
+    assert "The torque of the engine is given" in told and "rigid crankshaft" in told
+    for other in ("The pressure is given", "modelled by two masses", "Friction is a mean"):
+        assert other not in told
+    assert "Two-stroke engines are solved" not in told
 
 
 def test_constant_load(tmp_path: Path) -> None:

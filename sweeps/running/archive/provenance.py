@@ -351,13 +351,19 @@ def _is_given(name: str, scene: Scene) -> bool:
 
 
 def _diagrams(scene: Scene) -> list[dict[str, Any]]:
-    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa]."""
-    # A diagram of torque has torques [N m] in place of pressures.
+    """Hash of each diagram that may be used: of its angles [rad] and absolute pressures [Pa].
+
+    One of torque has torques [N m] in place of pressures, and is marked.
+    """
     curves: list[Diagram | TorqueOverAngle] = []
     for one in scene.ordinary_scenes:
         curves += one.engine.diagrams if one.indicator is None else (one.indicator,)
         curves += [] if one.engine.torque is None else [one.engine.torque]
-    return [{"points": len(curve.angle), "sha256": _hash_of_curve(curve)} for curve in curves]
+    return [
+        {"points": len(curve.angle), "sha256": _hash_of_curve(curve)}
+        | ({"of": "torque"} if isinstance(curve, TorqueOverAngle) else {})
+        for curve in curves
+    ]
 
 
 @lru_cache(maxsize=1024)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -56,19 +57,25 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
     ),
     (
         GAS,
-        "",
+        "torque_given",
+        "The torque of the engine is given: it does not respond to speed or load, and contains "
+        "masses and friction as its diagram does. Nothing is added to it.",
+    ),
+    (
+        GAS,
+        "pressure",
         "The pressure is given: it does not respond to the speed within the cycle or to bore, "
         "stroke or rod. It follows the nominal speed only if the engine has diagrams, or a table "
         "of factors, over speed.",
     ),
     (
         (SPEED, TORQUE, ORDERS, ONE_CYLINDER, BEARINGS, "balance"),
-        "",
+        "pressure",
         "The rod is modelled by two masses. The torque that this neglects is not included.",
     ),
     (
         (SPEED, TORQUE, "friction"),
-        "",
+        "pressure",
         "Friction is a mean effective pressure, the same for all cylinders except for their "
         "pressure.",
     ),
@@ -155,7 +162,7 @@ LIMITS: tuple[tuple[tuple[str, ...], str, str], ...] = (
 without a feature, to all."""
 
 
-def model_limits(quantities: Iterable[str], features: Collection[str] = ()) -> list[str]:
+def model_limits(quantities: Iterable[str], features: Collection[str] = ("pressure",)) -> list[str]:
     """Return the limits of the model that apply to some quantities, a sentence or two each.
 
     `features` are those of the scene and its engine, as `features_of` finds them.
@@ -178,6 +185,9 @@ def features_of(archive: xr.Dataset, arrangements: Iterable[Mapping[str, Any]]) 
         return key in archive.coords or given.get(key, 0.0) not in (0.0, None)
 
     found = {"stiffness_over_torque"} if "stiffness_over_torque" in written else set()
+    of_torque = {one.get("of") == "torque" for one in _diagrams(archive)}
+    found |= {"torque_given"} if True in of_torque else set()
+    found |= {"pressure"} if of_torque != {True} else set()  # Also of archives that tell nothing
     shares = ("friction_boundary", "friction_mixed", "friction_hydrodynamic", "friction_skirt")
     found |= {"friction_over_stroke"} if any(map(has, shares)) else set()
     law = FRICTION_LAWS.index("patton_nitschke_heywood") + 1.0
@@ -190,7 +200,7 @@ def features_of(archive: xr.Dataset, arrangements: Iterable[Mapping[str, Any]]) 
     if has("misfire") or any(name.startswith("pressure_factor") for name in factors):
         found.add("misfire")
     for one in arrangements:
-        found |= {"two_stroke"} if one.get("period") == 360.0 else set()
+        found |= {"two_stroke"} if one.get("period") == 360.0 and "pressure" in found else set()
         found |= {"misfire"} if _differ(one.get("pressure_factor")) else set()
         pins = [*zip(_listed(one, "throws"), _listed(one, "positions"), strict=False)]
         shared = len({*map(str, pins)}) < len(pins)
@@ -200,6 +210,15 @@ def features_of(archive: xr.Dataset, arrangements: Iterable[Mapping[str, Any]]) 
         elif shared and len({*map(str, _listed(one, "banks"))}) > 2:
             found.add("radial")
     return found
+
+
+def _diagrams(archive: xr.Dataset) -> list[Mapping[str, Any]]:
+    """What an archive holds on the diagrams that were used."""
+    try:
+        held = json.loads(str(archive.attrs.get("indicator_diagrams", "[]")))
+    except (ValueError, RecursionError):
+        return []
+    return [one for one in held if isinstance(one, dict)] if isinstance(held, list) else []
 
 
 def _listed(one: Mapping[str, Any], key: str) -> list[Any]:
