@@ -29,7 +29,7 @@ def four(**more: object) -> Arrangement:
         "cylinders": tuple(Cylinder(i, 0, a) for i, a in enumerate(degrees(0, 540, 180, 360))),
         **more,
     }
-    return Arrangement(**given)  # type: ignore[arg-type]
+    return Arrangement(**given)
 
 
 def test_what_follows_from_an_in_line_four() -> None:

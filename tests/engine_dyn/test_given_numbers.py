@@ -121,7 +121,7 @@ def test_factors_are_one_for_each_cylinder(
 
 def test_a_diagram_that_is_none_is_told_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"^diagram = 3: must be a Diagram, as returned by"):
-        engine_dyn.periodic_speed(3, **ENGINE)  # type: ignore[arg-type]
+        engine_dyn.periodic_speed(3, **ENGINE)
 
 
 TURN = np.radians(np.arange(0.0, 360.0, 2.0))

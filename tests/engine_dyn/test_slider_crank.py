@@ -56,7 +56,7 @@ def test_each_is_the_derivative_of_the_one_before(ratio: float, offset: float) -
     # Offsets near the limit make the rod nearly lie down: steep higher derivatives.
     scale = 1.0 / (1.0 - ratio * (1.0 + abs(offset)))
     for curve, derivative in pairwise(CURVES):
-        found = slope(lambda phi, c=curve: c(phi, ratio, offset), PHI, 2e-4)  # type: ignore[misc]
+        found = slope(lambda phi, c=curve: c(phi, ratio, offset), PHI, 2e-4)
         np.testing.assert_allclose(
             found, derivative(PHI, ratio, offset), atol=1e-10 * max(scale, 1.0 / ratio) ** 2
         )

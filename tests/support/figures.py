@@ -21,7 +21,7 @@ def style() -> Iterator[None]:
     """The style in which the package draws."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
+        matplotlib.rcParams.update(STYLE)
         yield
 
 
@@ -70,7 +70,7 @@ def assert_filled(stem: str, figure: Figure) -> None:
 def _has_points(line: Line2D) -> bool:
     """Whether a line has numbers in the units of its panel, or marks."""
     marked = str(line.get_marker()) not in ("", " ", "None", "none")
-    spread = line.get_transform() == line.axes.transData  # type: ignore[union-attr]
+    spread = line.get_transform() == line.axes.transData
     values = np.asarray(line.get_ydata(), dtype=float)
     return (marked or spread) and bool(np.isfinite(values).any())
 
@@ -94,7 +94,7 @@ def assert_inside(stem: str, figure: Figure, apart: bool = True) -> None:
     `apart` is False where panels of equal scale reach into the empty edge of the legend's box.
     """
     assert_filled(stem, figure)
-    renderer, page = figure.canvas.get_renderer(), figure.bbox  # type: ignore[attr-defined]
+    renderer, page = figure.canvas.get_renderer(), figure.bbox
     panels = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
     boxes = [panel.get_tightbbox(renderer) for panel in panels]
     legends = [legend.get_window_extent(renderer) for legend in figure.legends]

@@ -65,7 +65,7 @@ def bearings() -> xr.Dataset:
 
 def drawn(kind: object, names: object, study: Study) -> dict[str, Figure]:
     with style():
-        return dict(kind(study, names(study.view)))  # type: ignore[operator]
+        return dict(kind(study, names(study.view)))
 
 
 def test_areas_of_unlike_swings_are_those_of_adaptive_integration() -> None:

@@ -205,7 +205,7 @@ def test_each_quantity_holds_or_is_refused_by_name(tmp_path: Path) -> None:
     text = Path(plain).read_text().replace("cylinders = 1", "cylinders = 2")
     Path(plain).write_text(text)
     made = engine(tmp_path, "made", (1, 1), head=TWIN, more="bore_2 = 0.14\n")
-    assert load_engine(made).own_cylinders.several_makes  # type: ignore[union-attr]
+    assert load_engine(made).own_cylinders.several_makes
     tables = everything()
     known, _ = allowed(plain, tables)
     names, refused = allowed(made, tables)

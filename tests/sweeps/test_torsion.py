@@ -62,7 +62,7 @@ def test_openTorsion_is_called_as_it_wants(found: Any, monkeypatch: pytest.Monke
                 self.U[node, i] += a * np.exp(1j * p)
 
     fake = types.ModuleType("opentorsion")
-    fake.PeriodicExcitation = PeriodicExcitation  # type: ignore[attr-defined]
+    fake.PeriodicExcitation = PeriodicExcitation
     monkeypatch.setitem(sys.modules, "opentorsion", fake)
     one = excitation(found, NODES)
     made = one.for_opentorsion(9)

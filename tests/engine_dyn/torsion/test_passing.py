@@ -375,4 +375,4 @@ def test_wrong_input_is_named() -> None:
         "must end with 17, 1, 1": (system, [1.0], 1.0, 4.0, 1.0, [0], AtNodes([torque] * 2)),
     }.items():  # fmt: skip
         with pytest.raises(ValueError, match=message):
-            passing(*given)  # type: ignore[arg-type]
+            passing(*given)

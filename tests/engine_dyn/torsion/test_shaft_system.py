@@ -48,7 +48,7 @@ def test_what_cannot_be_is_refused_in_one_line(changed: dict[str, Any], message:
 def test_a_system_cannot_be_changed() -> None:
     made = shaft_system([1.0, 2.0], 3.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
-        made.inertia = np.ones(2)  # type: ignore[misc]
+        made.inertia = np.ones(2)
     for values in (made.inertia, made.stiffness, made.ratio, made.shaft_factor):
         with pytest.raises(ValueError, match="read-only"):
             values[...] = 1.0

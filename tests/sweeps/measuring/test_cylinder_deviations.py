@@ -49,7 +49,7 @@ def factors(seed: int, weak: float = 0.0, missed: Any = (), cycles: int = CYCLES
 def record(path: Path, pressures: tuple[Any, Any, Any], given: Any, **teeth: float) -> None:
     angle, speed, _ = speed_of(ENGINE, *pressures, given, SPEED * np.pi / 30.0)
     noise = {"errors": 0.001, "passage": 0.0002} | teeth
-    times = tooth_times(angle, speed, np.radians(GAP), seed=1, **noise)  # type: ignore[arg-type]
+    times = tooth_times(angle, speed, np.radians(GAP), seed=1, **noise)
     path.write_text("time [s]\n" + "\n".join(f"{t:.9f}" for t in times) + "\n")
 
 
