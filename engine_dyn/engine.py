@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from engine_dyn.geometry.cylinders import Cylinders
-from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.loads.torque_curves import TorqueOverAngle
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family

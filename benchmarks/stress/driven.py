@@ -21,12 +21,8 @@ from benchmarks.problem import BORE, CRANKCASE, LEVER, RADIUS, STROKE
 from benchmarks.stress.findings import DEFECTS, Findings, Say, count, gathered
 from benchmarks.stress.judging import TOLERANCE, VERDICTS
 from engine_dyn import diagram_from_points, family_from_diagrams
-from engine_dyn.loads.driven_machine import (
-    DrivenMachine,
-    TorqueOverAngle,
-    torque_over_angle,
-    torque_over_speed,
-)
+from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.loads.torque_curves import TorqueOverAngle, torque_over_angle, torque_over_speed
 from engine_dyn.pressure.family import Family
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import mean_gas_torque

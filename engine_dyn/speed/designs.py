@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from engine_dyn.compilation import inlined
 from engine_dyn.given_numbers import distinct_combinations
-from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.laws import Form, LawFacts
+from engine_dyn.loads.torque_curves import TorqueOverAngle
 from engine_dyn.speed.fields import CANCELLED, CURVE_NAMES, FRICTION_NAMES, ROUNDING, Results
 from engine_dyn.speed.work.boxes import Box
 from engine_dyn.speed.work.columns import (

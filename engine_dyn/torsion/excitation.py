@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.loads.driven_machine import (
+from engine_dyn.loads.driven_machine import harmonics_of_load
+from engine_dyn.loads.torque_curves import (
     HIGHEST_ORDER,
     REVOLUTION,
     WHOLE,
     TorqueOverAngle,
-    harmonics_of_load,
     highest_order,
 )
 from engine_dyn.torsion.system import ShaftSystem
@@ -42,7 +42,7 @@ class Excitation:
 
     Examples
     --------
-    >>> from engine_dyn.loads.driven_machine import torque_of_harmonics
+    >>> from engine_dyn.loads.torque_curves import torque_of_harmonics
     >>> propeller = Excitation("propeller", 2, (torque_of_harmonics(-1e3, {4: (0.0, 50.0)}),),
     ...                        power=2.0, reference_speed=10.0)
     >>> print(propeller.mean(20.0), propeller.orders)

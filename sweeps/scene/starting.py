@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from engine_dyn.engine import Engine
-from engine_dyn.loads.driven_machine import TorqueOverSpeed
+from engine_dyn.loads.torque_curves import TorqueOverSpeed
 from engine_dyn.parameters import PARAMETERS
 from engine_dyn.plausibility.usual_ranges import CHECKS
 from engine_dyn.quantities.features import torque_tables

@@ -13,9 +13,8 @@ from engine_dyn.loads.driven_machine import (
     constant_load,
     motor_torque,
     synchronous_speed,
-    torque_over_angle,
-    torque_over_speed,
 )
+from engine_dyn.loads.torque_curves import torque_over_angle, torque_over_speed
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import torque_extremes
 from oracle import solution

@@ -10,8 +10,8 @@ import pytest
 import engine_dyn
 from engine_dyn.flywheel import required_inertia, ring_mass, triangular_torque
 from engine_dyn.given_numbers import given_array, given_number
-from engine_dyn.loads.driven_machine import torque_over_angle, torque_over_speed
 from engine_dyn.loads.friction import FrictionShape
+from engine_dyn.loads.torque_curves import torque_over_angle, torque_over_speed
 from engine_dyn.speed.api import energy_swing
 from engine_dyn.types import Floats
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
+from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.loads.torque_curves import torque_over_angle
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import Family, family_from_diagrams
 from engine_dyn.speed import dispatch

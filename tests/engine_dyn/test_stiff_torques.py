@@ -10,8 +10,9 @@ import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from engine_dyn import diagram_from_points, periodic_speed, status
-from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_speed
+from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.loads.laws import LINEAR_SQUARE, Form, law_of
+from engine_dyn.loads.torque_curves import torque_over_speed
 from engine_dyn.speed.general import one_by_one, stable_cycle
 from oracle import in_time, solution
 from oracle.in_time import Cycle, Stiff

@@ -8,12 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine_dyn.loads.driven_machine import (
-    DrivenMachine,
-    TorqueOverAngle,
-    cycles_of,
-    torque_of_harmonics,
-)
+from engine_dyn.loads.driven_machine import DrivenMachine, cycles_of
+from engine_dyn.loads.torque_curves import TorqueOverAngle, torque_of_harmonics
 from engine_dyn.pressure.family import flat_family
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.torque import torque_extremes

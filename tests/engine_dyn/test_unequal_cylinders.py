@@ -15,8 +15,9 @@ from engine_dyn.geometry.arrangement import Arrangement
 from engine_dyn.geometry.cylinders import EQUAL, Cylinders, Member, cylinders_of, even_cylinders
 from engine_dyn.geometry.layouts import arrangement_from_text
 from engine_dyn.geometry.slider_crank import crank_radius, crank_radius_of_ratio, dead_centres
-from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
+from engine_dyn.loads.driven_machine import DrivenMachine
 from engine_dyn.loads.friction import StrokeFriction
+from engine_dyn.loads.torque_curves import torque_over_angle
 from engine_dyn.pressure.diagram import diagram_from_points
 from engine_dyn.pressure.family import family_from_diagrams
 from engine_dyn.pressure.motored import motored

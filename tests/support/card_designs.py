@@ -11,7 +11,8 @@ import numpy as np
 
 from engine_dyn.card import card_of
 from engine_dyn.geometry.cylinders import even_cylinders
-from engine_dyn.loads.driven_machine import DrivenMachine, torque_over_angle
+from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.loads.torque_curves import torque_over_angle
 from engine_dyn.speed import dispatch
 from engine_dyn.speed.mechanisms import counted
 from oracle.solution import CYCLE

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from engine_dyn.loads.driven_machine import torque_over_angle
+from engine_dyn.loads.torque_curves import torque_over_angle
 from sweeps.scene.engine.engine_files import load_engine
 from sweeps.scene.plan import forecast
 from sweeps.scene.plan.plan import make_plan

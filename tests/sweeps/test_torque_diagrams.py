@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import sweeps
-from engine_dyn.loads.driven_machine import torque_of_harmonics, torque_over_angle
+from engine_dyn.loads.torque_curves import torque_of_harmonics, torque_over_angle
 from engine_dyn.quantities.features.auxiliaries import Auxiliary, over_crank
 from sweeps.view.report.page import page
 from tests.support.scenes import asking, computed, refusal

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.loads.driven_machine import WHOLE, TorqueOverAngle
+from engine_dyn.loads.torque_curves import WHOLE, TorqueOverAngle
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.types import Floats
 
@@ -50,7 +50,7 @@ def over_crank(auxiliaries: Sequence[Auxiliary], cycle: float) -> TorqueOverAngl
 
     Examples
     --------
-    >>> from engine_dyn.loads.driven_machine import torque_of_harmonics
+    >>> from engine_dyn.loads.torque_curves import torque_of_harmonics
     >>> cam = torque_of_harmonics(2.0, {4: (10.0, 0.0)})
     >>> all_of_them = over_crank([Auxiliary(cam, 0.5)], 4.0 * math.pi)
     >>> all_of_them.mean.round(9), all_of_them(math.pi / 4.0).round(9)

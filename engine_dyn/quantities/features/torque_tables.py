@@ -2,13 +2,13 @@
 
 What follows from a torque that depends on the angle or the speed, together with the laws of loads
 and motors, stands in `engine_dyn.quantities.loads`; the curves themselves are
-`engine_dyn.loads.driven_machine.TorqueOverAngle` and `TorqueOverSpeed`.
+`engine_dyn.loads.torque_curves.TorqueOverAngle` and `TorqueOverSpeed`.
 """
 
 from __future__ import annotations
 
 from engine_dyn.loads import driven_machine
-from engine_dyn.loads.driven_machine import TorqueOverAngle, TorqueOverSpeed
+from engine_dyn.loads.torque_curves import TorqueOverAngle, TorqueOverSpeed
 from engine_dyn.quantities.features.feature import Feature
 from engine_dyn.quantities.node import Node
 

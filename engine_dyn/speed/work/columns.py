@@ -21,8 +21,8 @@ import numpy as np
 from engine_dyn.compilation import kernel
 from engine_dyn.geometry.cylinders import Cylinders, Member
 from engine_dyn.geometry.slider_crank import velocity
-from engine_dyn.loads.driven_machine import TorqueOverAngle
 from engine_dyn.loads.friction import stacked_parts
+from engine_dyn.loads.torque_curves import TorqueOverAngle
 from engine_dyn.pressure.family import Family, own_diagrams, remembered
 from engine_dyn.pressure.motored import pressures_of_rows
 from engine_dyn.speed.work.boxes import DEGREE, Box

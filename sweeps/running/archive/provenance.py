@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.compilation import processor, processor_features, source_hash
-from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.loads.torque_curves import TorqueOverAngle
 from engine_dyn.pressure.diagram import Diagram
 from sweeps.base.dimensions import LABELS
 from sweeps.base.errors import counted, one_line, printable

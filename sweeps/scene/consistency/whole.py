@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from engine_dyn.geometry.arrangement import FOUR_STROKE
-from engine_dyn.loads.driven_machine import TorqueOverSpeed, repeats_of
+from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS
+from engine_dyn.loads.torque_curves import TorqueOverSpeed
 from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.friction import COMPONENT_NODES
 from engine_dyn.quantities.graph import UNLESS_GIVEN

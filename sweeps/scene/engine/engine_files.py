@@ -25,7 +25,7 @@ from engine_dyn.engine import Engine
 from engine_dyn.geometry.arrangement import FOUR_STROKE, TWO_STROKE
 from engine_dyn.geometry.cylinders import Cylinders, even_cylinders
 from engine_dyn.geometry.slider_crank import crank_radius
-from engine_dyn.loads.driven_machine import TorqueOverAngle, superposed
+from engine_dyn.loads.torque_curves import TorqueOverAngle, superposed
 from engine_dyn.pressure.cycle_table import ModelledDiagram
 from engine_dyn.pressure.diagram import Diagram
 from engine_dyn.pressure.family import Family, family_from_diagrams

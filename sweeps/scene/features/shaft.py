@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine_dyn.engine import Engine
-from engine_dyn.loads.driven_machine import TorqueOverAngle
+from engine_dyn.loads.torque_curves import TorqueOverAngle
 from engine_dyn.quantities.features.shaft import FEATURE
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.quantities.parameters import INERTIA_PARTS

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from engine_dyn.loads.driven_machine import (
+from engine_dyn.loads.torque_curves import (
     LARGEST,
     MOST_ORDERS,
     MOST_REVOLUTIONS,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from engine_dyn.loads.driven_machine import (
+from engine_dyn.loads.torque_curves import (
     MOST_ORDERS,
     TorqueOverAngle,
     torque_of_harmonics,

@@ -15,14 +15,14 @@ import numpy as np
 from pydantic import Field
 
 from engine_dyn.engine import Engine
-from engine_dyn.loads.driven_machine import (
-    DrivenMachine,
+from engine_dyn.loads.driven_machine import DrivenMachine
+from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
+from engine_dyn.loads.torque_curves import (
     TorqueOverAngle,
     TorqueOverSpeed,
     torque_over_angle,
     torque_over_speed,
 )
-from engine_dyn.loads.laws import LOAD_LAWS, MOTOR_KEYS
 from engine_dyn.quantities.features import auxiliaries
 from engine_dyn.quantities.features.torque_tables import DRIVER, LOAD
 from engine_dyn.units import DEGREE, RPM

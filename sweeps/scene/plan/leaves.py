@@ -17,7 +17,8 @@ from engine_dyn.flywheel import MOST_CROSSINGS
 from engine_dyn.geometry.arrangement import MOST_CYLINDERS
 from engine_dyn.geometry.cylinders import Cylinders
 from engine_dyn.given_numbers import distinct_combinations
-from engine_dyn.loads.driven_machine import cycles_of, highest_order
+from engine_dyn.loads.driven_machine import cycles_of
+from engine_dyn.loads.torque_curves import highest_order
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.double_acting import ends_of
 from engine_dyn.pressure.family import Family, family_from_diagrams

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh, null_space
 
-from engine_dyn.loads.driven_machine import torque_of_harmonics
+from engine_dyn.loads.torque_curves import torque_of_harmonics
 from engine_dyn.status import CONVERGED
 from engine_dyn.torsion.excitation import Excitation, add_drifting
 from engine_dyn.torsion.forced import forced_response

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from engine_dyn.loads.driven_machine import torque_of_harmonics
+from engine_dyn.loads.torque_curves import torque_of_harmonics
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE
 from engine_dyn.torsion.excitation import Excitation, add_drifting
 from engine_dyn.torsion.forced import forced_response

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine_dyn.loads.driven_machine import torque_of_harmonics
+from engine_dyn.loads.torque_curves import torque_of_harmonics
 from engine_dyn.torsion.excitation import Excitation
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.modes import natural_modes
