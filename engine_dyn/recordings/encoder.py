@@ -6,6 +6,7 @@ one mark a turn or a cycle tells where the wheel stands.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -171,17 +172,7 @@ def teeth_of_signal(
         One line: a signal that is too short, does not swing, has values that are not numbers, is
         sampled too slowly, or in which the pattern is not found (with what was found instead).
     """
-    signal = np.asarray(signal, dtype=float)
-    if signal.ndim != 1 or signal.size < 3 * wheel.teeth:
-        raise ValueError(
-            f"encoder signal: {signal.size} samples; must be at least three for each of "
-            f"{wheel.teeth} teeth"
-        )
-    if not np.isfinite(signal).all():
-        place = int(np.flatnonzero(~np.isfinite(signal))[0])
-        raise ValueError(f"encoder signal: sample {place + 1} is not a number")
-    if not np.max(np.abs(signal)) < LARGEST:
-        raise ValueError(f"encoder signal: values must be below {LARGEST:g}")
+    signal = _checked(signal, wheel)
     # Some 200 000 samples, evenly spread, tell both levels well enough.
     low, high = np.percentile(signal[:: max(signal.size // 200_000, 1)], [2.0, 98.0]).tolist()
     swing = high - low
@@ -194,34 +185,15 @@ def teeth_of_signal(
         else ((threshold - low) / swing,)
     )
     edges = ("rising", "falling") if edge is None else (edge,)
-    tried: list[tuple[PassedTeeth, Crossings]] = []
-    refusal: ValueError | None = None
-    slowest = 0.0
+    tries = []
     for height in heights:
         # A ripple within the hysteresis does not count; the hysteresis is narrower for a threshold
         # near an end of the signal's swing.
         band = min(0.06, 0.4 * min(height, 1.0 - height)) * swing
         band = band if hysteresis is None else hysteresis
-        for one in edges:
-            passages = crossings(signal, low + height * swing, band, one)
-            if passages.time.size < wheel.teeth + 1:
-                continue
-            slowest = max(slowest, float(np.median(np.diff(passages.time))))
-            try:
-                teeth = find_turns(passages.time * interval, wheel, first)
-            except ValueError as error:
-                refusal = refusal or error
-                continue
-            tried.append((teeth, passages))
+        tries += [(low + height * swing, band, one) for one in edges]
+    tried = _passed(signal, interval, wheel, tries, first)
     if not tried:
-        if 0.0 < slowest < FEWEST_SAMPLES:
-            raise ValueError(
-                f"encoder signal: {slowest:.2g} samples from pulse to pulse; must be at least "
-                f"{FEWEST_SAMPLES:g}, otherwise teeth pass between samples (aliasing); sample "
-                "faster"
-            )
-        if refusal is not None:
-            raise refusal
         raise ValueError(
             f"encoder signal: fewer than {wheel.teeth + 1} pulses between {low:g} and {high:g}; "
             f"a turn of the wheel {wheel.text} has {wheel.teeth}"
@@ -245,6 +217,54 @@ def teeth_of_signal(
             "between samples (aliasing)"
         )
     return EncoderSignal(teeth, chosen, low, high, samples, (*remarks, *teeth.faults))
+
+
+def _checked(signal: Floats, wheel: Wheel) -> Floats:
+    """The samples as floats; ValueError refuses those in which no wheel can be found."""
+    signal = np.asarray(signal, dtype=float)
+    if signal.ndim != 1 or signal.size < 3 * wheel.teeth:
+        raise ValueError(
+            f"encoder signal: {signal.size} samples; must be at least three for each of "
+            f"{wheel.teeth} teeth"
+        )
+    if not np.isfinite(signal).all():
+        place = int(np.flatnonzero(~np.isfinite(signal))[0])
+        raise ValueError(f"encoder signal: sample {place + 1} is not a number")
+    if not np.max(np.abs(signal)) < LARGEST:
+        raise ValueError(f"encoder signal: values must be below {LARGEST:g}")
+    return signal
+
+
+def _passed(
+    signal: Floats, interval: float, wheel: Wheel, tries: Sequence[tuple[float, float, str]],
+    first: int | None,
+) -> list[tuple[PassedTeeth, Crossings]]:  # fmt: skip
+    """Teeth of each threshold, hysteresis and edge that shows the pattern; none without pulses.
+
+    ValueError says why none of those with pulses shows it.
+    """
+    tried: list[tuple[PassedTeeth, Crossings]] = []
+    refusal: ValueError | None = None
+    slowest = 0.0
+    for threshold, band, edge in tries:
+        passages = crossings(signal, threshold, band, edge)
+        if passages.time.size < wheel.teeth + 1:
+            continue
+        slowest = max(slowest, float(np.median(np.diff(passages.time))))
+        try:
+            teeth = find_turns(passages.time * interval, wheel, first)
+        except ValueError as error:
+            refusal = refusal or error
+            continue
+        tried.append((teeth, passages))
+    if not tried and 0.0 < slowest < FEWEST_SAMPLES:
+        raise ValueError(
+            f"encoder signal: {slowest:.2g} samples from pulse to pulse; must be at least "
+            f"{FEWEST_SAMPLES:g}, otherwise teeth pass between samples (aliasing); sample faster"
+        )
+    if not tried and refusal is not None:
+        raise refusal
+    return tried
 
 
 def risen(time: Floats, level: Floats, edge: str = "rising") -> Floats:

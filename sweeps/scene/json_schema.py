@@ -225,8 +225,38 @@ def scene_schema() -> Schema:
             },
         }
     )
-    properties["designs"] = {
-        "description": properties["designs"]["description"],
+    properties["designs"] = {"description": properties["designs"]["description"], **_designs()}
+    properties["sample"] = {"description": properties["sample"]["description"], **_sample()}
+    schema["anyOf"] = [
+        {"required": ["engine"]},
+        *(
+            {"required": [table], "properties": {table: {"required": ["engine"]}}}
+            for table in ("axes", "designs", "sample")
+        ),
+        # A file of designs may name engines in a column, which the schema cannot know.
+        {"required": ["designs"], "properties": {"designs": {"required": ["file"]}}},
+    ]
+    solver = tables["Solver"]["properties"]
+    solver["method"] |= _one_or_several(METHOD_NAMES)
+    solver["method"]["anyOf"].append({"const": TRANSIENT})
+    solver["inertia_model"] |= _one_or_several(INERTIA_MODELS)
+    solver["closure"]["enum"] = list(CLOSURES)
+    solver["tolerance"] |= {"minimum": SMALLEST_TOLERANCE, "maximum": LARGEST_TOLERANCE}
+    for name in SOLVER_COLUMNS:
+        solver[name] = reference(name)
+    output = tables["Output"]["properties"]
+    output["quantities"] |= list_of_different(_quantities())
+    output["fail_on"]["items"] = {"enum": list(FAILURES)}
+    properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
+    tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
+    definitions = {**tables, **parameters}
+    whole = {"$schema": DRAFT, "title": "Scene of engine-dyn", **schema, "$defs": definitions}
+    return dict(with_units(whole))
+
+
+def _designs() -> Schema:
+    """A table of designs, in a file or written out."""
+    return {
         "anyOf": [
             closed({"file": text_schema("the path of a CSV, netCDF or Parquet file")}, "file"),
             {
@@ -247,8 +277,10 @@ def scene_schema() -> Schema:
         ],
     }
 
-    properties["sample"] = {
-        "description": properties["sample"]["description"],
+
+def _sample() -> Schema:
+    """How designs are drawn, and from what."""
+    return {
         **closed(
             {
                 **{name: _distribution(name) for name in PARAMETERS},
@@ -275,52 +307,29 @@ def scene_schema() -> Schema:
         ),
     }
 
-    schema["anyOf"] = [
-        {"required": ["engine"]},
-        *(
-            {"required": [table], "properties": {table: {"required": ["engine"]}}}
-            for table in ("axes", "designs", "sample")
-        ),
-        # A file of designs may name engines in a column, which the schema cannot know.
-        {"required": ["designs"], "properties": {"designs": {"required": ["file"]}}},
-    ]
-    solver = tables["Solver"]["properties"]
-    solver["method"] |= _one_or_several(METHOD_NAMES)
-    solver["method"]["anyOf"].append({"const": TRANSIENT})
-    solver["inertia_model"] |= _one_or_several(INERTIA_MODELS)
-    solver["closure"]["enum"] = list(CLOSURES)
-    solver["tolerance"] |= {"minimum": SMALLEST_TOLERANCE, "maximum": LARGEST_TOLERANCE}
-    for name in SOLVER_COLUMNS:
-        solver[name] = reference(name)
-    output = tables["Output"]["properties"]
-    output["quantities"] |= list_of_different(
-        {
-            "oneOf": [
-                *(
-                    {"const": name, "description": f"{node.long_name} {unit_text(node)}".rstrip()}
-                    for name, node in QUANTITIES.items()
-                ),
-                {
-                    "enum": list(CURVE_MEANS),
-                    "description": "root mean square and mean over the cycle of every curve",
-                },
-                {
-                    "enum": [
-                        f"{name}{ELASTICITY}"
-                        for name, node in ALL_QUANTITIES.items()
-                        if name != "status" and not node.meanings
-                    ],
-                    "description": "elasticities of a single value by every parameter",
-                },
-            ]
-        }
-    )
-    output["fail_on"]["items"] = {"enum": list(FAILURES)}
-    properties["silenced_warnings"]["items"] = {"enum": list(KNOWN)}
-    tables["Characteristic"]["properties"]["kind"]["enum"] = list(CHARACTERISTICS)
-    definitions = {**tables, **parameters}
-    whole = {"$schema": DRAFT, "title": "Scene of engine-dyn", **schema, "$defs": definitions}
-    return dict(with_units(whole))
+
+def _quantities() -> Schema:
+    """Names of what a scene may ask for."""
+    return {
+        "oneOf": [
+            *(
+                {"const": name, "description": f"{node.long_name} {unit_text(node)}".rstrip()}
+                for name, node in QUANTITIES.items()
+            ),
+            {
+                "enum": list(CURVE_MEANS),
+                "description": "root mean square and mean over the cycle of every curve",
+            },
+            {
+                "enum": [
+                    f"{name}{ELASTICITY}"
+                    for name, node in ALL_QUANTITIES.items()
+                    if name != "status" and not node.meanings
+                ],
+                "description": "elasticities of a single value by every parameter",
+            },
+        ]
+    }
 
 
 def _axis(name: str) -> Schema:

@@ -11,10 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine_dyn.geometry.toothed_wheel import wheel_from_text
+from engine_dyn.geometry.toothed_wheel import Wheel, wheel_from_text
 from engine_dyn.periodic_spline import wrapped
 from engine_dyn.recordings.cylinder_geometry import RecordedCycles
-from engine_dyn.recordings.encoder import mark_times, teeth_from_mark, teeth_of_signal
+from engine_dyn.recordings.encoder import (
+    EncoderSignal,
+    mark_times,
+    teeth_from_mark,
+    teeth_of_signal,
+)
 from engine_dyn.types import Floats
 from engine_dyn.units import DEGREE
 from sweeps.base.checks import mentioned
@@ -341,15 +346,7 @@ def with_encoder_angles(
         teeth, gap = marked.teeth, round(marked.angle / DEGREE, 6)
         how = "once a cycle" if marked.turn_known else "once a revolution"
         said.append(f"the mark in column '{one_line(mark, 60)}' passes {how}")
-    which = f"the {passed.crossings.edge} edge of the first tooth " + (
-        "at the mark"
-        if options.mark_column is not None and (wheel.even or wheel.symmetry > 1)
-        else "of the recording"
-        if wheel.even
-        else "after the first gap of the recording"
-        if wheel.symmetry > 1
-        else "after the longest gap"
-    )
+    which = _first_tooth(passed, wheel, options.mark_column is not None)
     if gap is None:
         raise SceneError(
             f"{recording.label}: gap_angle: missing; must be the crank angle in degree at which "
@@ -377,6 +374,18 @@ def with_encoder_angles(
     }
     options = options.model_copy(update={"pressure_column": wanted_pressures(recording, options)})
     return replace(recording, columns=rest), options, angle[inside]
+
+
+def _first_tooth(passed: EncoderSignal, wheel: Wheel, marked: bool) -> str:
+    """Words for the edge from which the angle of the wheel counts."""
+    place = "after the longest gap"
+    if marked and (wheel.even or wheel.symmetry > 1):
+        place = "at the mark"
+    elif wheel.even:
+        place = "of the recording"
+    elif wheel.symmetry > 1:
+        place = "after the first gap of the recording"
+    return f"the {passed.crossings.edge} edge of the first tooth {place}"
 
 
 def _time_column(

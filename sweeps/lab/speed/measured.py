@@ -409,24 +409,10 @@ def _dataset(
                         "phase of the computed speed"),
     }  # fmt: skip
     if given.disc is not None:
-        # The speed of A cos(nu phi + psi) is -nu omega A sin(nu phi + psi)
-        for of, level, of_speed, lag in (
-            ("measured", mean.mean(axis=1), size, phase), ("", speeds.mean(axis=1), own, own_phase)
-        ):  # fmt: skip
-            said = of or "computed"
-            kind = f"disc_angle_{of}_".replace("__", "_")
-            data[kind + "order"] = (
-                ("recording", "order"),
-                of_speed / (orders * level[:, None]) / DEGREE,
-                "degree",
-                f"amplitude of the disc, {said}",
-            )
-            data[kind + "phase"] = (
-                ("recording", "order"),
-                np.degrees(np.angle(-1j * np.exp(1j * lag))),
-                "degree",
-                f"phase of the disc, {said}",
-            )
+        data |= _angles_of_disc(orders, {
+            "measured": (mean.mean(axis=1), size, phase),
+            "computed": (speeds.mean(axis=1), own, own_phase),
+        })  # fmt: skip
     if curves.of_wheel is not None:
         data["tooth_error"] = (("tooth",), curves.of_wheel.error, one,
                                "relative error of the wheel's interval")  # fmt: skip
@@ -446,6 +432,22 @@ def _dataset(
     doubts += likeness_doubts(recorded.labels, alike, given.wheel is not None)
     dataset.attrs["remarks"] = "\n".join(filter(None, [dataset.attrs["remarks"], *doubts]))
     return dataset
+
+
+def _angles_of_disc(
+    orders: Floats, speeds: Mapping[str, tuple[Floats, Floats, Floats]]
+) -> dict[str, Any]:
+    """Orders of the angle of a disc by those of its speed: mean speed, amplitude and phase."""
+    data: dict[str, Any] = {}
+    for said, (level, size, phase) in speeds.items():
+        kind = "disc_angle_" + ("measured_" if said == "measured" else "")
+        # The speed of A cos(nu phi + psi) is -nu omega A sin(nu phi + psi)
+        angle = size / (orders * level[:, None]) / DEGREE
+        lag = np.degrees(np.angle(-1j * np.exp(1j * phase)))
+        over = ("recording", "order")
+        data[kind + "order"] = over, angle, "degree", f"amplitude of the disc, {said}"
+        data[kind + "phase"] = over, lag, "degree", f"phase of the disc, {said}"
+    return data
 
 
 def _deviation(cycles: Floats) -> Floats:

@@ -131,7 +131,6 @@ def check_needs(scene: Scene, name: str) -> None:
     if scene.indicator is None and not scene.engine.family.diagrams:
         given.remove("family")
     missing: dict[str, list[str]] = {}
-    shaft = scene.engine.shaft
     for quantity in scene.quantities:
         where = f"{name}: [output] quantities: '{quantity}'"
         waiting, seen = [quantity], set(given)
@@ -139,34 +138,7 @@ def check_needs(scene: Scene, name: str) -> None:
         while waiting:
             need = waiting.pop()
             along_shaft |= need in ALONG_SHAFT
-            feature = BY_CONSTANT.get(need)
-            if feature is not None and feature.missing and feature.part_of(scene) is None:
-                raise SceneError(f"{where} needs {feature.missing}")
-            if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
-                two = "another crankshaft", f"{feature.written} of the engine"
-                raise refused(*two, where, engine=scene.engine.name)
-            if need in _NOT_OF_SHAFT and shaft is not None:
-                lacks, why = _NOT_OF_SHAFT[need]
-                if lacks(shaft):
-                    raise SceneError(f"{where} {why}")
-            of_couplings = need in ("nonlinear_response", "coupling_departure")
-            if of_couplings and shaft and not shaft.couplings(dict.fromkeys(scene.shaft_keys)):
-                raise SceneError(
-                    f"{where} needs a coupling that is not linear: torque_over_twist, clearance "
-                    "or friction_torque of a shaft"
-                )
-            if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
-                raise SceneError(
-                    f"{where} needs a four-stroke engine; a two-stroke engine has "
-                    "compression_duration and expansion_duration, and interval_duration"
-                )
-            # Nodes that exist only where the inertia is given in parts
-            if need in ("sized_flywheel_inertia", "load_side_inertia") and not _parts_known(words):
-                raise SceneError(
-                    f"{where} needs the separate inertias of flywheel and load, which are not "
-                    "known if inertia is given as a whole; give flywheel_inertia, "
-                    "auxiliary_inertia and load_inertia instead, or wanted_delta"
-                )
+            _check_need(scene, need, where)
             if need == "bank_offset" and need not in given:
                 _check_bank_offset(scene.all_cylinders, quantity, where)
             if need in seen:
@@ -203,6 +175,39 @@ def check_needs(scene: Scene, name: str) -> None:
             _check_throws(scene, quantity, name)
     if missing:
         raise SceneError(f"{name}: [output] quantities: {_missing_text(scene, missing)}")
+
+
+def _check_need(scene: Scene, need: str, where: str) -> None:
+    """Refuse what a scene asks for without the part of engine, shaft or file that it needs."""
+    shaft = scene.engine.shaft
+    feature = BY_CONSTANT.get(need)
+    if feature is not None and feature.missing and feature.part_of(scene) is None:
+        raise SceneError(f"{where} needs {feature.missing}")
+    if feature is not None and feature.own_crank and _of_another_crank(scene, feature):
+        two = "another crankshaft", f"{feature.written} of the engine"
+        raise refused(*two, where, engine=scene.engine.name)
+    if need in _NOT_OF_SHAFT and shaft is not None:
+        lacks, why = _NOT_OF_SHAFT[need]
+        if lacks(shaft):
+            raise SceneError(f"{where} {why}")
+    of_couplings = need in ("nonlinear_response", "coupling_departure")
+    if of_couplings and shaft and not shaft.couplings(dict.fromkeys(scene.shaft_keys)):
+        raise SceneError(
+            f"{where} needs a coupling that is not linear: torque_over_twist, clearance "
+            "or friction_torque of a shaft"
+        )
+    if need in OF_FOUR_STROKES and scene.engine.period == TWO_STROKE:
+        raise SceneError(
+            f"{where} needs a four-stroke engine; a two-stroke engine has "
+            "compression_duration and expansion_duration, and interval_duration"
+        )
+    # Nodes that exist only where the inertia is given in parts
+    if need in ("sized_flywheel_inertia", "load_side_inertia") and not _parts_known(scene.words):
+        raise SceneError(
+            f"{where} needs the separate inertias of flywheel and load, which are not "
+            "known if inertia is given as a whole; give flywheel_inertia, "
+            "auxiliary_inertia and load_inertia instead, or wanted_delta"
+        )
 
 
 def _check_bank_offset(engines: Sequence[Cylinders], quantity: str, where: str) -> None:
