@@ -48,6 +48,7 @@ def catalogue_diagrams() -> list:
 
 
 DIAGRAMS = catalogue_diagrams()
+OF_KNOWN_RATIO = [one for one in DIAGRAMS if one.values[1].compression_ratio is not None]
 
 
 @pytest.mark.parametrize(("diagram", "geometry"), DIAGRAMS)
@@ -56,12 +57,10 @@ def test_the_catalogue_passes_without_a_word(diagram: object, geometry: Cylinder
 
 
 @pytest.mark.parametrize("shift", [-6.0, -2.0, 2.0, 6.0])
-@pytest.mark.parametrize(("diagram", "geometry"), DIAGRAMS)
+@pytest.mark.parametrize(("diagram", "geometry"), OF_KNOWN_RATIO)
 def test_shifts_are_found_in_the_catalogue_and_large_ones_told(
     diagram: object, geometry: CylinderGeometry, shift: float
 ) -> None:
-    if geometry.compression_ratio is None:
-        pytest.skip("the compression ratio is not known: see the documentation")
     found = dead_centre_of_fired(recorded(diagram, shift), geometry)
     assert abs(found.shift / DEGREE - shift) < 2.0 * found.uncertainty / DEGREE
     assert found.suspected == (abs(shift) > 4.0)
