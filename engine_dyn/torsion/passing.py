@@ -42,17 +42,21 @@ import numpy as np
 
 from engine_dyn.given_numbers import given_array
 from engine_dyn.speed.mechanisms import Progress, map_on_threads
-from engine_dyn.status import CONVERGED, NO_STEADY_STATE
+from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED
 from engine_dyn.torsion.forced import forced_response, lines_of
 from engine_dyn.torsion.modes import checked_orders, modal_roots
 from engine_dyn.torsion.ramp import NODES, Passes, largest_torques, recorded
 from engine_dyn.torsion.synthesis import synthesis
 from engine_dyn.torsion.system import ShaftSystem
-from engine_dyn.types import Booleans, Complexes, Floats, Integers
+from engine_dyn.types import Complexes, Floats, Integers
 
 QUASI, FAINT = 1e-3, 3e-5
 """beta/|d|^2 below which a pair may be taken as steady, and the torque of a pair that is left out,
 over the largest of all pairs in each shaft."""
+
+SWIFT, LONGEST = 0.05, 1e6
+"""beta/(nu omega + omega_m)^2 above which nothing follows the speed nearly steadily, and widths of
+a resonance, 1/sqrt(beta), that a pass may last."""
 
 AT_ONCE, HARMONICS = 64, 1 << 14
 """Largest numbers of cases that a thread takes at once, and of their harmonics at one speed."""
@@ -129,12 +133,15 @@ def passing(
     -------
     dict
         "half_range" [N m] and "speed" [rad/s] at which it is, shape (..., S); "status", shape
-        (...): `no_steady_state` where the pass starts at a natural frequency of an undamped system.
+        (...): `no_steady_state` where the pass starts at a natural frequency of an undamped system,
+        `not_converged` where the ramp is so fast that the speed changes a lot within a vibration,
+        or lasts so long that it is not followed.
 
     Notes
     -----
     The error is about 1e-3 of the half range: samples of the pass with a parabola through the
-    largest ones, and what is taken as steady.
+    largest ones, and what is taken as steady. It grows to some 1e-2 of ramps that are nearly too
+    fast.
 
     Examples
     --------
@@ -152,11 +159,11 @@ def passing(
     status = np.full(count, CONVERGED, dtype=np.int8)
 
     def solve(some: Integers) -> int:
-        made, bad = _prepared(passes, some)
+        made, outcome = _prepared(passes, some)
         extremes = np.full((2, some.size, found.shape[-1]), np.nan)
         largest_torques(made, nu, table, samples, extremes)
-        found[:, some] = np.where(bad[:, None], np.nan, extremes)
-        status[some] = np.where(bad, NO_STEADY_STATE, CONVERGED)
+        found[:, some] = np.where(outcome[:, None] == CONVERGED, extremes, np.nan)
+        status[some] = outcome
         return some.size
 
     pieces = (np.arange(i, min(i + at_once, count)) for i in range(0, count, at_once))
@@ -247,8 +254,8 @@ def _table(torque: Any, own: tuple[int, int]) -> tuple[bool, Complexes]:
     return many, harmonics
 
 
-def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
-    """Numbers of some cases for the kernel, and which of them have no steady state at the start."""
+def _prepared(given: _Given, some: Integers) -> tuple[Passes, Integers]:
+    """Numbers of some cases for the kernel, and their outcomes; what has none follows no pair."""
     start, end, rate = given.ramp[:, some]
     lines, design = np.unique(given.design[some], return_inverse=True)
     at = node_speeds(start, end)
@@ -278,6 +285,15 @@ def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
     largest = sizes.max(axis=(1, 2), keepdims=True)
     share = np.divide(sizes, largest, out=np.zeros(sizes.shape), where=largest > 0.0).max(axis=-1)
     share[share < FAINT] = 0.0
+    hasty = np.sqrt(beta.max(axis=2)[:, 0]) * np.abs(end - start) / rate > LONGEST
+    opposite = nu * low + np.abs(root.imag)[..., None]  # Of the roots that no order meets
+    swift = beta > SWIFT * opposite**2
+    if swift.any():
+        beyond = (np.abs(force[0]).max(axis=1) / opposite)[..., None] * np.abs(right)[:, :, None, :]
+        beyond = np.nan_to_num(beyond)  # Modes that there are not
+        whole_torque = np.maximum(largest, beyond.max(axis=(1, 2), keepdims=True))
+        hasty |= (swift & (beyond > 1e-2 * whole_torque).any(axis=-1)).any(axis=(1, 2))
+    share[hasty] = 0.0
     case, mode, order = np.nonzero(met)
     meeting, own = force[:, case, :, mode, order].swapaxes(0, 1), root[case, mode]
     # A node close to a resonance without damping moves a little: little is left of the difference
@@ -299,11 +315,12 @@ def _prepared(given: _Given, some: Integers) -> tuple[Passes, Booleans]:
     at_start = np.abs(1j * nu * start[:, None, None] - root[..., None])
     bad = ((at_start < 1e-9 * np.abs(root)[..., None]) & (most > 0.0)).any(axis=(1, 2))
     bad |= (response["status"] != CONVERGED).any(axis=(0, 2))
+    outcome = np.where(hasty, NOT_CONVERGED, np.where(bad, NO_STEADY_STATE, CONVERGED))
     return Passes(
         start, end, np.abs(end - start) / rate, smooth, first, order, own,
         np.ascontiguousarray(meeting[0]), right[case, mode],
         share[case, mode, order],
-    ), bad  # fmt: skip
+    ), outcome  # fmt: skip
 
 
 def _bent(values: Complexes, apart: Floats) -> Complexes:

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 from scipy.integrate import cumulative_simpson, simpson, solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.special import wofz
 
-from engine_dyn.status import CONVERGED, NO_STEADY_STATE
+from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED
 from engine_dyn.torsion.forced import forced_response
 from engine_dyn.torsion.modes import modal_roots, natural_modes
 from engine_dyn.torsion.passing import AtNodes, node_speeds, passing, passing_history
@@ -359,6 +360,17 @@ def test_what_starts_at_an_undamped_resonance_has_no_steady_state() -> None:
     assert found["status"].tolist() == [NO_STEADY_STATE, CONVERGED]
     assert np.isnan(found["half_range"][0]).all()
     assert np.isfinite(found["half_range"][1]).all()
+
+
+def test_a_ramp_too_fast_or_too_long_has_an_outcome_and_no_value() -> None:
+    """Both were followed before: one to a torque beyond all bounds, the other for hours."""
+    two = shaft_system([10.0, 10.0], [1e6], loss_factor=0.01)
+    ends, rates = [90.0, 90.0, 1e11], [5.0, 1e11, 5.0]
+    found = passing(two, [0.5, 6.0], 60.0, ends, rates, [0], [[400.0, 1000.0]])
+    assert_array_equal(found["status"], [CONVERGED, NOT_CONVERGED, NOT_CONVERGED])
+    alone = passing(two, [0.5, 6.0], 60.0, 90.0, 5.0, [0], [[400.0, 1000.0]])
+    for name in ("half_range", "speed"):
+        assert_array_equal(found[name][:, 0], [alone[name][0], np.nan, np.nan])
 
 
 def test_wrong_input_is_named() -> None:
