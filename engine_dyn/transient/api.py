@@ -18,6 +18,7 @@ from engine_dyn.transient.fields import (
     CYCLE_RESULTS,
     FIELDS,
     MARK_RESULTS,
+    MOST_CYCLES,
     OF_SPEED,
     RUN_RESULTS,
     Found,
@@ -29,7 +30,6 @@ from engine_dyn.transient.tables import STEPS, Tables, TransientEngine
 from engine_dyn.transient.work import SWITCH, make_work
 from engine_dyn.types import Booleans, Floats, Integers
 
-MOST_CYCLES = 100_000
 MOST_WAITING = 100_000  # Outputs of a governor on their way to the actuator at once
 BLOCK = 16  # Designs of one piece of work
 

@@ -12,6 +12,8 @@ from engine_dyn.types import Booleans, Floats, Integers
 
 INF = math.inf
 
+MOST_CYCLES = 100_000  # Cycles that are followed at most
+
 
 class Field(NamedTuple):
     """One number of each design, in SI units; without `default` it must be given."""

@@ -260,6 +260,17 @@ def test_percents_of_load_are_those_of_the_engine_whose_cylinders_all_burn() -> 
 
 
 @pytest.mark.compiled
+def test_a_load_that_drives_the_engine_begins_without_fuel() -> None:
+    """Extended below the diagrams, its command would lie below all that are allowed."""
+    steps = [{"time": 0.0, "torque": -20e3}]
+    more = {"load_steps": steps, "start_command": None, "load_law": "torque", "cycles": 3}
+    scene = changed(transient=more, set={"inertia": 1e4})
+    found = computed(("transient_fuel", "status"), **scene)
+    assert float(found.status) == FOLLOWED
+    assert (found.transient_fuel < 0.0).all()
+
+
+@pytest.mark.compiled
 def test_a_change_of_load_is_judged_until_the_fuel_is_cut() -> None:
     steps = [{"time": 0.5, "torque": 300.0}, {"time": 5.0, "torque": 0.0}]
     cuts = {"transient_fuel_cut": [99.0, 4.0, 0.2]}

@@ -118,7 +118,8 @@ def _start_command(
     with np.errstate(divide="ignore", invalid="ignore"):
         below = loads[0] - (low[0] - load_at_start) / rise
     lost = np.where(load_at_start < low[0], np.where(rise > 0.0, below, loads[0]), loads[-1])
-    return np.where(np.isnan(found), lost, found)
+    field = FIELDS[AT["start_command"]]
+    return np.clip(np.where(np.isnan(found), lost, found), field.low, field.high)
 
 
 def _full_load_torque(

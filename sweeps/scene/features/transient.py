@@ -27,6 +27,7 @@ from engine_dyn.quantities.features.transient import (
     Points,
     Transient,
 )
+from engine_dyn.transient.fields import MOST_CYCLES
 from engine_dyn.transient.limits import ISO_8528_5_G2, TransientLimits
 from engine_dyn.types import Floats
 from sweeps.base.checks import Strict, check_range
@@ -37,7 +38,6 @@ from sweeps.base.files.regular_files import referred
 from sweeps.scene.features.feature import GivenFeature, with_part
 from sweeps.scene.values import GivenValues
 
-MOST_CYCLES = 100_000
 MOST_RECORDED = 10_000  # Cycles
 MOST_STEPS = 10_000
 
