@@ -294,8 +294,9 @@ def _numbers(numbers: dict[str, npt.ArrayLike]) -> Floats:
     wide = dict(zip(arrays, np.broadcast_arrays(*arrays.values()), strict=True))
     for name, wrong, must in faults(wide):
         if wrong.any():
-            said = must.format_map({other: other for other in AT})
-            raise ValueError(f"{name} = {wide[name][wrong].flat[0]:g}: must be {said}")
+            bad = {other: value[wrong].flat[0] for other, value in wide.items()}
+            said = must.format_map({other: f"{other}, {value:g}" for other, value in bad.items()})
+            raise ValueError(f"{name} = {bad[name]:g}: must be {said}")
     if wide["speed"].ndim > 1:
         raise ValueError("numbers of designs: must be numbers, or lists of one number a design")
     return np.stack([np.atleast_1d(one) for one in wide.values()], axis=1).astype(np.float64)

@@ -132,7 +132,7 @@ _TOGETHER: tuple[tuple[str, str, Callable[[Floats, Floats], Booleans], str], ...
     ("lowest_command", "highest_command", lambda low, high: low > high,
      "at most {highest_command}"),
     ("start_speed", "starter_torque", lambda speed, torque: (speed == 0.0) & (torque == 0.0),
-     "above 0 without {starter_torque}"),
+     "above 0 without a starter's torque"),
 )  # fmt: skip
 """Two numbers, whether they do not go together, and what is allowed of the first."""
 

@@ -43,8 +43,12 @@ def impossible(scene: Scene) -> list[tuple[str, float]]:
     found = []
     for name, wrong, must in faults(numbers):
         if wrong.any():
-            bad = np.broadcast_to(numbers[name], wrong.shape)[wrong].flat[0] / given[name].unit
-            text = f"{keys[name]} = {bad:g}: must be {must.format_map(keys)}"
+            bad = {
+                field: np.broadcast_to(value, wrong.shape)[wrong].flat[0] / given[field].unit
+                for field, value in numbers.items() if field == name or field in must
+            }  # fmt: skip
+            said = {field: f"{keys[field]}, {value:g}" for field, value in bad.items()}
+            text = f"{keys[name]} = {bad[name]:g}: must be {must.format_map(said)}"
             found.append((text, float(wrong.mean())))
     return found
 

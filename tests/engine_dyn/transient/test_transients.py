@@ -358,7 +358,7 @@ def test_stiff_friction_below_the_switch_is_followed(family: Family) -> None:
         ({"inertia": 0.0}, "inertia = 0: must be above 0"),
         ({"load": ([0.0, 2.0, 1.0], [1.0, 1.0, 1.0])}, "load: time 1 s after 2 s"),
         ({"load": ([0.0, math.inf], [1.0, 1.0])}, "load, times: must be finite"),
-        ({"start_speed": 0.0}, "start_speed = 0: must be above 0 without starter_torque"),
+        ({"start_speed": 0.0}, "start_speed = 0: must be above 0 without a starter's torque"),
         ({"governed": 1.0}, "reference_speed: missing"),
         ({"starter_torque": 5.0}, "starter_speed: missing"),
         ({"command": ([0.0], [50.0]), **GOVERNOR}, "command: not allowed with a governor"),
@@ -368,6 +368,8 @@ def test_stiff_friction_below_the_switch_is_followed(family: Family) -> None:
         ({"cycles": 10**9}, "cycles = 1e"),
         ({"sampling_time": 1e-9, **GOVERNOR}, "sampling_time = 1e-09"),
         ({"marks": [2.0, 1.0]}, "marks"),
+        ({"lowest_command": 5.0, "highest_command": 3.0}, "must be at most highest_command, 3"),
+        ({"seed": 1.5}, "seed = 1.5: must be a whole number at least 0"),
     ],
 )
 def test_bad_input_is_one_line(family: Family, changed: dict[str, Any], said: str) -> None:
