@@ -32,7 +32,7 @@ from engine_dyn.transient.limits import ISO_8528_5_G2, TransientLimits
 from engine_dyn.types import Floats
 from sweeps.base.checks import Strict, check_range
 from sweeps.base.dimensions import ELASTICITY
-from sweeps.base.errors import SceneError, not_known, shown
+from sweeps.base.errors import SceneError
 from sweeps.base.files.csv_tables import read_csv
 from sweeps.base.files.regular_files import referred
 from sweeps.scene.features.feature import GivenFeature, with_part
@@ -40,9 +40,6 @@ from sweeps.scene.values import GivenValues
 
 MOST_RECORDED = 10_000  # Cycles
 MOST_STEPS = 10_000
-
-CLASSES = {"ISO 8528-5 G2": ISO_8528_5_G2}
-"""Limits by name."""
 
 _SIZES = {"load": "load_percent", "torque": "torque_Nm", "power": "power_W"}
 """Ways to say how large a load is, with their columns in files."""
@@ -53,22 +50,26 @@ _OF_PARAMETER = {node.name: node for node in PARAMETERS}
 class LoadStep(Strict):
     """A load from a time on."""
 
-    time: float = Field(description="a number in s, 0 or more")
+    time: float = Field(description="a number in s, 0 or more", ge=0.0)
     load: float | None = Field(
         default=None,
         description="a number in percent of the torque at full load, where every cylinder burns",
     )
     torque: float | None = Field(default=None, description="a number in N m, at nominal speed")
     power: float | None = Field(default=None, description="a number in W, at nominal speed")
-    ramp: float = Field(default=0.0, description="a number in s: how long the change takes")
+    ramp: float = Field(
+        default=0.0, description="a number in s, 0 or more: how long the change takes", ge=0.0
+    )
 
 
 class CommandStep(Strict):
     """A fuel command from a time on."""
 
-    time: float = Field(description="a number in s, 0 or more")
+    time: float = Field(description="a number in s, 0 or more", ge=0.0)
     command: float = Field(description="a number in percent of load")
-    ramp: float = Field(default=0.0, description="a number in s: how long the change takes")
+    ramp: float = Field(
+        default=0.0, description="a number in s, 0 or more: how long the change takes", ge=0.0
+    )
 
 
 class Missed(Strict):
@@ -124,10 +125,8 @@ class _Transient(Strict):
         default=None, description="the first and the last cycle of which curves are kept, from 1",
         min_length=2, max_length=2,
     )  # fmt: skip
-    limits: str | Limits | None = Field(
-        default=None,
-        description=f"{' or '.join(map(repr, CLASSES))}, or a table with fall, rise, band "
-        "and recovery",
+    limits: Literal["ISO 8528-5 G2"] | Limits | None = Field(
+        default=None, description="'ISO 8528-5 G2', or a table with fall, rise, band and recovery"
     )
 
 
@@ -198,7 +197,7 @@ def _read(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
         Transient(
             given.cycles, engine.period, load, size, given.load_law or laws[size],
             _changes(load), duration, command, missed if missed.size else None,
-            _record(given, place), _limits(given.limits, f"{place} limits"),
+            _record(given, place), _limits(given.limits),
         ),
     )  # fmt: skip
 
@@ -246,11 +245,6 @@ def _points(
     """Steps and ramps as points over the time; before the first step there is `first`."""
     time, value = [0.0], [first]
     for number, (one, new) in enumerate(zip(steps, values, strict=True), start=1):
-        for key in ("time", "ramp"):
-            if getattr(one, key) < 0.0:
-                raise SceneError(
-                    f"{where}, number {number}: {key} = {getattr(one, key):g} s: must be 0 or more"
-                )
         if one.time < time[-1]:
             raise SceneError(
                 f"{where}, number {number}: time = {one.time:g} s: must not lie before the end of "
@@ -280,16 +274,11 @@ def _of_file(file: str, folder: Path, where: str) -> tuple[str, Points]:
     return here[0], Points(time, value)
 
 
-def _limits(given: Any, where: str) -> TransientLimits | None:
-    if given is None:
-        return None
-    if isinstance(given, str):
-        if given not in CLASSES:
-            also = "; other limits are a table with fall, rise, band and recovery"
-            known = not_known(given, CLASSES, also=also)
-            raise SceneError(f"{where} = {shown(given)}: unknown{known}")
-        return CLASSES[given]
-    return TransientLimits(0.01 * given.fall, 0.01 * given.rise, 0.01 * given.band, given.recovery)
+def _limits(given: Limits | str | None) -> TransientLimits | None:
+    if isinstance(given, Limits):
+        fall, rise, band = (0.01 * value for value in (given.fall, given.rise, given.band))
+        return TransientLimits(fall, rise, band, given.recovery)
+    return None if given is None else ISO_8528_5_G2
 
 
 def _words(values: GivenValues) -> tuple[str, ...]:
