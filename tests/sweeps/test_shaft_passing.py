@@ -19,6 +19,7 @@ from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
 from sweeps.scene.plan.plan import make_plan
 from sweeps.view.report import shaft_calculation
+from sweeps.view.report.sections import outcomes
 from tests.support.archives import interrupted
 from tests.support.scenes import refusal
 from tests.sweeps.test_shaft_excitations import DISCS, engine, of_torque, three
@@ -216,6 +217,7 @@ def test_beyond_the_speeds_of_a_table_a_pass_has_no_numbers(tmp_path: Path) -> N
     start = {"passing_start": 300.0, "speed_ramp": 30.0}
     found = of_torque(path, PASSES, table, axes=axes, set=start)
     assert found[STATUS].values.tolist() == [0, 4] and np.isnan(found[TORQUE][1]).all()
+    assert f"what has no number has its outcome in {STATUS}." in outcomes(found, {})
     # Damping over the speed is that of the middle of the pass
     slowed = three()
     slowed["discs"][0].pop("damping")

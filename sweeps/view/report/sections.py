@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from engine_dyn.quantities.graph import PARAMETERS
 from engine_dyn.status import MEANINGS, has_numbers
-from sweeps.base.dimensions import REDUCTION
+from sweeps.base.dimensions import NONLINEAR_STATUS, PASSING_STATUS, REDUCTION, TORSION_STATUS
 from sweeps.base.errors import one_line
 from sweeps.base.naming import meaning_of
 from sweeps.decide.explore.attributes import (
@@ -307,13 +307,20 @@ def _axis_row(archive: xr.Dataset, dim: str, choices: Choices) -> tuple[Any, ...
 # ---- outcomes, warnings, assumptions -------------------------------------------------------------
 
 
+OF_A_SHAFT = (TORSION_STATUS, NONLINEAR_STATUS, PASSING_STATUS)
+"""Outcomes of the vibration of a shaft."""
+
+
 def outcomes(archive: xr.Dataset, choices: Choices) -> str:
     """How many designs had which outcome, and where the others failed."""
     counts = outcome_counts(archive)
     if not counts:
+        others = ", ".join(name for name in OF_A_SHAFT if name in archive)
         return paragraph(
+            f"The speed is not solved; what has no number has its outcome in {others}."
+            if others else
             "No design can fail, because these quantities need no solution of the speed."
-        )
+        )  # fmt: skip
     all_of_them = sum(counts.values())
     body = [
         (
