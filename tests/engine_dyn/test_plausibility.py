@@ -40,7 +40,7 @@ def test_a_usual_engine_is_not_warned_of(diagram: Diagram) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("bore", 140.0, r"bore: 140 m; .*127 times the usual maximum; is bore in mm\?"),
+        ("bore", 5.5, r"bore: 5.5 m; .*5 times the usual maximum; is bore in inches\?"),
         ("stroke", 18.0, r"stroke in cm\?"),
         ("reciprocating_mass", 6670.0, r"in g\?"),
         ("inertia", 2e4, r"^inertia: .*inertia = 20000 kg m2.*in kg cm2\?"),
