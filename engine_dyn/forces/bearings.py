@@ -446,7 +446,8 @@ def _of_engine(
     order = np.argsort(below, kind="stable")
     begins = np.flatnonzero(np.diff(below[order], prepend=-1))[::at_once]
     for some in np.split(order, begins[1:]) if order.size else ():
-        here, weight = columns[:, some], columns[2, some] - below[some]
+        # Contiguous for any number of designs: a kernel is compiled anew for what is not.
+        here, weight = np.ascontiguousarray(columns[:, some]), columns[2, some] - below[some]
         places = np.stack([below[some], below[some] + (weight > 0.0)])
         rows = np.unique(places)
         inputs = np.concatenate([here[:2], weight[None], here[5:]])

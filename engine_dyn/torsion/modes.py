@@ -104,7 +104,8 @@ def elastic_modes(system: ShaftSystem, speed: Any) -> tuple[Floats, Floats, Floa
             np.broadcast_to(values, inertia.shape)[wide]
             for values in (inertia, system.stiffness_at(speed), system.ground_stiffness)
         )
-        modes = squares[wide], angle[wide], twist[wide]
+        # Contiguous, for which alone the kernel is compiled.
+        modes = [np.ascontiguousarray(values[wide]) for values in (squares, angle, twist)]
         if modes[0].size:
             graded_modes(system.parent, *own, *modes)
         squares[wide], angle[wide], twist[wide] = modes

@@ -316,11 +316,11 @@ def _prepared(given: _Given, some: Integers) -> tuple[Passes, Integers]:
     bad = ((at_start < 1e-9 * np.abs(root)[..., None]) & (most > 0.0)).any(axis=(1, 2))
     bad |= (response["status"] != CONVERGED).any(axis=(0, 2))
     outcome = np.where(hasty, NOT_CONVERGED, np.where(bad, NO_STEADY_STATE, CONVERGED))
-    return Passes(
-        start, end, np.abs(end - start) / rate, smooth, first, order, own,
-        np.ascontiguousarray(meeting[0]), right[case, mode],
-        share[case, mode, order],
-    ), outcome  # fmt: skip
+    # Contiguous, whatever the number of cases: kernels are compiled anew for arrays that are not.
+    return Passes(*map(np.ascontiguousarray, (
+        start, end, np.abs(end - start) / rate, smooth, first, order, own, meeting[0],
+        right[case, mode], share[case, mode, order],
+    ))), outcome  # fmt: skip
 
 
 def _bent(values: Complexes, apart: Floats) -> Complexes:

@@ -283,9 +283,14 @@ def _tree(
 
 
 def along_one_axis(values: Floats, own: int = 1) -> Floats:
-    """Values with all designs along one axis, before the last `own` axes."""
+    """Values with all designs along one axis, before the last `own` axes.
+
+    Read-only, as those of a system are: kernels are compiled anew for arrays that are not.
+    """
     shape = math.prod(values.shape[:-own]), *values.shape[-own:]
-    return np.ascontiguousarray(values.reshape(shape))
+    found = np.ascontiguousarray(values.reshape(shape)).view()
+    found.flags.writeable = False
+    return found
 
 
 def matrices(system: ShaftSystem, speed: Any = 0.0) -> tuple[Floats, Floats, Floats, Floats]:

@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline
 from scipy.special import wofz
 
 from engine_dyn.status import CONVERGED, NO_STEADY_STATE, NOT_CONVERGED
-from engine_dyn.torsion.forced import forced_response
+from engine_dyn.torsion.forced import _respond, forced_response
 from engine_dyn.torsion.modes import modal_roots, natural_modes
 from engine_dyn.torsion.passing import AtNodes, node_speeds, passing, passing_history
-from engine_dyn.torsion.ramp import advanced
+from engine_dyn.torsion.ramp import advanced, largest_torques
 from engine_dyn.torsion.shaft import pendulum
 from engine_dyn.torsion.synthesis import half_range
 from engine_dyn.torsion.system import ShaftSystem, matrices, shaft_system
@@ -388,3 +388,16 @@ def test_wrong_input_is_named() -> None:
     }.items():  # fmt: skip
         with pytest.raises(ValueError, match=message):
             passing(*given)
+
+
+@pytest.mark.compiled
+def test_any_number_of_passes_and_designs_share_the_compiled_kernels() -> None:
+    """They were compiled again for arrays of another layout, or that may be written to."""
+    many = shaft_system(**{**THREE, "inertia": [[2.0, 3.0, 10.0], [2.5, 3.0, 9.0]]})
+    torque = some_torques(1, SIX)
+    counts = set()
+    for system in (shaft_system(**THREE), many, many.of(np.array([1])), many.of(np.array([1, 0]))):
+        forced_response(system, SIX, 100.0, [0], torque, wanted=("torque", "torque_extremes"))
+        passing(system, SIX, 60.0, 90.0, 5.0, [0], torque)
+        counts.add((len(_respond._whole.overloads), len(largest_torques._whole.overloads)))
+    assert len(counts) == 1, counts
