@@ -120,13 +120,16 @@ def _integrals(z: Floats) -> tuple[Complexes, Complexes]:
     slope, in the cubic between two knots.
     """
     low = np.where(z <= SERIES_UP_TO, z, 0.0)
-    even, odd = np.zeros(z.shape, dtype=np.complex128), np.zeros(z.shape, dtype=np.complex128)
+    square = -(low**2)
+    sums = np.zeros((4, *z.shape))  # real part and imaginary part over -z, of A and of B
     for n in reversed(range(28)):  # 28 terms of the power series in -i z
         # Integrals of t^n with the two weights.
         a = 1.0 / (n + 1) - 3.0 / (n + 3) + 2.0 / (n + 4)
         b = 1.0 / (n + 2) - 2.0 / (n + 3) + 1.0 / (n + 4)
-        even = even * (-1j * low) + a / math.factorial(n)
-        odd = odd * (-1j * low) + b / math.factorial(n)
+        for one, integral in ((sums[n % 2], a), (sums[2 + n % 2], b)):
+            one *= square
+            one += integral / math.factorial(n)
+    even, odd = sums[0] - 1j * low * sums[1], sums[2] - 1j * low * sums[3]
     if (z <= SERIES_UP_TO).all():
         return even, odd
     high = np.where(z > SERIES_UP_TO, z, 1.0) * 1j
