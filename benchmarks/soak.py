@@ -189,10 +189,11 @@ def _in_process(job: tuple[int, int, Path, bool]) -> tuple[list[str], int]:
     limits.LARGEST_BLOCK = BLOCK
     wrong: list[str] = []
     refused = 0
-    alone = {name: results(sweeps.run(scene)) for name, scene in SCENES.items()}
+    names = list(SCENES) if own else ["scalars"]
+    alone = {name: results(sweeps.run(SCENES[name])) for name in names}
     output = folder / (f"process {number}.nc" if own else "one for all.nc")
     for turn in range(number, number + rounds):
-        name = list(SCENES)[turn % len(SCENES)] if own else "scalars"
+        name = names[turn % len(names)]
         try:
             sweeps.stream(SCENES[name], output, overwrite=True, threads=1)
         except sweeps.SceneError as error:

@@ -68,7 +68,7 @@ def test_absurd_designs_break_no_rule(number: int) -> None:
 
 def test_every_rule_is_broken_by_something() -> None:
     """The checks see what they are there for."""
-    chunk = draw.table(SEED, 1, SIZE)
+    chunk = draw.table(SEED, 1, FEW)
     columns, bounds = chunk.flat(), draw.shapes().bounds(chunk.flat())
     found = chunk.solve()
     good = int(np.flatnonzero((found["status"] == 0) & (found["delta"] > 1e-3))[0])
@@ -96,7 +96,7 @@ def test_every_rule_is_broken_by_something() -> None:
     stalled = {name: array.copy() for name, array in found.items()}
     stalled["status"][:] = 1
     broken = check(columns, chunk.closure, bounds, stalled)["no false stall"]
-    assert 0 < broken.sum() < SIZE and not broken[found["status"] == 1].any()
+    assert 0 < broken.sum() < FEW and not broken[found["status"] == 1].any()
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 13, 16])
@@ -325,7 +325,7 @@ def test_the_finer_solution_is_finer(design: dict[str, Any]) -> None:
 
 def speeds_with(exponent: float) -> Any:
     """Mean speeds of designs of a drawn table, all with one exponent."""
-    count = 200
+    count = 80
     columns = draw.table(SEED, 4, SIZE).flat(slice(0, count)) | {
         "exponent": np.full(count, exponent)
     }
@@ -342,7 +342,7 @@ def test_tiny_exponents_keep_the_digits_of_the_speed(exponent: float, geometric:
     """The power mean of such an order is the geometric mean but for alpha/2 var(log omega)."""
     found = speeds_with(exponent)
     both = np.isfinite(geometric) & np.isfinite(found)
-    assert both.sum() > 25
+    assert both.sum() > 10
     np.testing.assert_allclose(found[both], geometric[both], rtol=1e-8 + exponent)
 
 
@@ -383,7 +383,7 @@ def test_what_is_said_of_driven_machines_is_judged() -> None:
 
 def test_light_flywheels(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(strong, "EXPONENTS", {"0.1 to 4": (0.1, 4.0), "2": (2.0, 2.0)})
-    monkeypatch.setattr(strong, "MOST_CYLINDERS", 3)
+    monkeypatch.setattr(strong, "MOST_CYLINDERS", 2)
     result = strong.run(SEED, 2, lambda words: None)
     assert result.defects == 0, result.examples
     assert min(result.of("agrees", *key) for key in result.worst) > 1000

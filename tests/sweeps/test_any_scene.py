@@ -43,7 +43,7 @@ quick = settings(
 )
 
 
-slow = settings(quick, max_examples=max(5, SCENES // 4))
+slow = settings(quick, max_examples=SCENES // 4)
 
 
 def differing(found: xr.Dataset, expected: xr.Dataset) -> list[str]:
