@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from engine_dyn.quantities.graph import QUANTITIES
-from sweeps.base.errors import SceneError
 from sweeps.running.compute.in_memory import compute, run
 from sweeps.scene.plan import blocks
 from sweeps.scene.plan.leaves import points_of
 from sweeps.scene.plan.plan import make_plan
 from sweeps.scene.plan.shards import shard
 from sweeps.scene.reading import read_scene
+from tests.support.crossing_scenes import possible
 
 PATTERNS = ["1", "110", "11010", "1111110", "deviation 0.05, 2 cycles, seed 3"]
 """Of 1, 3, 5, 7 and 2 cycles of four cylinders: 210 together."""
@@ -33,18 +32,6 @@ def scene_of(scene: dict[str, Any], patterns: list[str], quantities: list[str]) 
         **scene, "silenced_warnings": ["all"], "axes": {"firing_pattern": patterns},
         "output": {"quantities": quantities, "angle_step": 15, "highest_order": 4},
     }  # fmt: skip
-
-
-def answered(scene: dict[str, Any]) -> list[str]:
-    """All quantities that the scene can answer."""
-    found = []
-    for name in QUANTITIES:
-        try:
-            read_scene(scene_of(scene, ["1"], [name]))
-        except SceneError:
-            continue
-        found.append(name)
-    return found
 
 
 def differing(alone: xr.Dataset, beside: xr.Dataset) -> list[str]:
@@ -68,7 +55,7 @@ def differing(alone: xr.Dataset, beside: xr.Dataset) -> list[str]:
 def test_every_quantity_has_the_same_bits_alone_and_beside(
     scene: dict[str, Any], patterns: list[str]
 ) -> None:
-    names = answered(scene)
+    names = possible(scene_of(scene, ["1"], ["delta"]))
     assert len(names) > 200
     together = run(scene_of(scene, patterns, names))
     assert together.sizes["firing_cycle"] % (70 if scene is FOUR else 10) == 0

@@ -14,6 +14,8 @@ import sweeps
 from engine_dyn.quantities.graph import QUANTITIES
 from engine_dyn.quantities.shaft_numbers import PATTERNS
 from sweeps.scene.model import Scene
+from sweeps.scene.plan.plan import make_plan
+from sweeps.scene.reading import read_scene
 from tests.support.shafts import complete_shaft
 from tests.support.tiers import every
 
@@ -95,12 +97,15 @@ def test_every_key_varies(key: str) -> None:
     along = sweeps.run(tables(NAMES, axes={key: [*values]}))
     listed = sweeps.run(tables(NAMES, designs={key: [*values]}))
     ends = {"low": min(values), "high": max(values)}
-    drawn = sweeps.run(tables(NAMES, sample={"number": 2, "seed": 1, key: ends}))
+    # Sampled designs are computed as those of a table.
+    drawn = make_plan(read_scene(tables(NAMES, sample={"number": 2, "seed": 1, key: ends})))
     alone = sweeps.run(tables(NAMES, set={key: values[1]}))
     changes = []
     for name in NAMES:
-        for found, axis in ((along, key), (listed, "design"), (drawn, "design")):
-            assert {*found[name].dims} - {axis} == {*alone[name].dims}, name
+        for dims, axis in (
+            (along[name].dims, key), (listed[name].dims, "design"), (drawn.dims(name), "design"),
+        ):  # fmt: skip
+            assert {*dims} - {axis} == {*alone[name].dims}, name
         one = at(along, name, key)
         assert_array_equal(one, alone[name], err_msg=name)
         assert_array_equal(at(listed, name, "design"), alone[name], err_msg=name)
