@@ -159,6 +159,7 @@ def tables():
         return tomllib.load(file)["diagram"]
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("load", [0, 50, 90])
 def test_ntua_file_is_what_its_script_finds(tables, load):
     """The figures are met, and no change that keeps them comes closer to the usual values."""

@@ -102,6 +102,7 @@ def test_energy_and_mean_torque(
     assert stored == pytest.approx(swing_of(torque, step), rel=allowed)
 
 
+@pytest.mark.compiled
 def test_the_general_solver_agrees() -> None:
     given = {
         "bore": BORE, "stroke": STROKE, "crank_ratio": RATIO, "reciprocating_mass": 0.8,

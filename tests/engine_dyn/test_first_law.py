@@ -445,6 +445,7 @@ def test_bad_parameters(name: str, changes: dict[str, Any], words: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.compiled
 @given(
     st.floats(8.0, 20.0), st.floats(0.0, 25.0), st.floats(-20.0, 5.0), st.floats(25.0, 100.0),
     st.floats(0.4, 3.0), st.sampled_from(sorted(WALL)),

@@ -65,6 +65,7 @@ def test_gas_harmonics_are_the_transform(
     assert found == pytest.approx(wanted, abs=ROUNDING * pressure.max())
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("highest", [0.4, 0.95])
 def test_designs_of_many_crank_ratios_are_those_alone(family: Family, highest: float) -> None:
     """Bit for bit, with and without an offset, in any row, on any number of threads."""

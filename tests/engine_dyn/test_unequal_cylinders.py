@@ -255,6 +255,7 @@ def test_representatives() -> None:
     assert cylinders_of(arranged("V8 cross-plane")).along_shaft == ((0, 1), (2, 3), (4, 5), (6, 7))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("layout", "kinds"), [("in-line 6", 1), ("V6 90 shared-pin 1-6-5-4-3-2", 2)]
 )
