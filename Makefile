@@ -8,9 +8,11 @@ CONSTRAINTS ?= constraints.txt
 PROCESSES ?= 2
 
 python := $(VENV)/bin/python
-# pip repeats a general warning of setuptools about editable installations; all else is shown.
+# pip repeats a general warning of setuptools about editable installations; all else is shown. It
+# compiles sources by one process, and not those that are editable: `compile` takes all processors.
 pip_install := PYTHONWARNINGS='ignore:Editable installation' $(python) -m pip install --quiet \
-	--disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
+	--no-compile --disable-pip-version-check --no-input $(addprefix --constraint ,$(CONSTRAINTS))
+compile = $(python) -m compileall -qq -j 0 $(VENV)/lib engine_dyn sweeps || :
 # Each process that a test starts would compile the sources again where Python keeps no bytecode: that
 # takes longer than most of these tests.
 pytest := PYTHONDONTWRITEBYTECODE= $(python) -m pytest -n $(PROCESSES) --dist worksteal
@@ -19,16 +21,17 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map transients bench bench-gpu bench-kernels studies rates compile-times warm-run stress \
+.PHONY: help environment demo check test coverage lint imports types docs validation worked-examples calibrate data-sheet misfire-map transients bench bench-gpu bench-kernels studies rates compile-times warm-run stress \
 	large-runs large-study reliability faults soak properties fuzz damage wheel dist lock licences clean distclean
 
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
 	@echo "make check       the first tier: lint and the quick tests (4 to 5 min; more after a change of engine_dyn)"
-	@echo "make test        every test (12 min)"
+	@echo "make test        every test (17 min)"
 	@echo "make coverage    which lines of engine_dyn the tests reach, with the compiler off (3 min)"
 	@echo "make lint types  ruff and the rules of imports, mypy"
 	@echo "make imports     who imports whom, against the contracts of pyproject.toml"
+	@echo "make environment all that these commands need, installed at once"
 	@echo "make docs        the site of the documentation, in out/docs (3 min; 15 s where only pages have changed)"
 	@echo "make validation  docs/validation.md: every published number beside ours"
 	@echo "make worked-examples  docs/worked_examples.md: examples of textbooks, printed and computed (15 s)"
@@ -220,33 +223,43 @@ $(python):
 	    || { rm -rf $(VENV); exit 1; }; \
 	fi
 
+# What all targets but `bench` need, at once: sooner than one after the other.
+environment: $(python) pyproject.toml $(CONSTRAINTS)
+	@$(pip_install) --editable '.[test,lint,docs,release]'
+	@$(compile)
+	@touch $(addprefix $(VENV)/.installed,'' -test -lint -docs -release)
+
 $(VENV)/.installed: $(python) pyproject.toml $(CONSTRAINTS)
 	@echo "installing engine-dyn and what the README needs"
 	@$(pip_install) --editable '.[study,optimise,report]'
-	@: "pip compiles what it installs, but not these; where Python keeps no bytecode, each start would"
-	@$(python) -m compileall -q engine_dyn sweeps
+	@$(compile)
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed
 	@echo "installing what the tests need"
 	@$(pip_install) --editable '.[test]'
+	@$(compile)
 	@touch $@
 
 $(VENV)/.installed-lint: $(VENV)/.installed-test
 	@echo "installing what the checks need"
 	@$(pip_install) --editable '.[test,lint]'
+	@$(compile)
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed
 	@echo "installing what the documentation needs"
 	@$(pip_install) --editable '.[docs]'
+	@$(compile)
 	@touch $@
 
 $(VENV)/.installed-release: $(VENV)/.installed-test
 	@$(pip_install) --editable '.[release]'
+	@$(compile)
 	@touch $@
 
 $(VENV)/.installed-bench: $(VENV)/.installed-test
 	@echo "installing what the benchmarks compare with"
 	@$(pip_install) --editable '.[bench]'
+	@$(compile)
 	@touch $@
