@@ -64,8 +64,6 @@ def check_keywords(**values: float) -> None:
     """Refuse what lies below the range of a parameter, or is impossible; ValueError names it."""
     for name, number in values.items():
         one = KEYWORDS[name]
-        if beyond := impossible(one.name, number / one.si, one.unit, one.si, written=1.0):
-            raise ValueError(f"{name} = {number:g}: must be {beyond}")
         if one.whole:
             number = given_number(name, number, finite=True)
             if number < 1.0 or number != int(number):
@@ -74,6 +72,8 @@ def check_keywords(**values: float) -> None:
             check_positive(**{name: number})
         elif not 0.0 <= number < np.inf:
             raise ValueError(f"{name} = {number:g}: must be zero or a positive number")
+        if beyond := impossible(one.name, number / one.si, one.unit, one.si, written=1.0):
+            raise ValueError(f"{name} = {number:g}: must be {beyond}")
 
 
 def check_positive(**values: float) -> None:
