@@ -116,11 +116,11 @@ def largest_torques(
             most, place = line[top], fine[top]
             for i in range(1, FINER * (count - 1)):
                 if line[i] >= CLOSEST * line[top] and line[i - 1] <= line[i] >= line[i + 1]:
-                    step = i // FINER if line[i + 1] >= line[i - 1] else (i - 1) // FINER
-                    time = fine[i] + _peak(
+                    away = _peak(
                         fine[i - 1] - fine[i], fine[i + 1] - fine[i], line[i] - line[i - 1],
                         line[i] - line[i + 1],
                     )  # fmt: skip
+                    step, time = (i if away >= 0.0 else i - 1) // FINER, fine[i] + away
                     _moved(case, passes, nu, times[step], time, states[step], states[count])
                     value = _half_range(case, passes, shaft, table, time, states[count], scratch)
                     if value > most:

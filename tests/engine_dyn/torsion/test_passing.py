@@ -307,6 +307,22 @@ def test_little_remains_between_samples(loss_factor: float, rate: float) -> None
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("seed", [5, 7])
+def test_a_peak_near_the_end_of_a_ramp_is_not_beyond_its_neighbours(seed: int) -> None:
+    # Samples lie closer and closer there: the top of a parabola may be on either side.
+    draw, count = np.random.default_rng(seed), 100
+    inertia = np.array(DIESEL["inertia"]) * draw.uniform(0.9, 1.1, (count, 9))
+    system, orders = shaft_system(**{**DIESEL, "inertia": inertia}), np.arange(0.5, 12.25, 0.5)
+    torque = draw.normal(size=(2, 6, orders.size)) * 400.0 / (1.0 + orders**2)
+    given: tuple[Any, ...] = (
+        system, orders, 84.0, 209.0, 10.0 ** draw.uniform(-0.7, 0.7, count), DIESEL_NODES,
+        torque[0] + 1j * torque[1],
+    )  # fmt: skip
+    found, fine = (passing(*given, samples=samples)["half_range"] for samples in (1.0, 2.0))
+    assert found == pytest.approx(fine, rel=ERROR)
+
+
+@pytest.mark.compiled
 def test_designs_broadcast_and_do_not_depend_on_their_company() -> None:
     inertia = np.array(THREE["inertia"]) * np.linspace(0.9, 1.1, 70)[:, None, None]
     system = shaft_system(**{**THREE, "inertia": inertia})
