@@ -25,7 +25,7 @@ NODES = 17
 PEAK, BEAT, LEAST, MOST = 0.25, 0.35, 64, 1 << 15
 """Distance of samples: over the width of a peak in time; as phase of a beat; their numbers."""
 
-CLOSE, CLOSEST, FINER = 0.96, 0.995, 4
+CLOSE, CLOSEST, FINER = 0.98, 0.995, 4
 """Part of the largest sample from which samples are finer, by which factor, and from which finer
 ones a parabola is laid through peaks."""
 
