@@ -38,7 +38,7 @@ from engine_dyn.geometry.firing_sequence import SEALED, PressureFactor
 from engine_dyn.periodic_spline import periodic_spline_slopes
 from engine_dyn.pressure.cycle_table import CycleTable
 from engine_dyn.pressure.diagram import Diagram, in_compression, values_at
-from engine_dyn.pressure.family import Family, largest_between, own_diagrams, peaks_between
+from engine_dyn.pressure.family import Family, blend, largest_between, own_diagrams, peaks_between
 from engine_dyn.pressure.point_checks import LARGEST_PRESSURE
 from engine_dyn.types import Floats, Integers
 from engine_dyn.units import DEGREE
@@ -182,6 +182,15 @@ def row_with_factor(family: Family, row: int, factor: float) -> Diagram:
             whole.period,
         )
     return known[row, factor]
+
+
+def at_with_factor(family: Family, load: float, factor: float) -> Diagram:
+    """Diagram at one load [percent], see `Family.at`, for a cylinder with this factor."""
+    row, weight = family.locate(load)
+    lower = row_with_factor(family, int(row), factor)
+    if weight == 0.0:
+        return lower
+    return blend(lower, row_with_factor(family, int(row) + 1, factor), float(weight))
 
 
 def peak_with_factor(place: npt.ArrayLike, family: Family, factor: float) -> Floats:

@@ -24,7 +24,7 @@ from engine_dyn.geometry.cylinders import Cylinders, Member
 from engine_dyn.given_numbers import given_number
 from engine_dyn.pressure.diagram import Diagram, values_at
 from engine_dyn.pressure.family import Family, own_diagrams
-from engine_dyn.pressure.motored import motored
+from engine_dyn.pressure.motored import at_with_factor, motored
 from engine_dyn.transient.lobatto import POINTS
 from engine_dyn.types import Floats, Integers
 
@@ -219,22 +219,14 @@ def _shared(
 def _diagrams(family: Family, member: Member, loads: Floats) -> list[Diagram]:
     """Diagrams of the rows for one cylinder; a factor is that of docs/method.md (20)."""
     own, factor = own_diagrams(family, member.diagram), member.pressure_factor
-    rows = [own.at(float(load)) for load in loads]
-    still = motored(rows[0])
     if isinstance(factor, tuple) or factor < 0.0:
         raise ValueError("firing patterns are not followed in time; give the missed firings")
+    rows = [at_with_factor(own, float(load), factor) for load in loads]
+    still = motored(own.at(float(loads[0])))
     if not np.array_equal(still.angle, rows[0].angle):
         values, slopes = still(rows[0].angle), still.derivative(rows[0].angle)
         still = Diagram(rows[0].angle, values, slopes, still.period)
-    if factor == 1.0:
-        return [still, *rows]
-    return [still, *(
-        Diagram(
-            one.angle, still.pressure + factor * (one.pressure - still.pressure),
-            still.slope + factor * (one.slope - still.slope), one.period,
-        )
-        for one in rows
-    )]  # fmt: skip
+    return [still, *rows]
 
 
 def _make_of(
