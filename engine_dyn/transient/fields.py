@@ -14,6 +14,8 @@ INF = math.inf
 
 MOST_CYCLES = 100_000  # Cycles that are followed at most
 
+LOWEST_COMMAND = -1e3  # Percent of load; the row without combustion lies above it
+
 
 class Field(NamedTuple):
     """One number of each design, in SI units; without `default` it must be given."""
@@ -53,7 +55,7 @@ FIELDS = (
     Field("gas_factor", "1", "factor on the pressure of the diagrams", 1.0),
     _above("speed", "rad s-1", "nominal speed, to which load and limits refer"),
     Field("start_speed", "rad s-1", "speed at the beginning"),
-    Field("start_command", "percent", "fuel command at the beginning", 0.0, -1e3, 1e3),
+    Field("start_command", "percent", "fuel command at the beginning", 0.0, LOWEST_COMMAND, 1e3),
     Field("load_exponent", "1", "exponent of the load's torque over the speed: 0 torque, 2 "
           "propeller, -1 power", 2.0, -1.0, 10.0),
     Field("load_offset", "N m", "load torque that depends on nothing", 0.0, -INF),
@@ -73,8 +75,10 @@ FIELDS = (
           0.0, high=10.0),
     Field("actuator_lag", "s", "time constant of the actuator", 0.0),
     Field("dead_time", "s", "time from a sample to the actuator", 0.0, high=1.0),
-    Field("lowest_command", "percent", "lowest fuel command of the governor", -1e3, -1e3, 1e3),
-    Field("highest_command", "percent", "highest fuel command of the governor", 1e3, -1e3, 1e3),
+    Field("lowest_command", "percent", "lowest fuel command of the governor", LOWEST_COMMAND,
+          LOWEST_COMMAND, 1e3),
+    Field("highest_command", "percent", "highest fuel command of the governor", 1e3, LOWEST_COMMAND,
+          1e3),
     Field("boost_lag", "s", "time constant of the charge air", 0.0),
     Field("boost_margin", "percent", "command that burns at once, beyond that of the charge air",
           INF),
@@ -116,11 +120,18 @@ class Fault(NamedTuple):
     must: str  # What is allowed; another number in braces
 
 
-def faults(numbers: Mapping[str, Floats]) -> Iterator[Fault]:
-    """Numbers outside their ranges, then those that do not go together; SI units, broadcasting."""
+def faults(numbers: Mapping[str, Floats], last_row: float = INF) -> Iterator[Fault]:
+    """Numbers outside their ranges, then those that do not go together; SI units, broadcasting.
+
+    No command may lie beyond `last_row`, the highest load [percent] of the diagrams.
+    """
     for field in FIELDS:
         if field.name in numbers:
             yield Fault(field.name, field.wrong(numbers[field.name]), field.allowed)
+    for name in ("start_command", "highest_command"):
+        if name in numbers:
+            beyond = np.greater(numbers[name], last_row)
+            yield Fault(name, beyond, f"at most {last_row:g}, the load of the last diagram")
     for name, other, is_wrong, must in _TOGETHER:
         if name in numbers and other in numbers:
             yield Fault(name, is_wrong(numbers[name], numbers[other]), must)

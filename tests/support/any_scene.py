@@ -496,8 +496,8 @@ def _transient(draw: Draw, given: Given) -> None:
         "load_steps": [{"time": 0.001, size: draw(near(0.1 * most, most))}],
         **{key: draw(values) for key, values in some(draw, more, 5, least=0).items()},
     }  # fmt: skip
-    percent, short, part = near(0.0, 60.0), near(0.001, 0.1), near(0.0, 0.1)
-    own = given.own["speed"]
+    own, high = given.own["speed"], given.engine.family.high
+    percent, short, part = near(0.0, 0.6 * high), near(0.001, 0.1), near(0.0, 0.1)
     kinds: dict[str, dict[str, Any]] = {
         "transient": {
             "step_factor": near(0.5, 1.5), "start_speed": around(own), "start_command": percent,
@@ -509,7 +509,7 @@ def _transient(draw: Draw, given: Given) -> None:
             "speed": around(own, 0.1), "integral": near(0.0, 9.0), "derivative": part,
             "droop": near(0.0, 6.0), "window": st.integers(1, 6).map(float),
             "sampling_time": short, "dead_time": short, "actuator_lag": short,
-            "lowest_command": near(-20.0, 0.0), "highest_command": near(60.0, 100.0),
+            "lowest_command": near(-20.0, 0.0), "highest_command": near(0.6 * high, high),
         },
         "starter": {"release": around(0.9 * own)},
         "clutch": {"speed": near(0.0, own), "torque": near(10.0, 100.0)},

@@ -52,6 +52,12 @@ def changed(**tables: Any) -> dict[str, Any]:
     return {name: table for name, table in made.items() if table is not None}
 
 
+def commands(*steps: tuple[float, float]) -> dict[str, Any]:
+    """Tables in which no governor gives the fuel commands, but these, each from a time on."""
+    given = [{"time": time, "command": command} for time, command in steps]
+    return {"governor": None, "transient": {"command_steps": given, "start_command": None}}
+
+
 @pytest.mark.compiled
 def test_a_scene_gives_what_the_functions_give() -> None:
     engine = load_engine("ntua")
@@ -90,11 +96,16 @@ def test_a_scene_gives_what_the_functions_give() -> None:
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("cylinders", [1, 6])
-def test_a_constant_load_ends_in_the_periodic_solution(cylinders: int) -> None:
+@pytest.mark.parametrize(
+    ("cylinders", "more"),
+    [(1, {}), (6, {}), (3, {"misfire": 2.0}), (3, {"pressure_factor_2": 0.8})],
+)
+def test_a_constant_load_ends_in_the_periodic_solution(
+    cylinders: int, more: dict[str, float]
+) -> None:
     # The friction of the periodic solution is that of the nominal speed
     own = {"cylinders": cylinders, "load": 50.0, "load_exponent": 2.0, "inertia": 4.0,
-           "friction_mean_piston_speed": 0.0}  # fmt: skip
+           "friction_mean_piston_speed": 0.0, **more}  # fmt: skip
     periodic = changed(
         set=own, transient=None, governor=None,
         solver={"method": "auto", "inertia_model": "variable", "tolerance": 1e-9},
@@ -145,6 +156,17 @@ def test_designs_that_cannot_be_are_an_outcome() -> None:
     told = text(make_plan(read_scene(asking(("speed_fall",), "ntua", **scene))))
     line = "governor_lowest_command = 95: must be at most governor_highest_command, 90 (status 4)"
     assert f"not followed: 1 of 4 designs: {line}" in told
+
+
+@pytest.mark.compiled
+def test_no_command_lies_beyond_the_last_diagram() -> None:
+    scene = changed(axes={"transient_start_command": [90.0, 90.5]},
+                    transient={"start_command": None}, governor=None)  # fmt: skip
+    found = computed(("speed_fall",), **scene)
+    assert found.status.values.tolist() == [FOLLOWED, INVALID_INPUT]
+    told = text(make_plan(read_scene(asking(("speed_fall",), "ntua", **scene))))
+    line = "transient_start_command = 90.5: must be at most 90, the load of the last diagram"
+    assert f"not followed: 1 of 2 designs: {line}" in told
 
 
 @pytest.mark.compiled
@@ -331,6 +353,10 @@ def test_one_design_that_an_engine_does_not_allow_stops_no_other() -> None:
         ({"transient": {"load_file": "x.csv"}}, "has both load_steps and load_file"),
         ({"transient": {"load_file": "x.csv", "load_steps": None}}, "x.csv: no such file"),
         ({"transient": {"command_steps": [{"time": 0.0, "command": 50.0}]}}, "not allowed"),
+        (commands((0.0, 20.0), (0.3, 90.5)), "command 90.5: must be at most 90, the load of the l"),
+        (commands((0.0, -1001.0)), "command = -1001: must be a number in percent of load, at leas"),
+        ({"governor": {"highest_command": 95.0}}, "governor_highest_command = 95: must be at most"),
+        ({"transient": {"start_command": 95.0}}, "start_command = 95: must be at most 90, the loa"),
         ({"governor": {"gain": None, "integral": None}}, "a governor needs gain or integral"),
         ({"governor": {"gain": -1.0}}, "[governor] gain = -1: must be"),
         ({"governor": {"actuator_lag": -0.1}}, "[governor] actuator_lag = -0.1: must be"),

@@ -333,7 +333,7 @@ def _follow(
 
     each = numbers.pop("load_each")
     good = np.isfinite(each)
-    for fault in faults(numbers):
+    for fault in faults(numbers, engine.family.high):
         good &= ~fault.designs
     places, numbers = places[good], {name: value[good] for name, value in numbers.items()}
     if not places.size:

@@ -32,7 +32,8 @@ def impossible(scene: Scene) -> list[tuple[str, float]]:
     if part is None:
         return []
     keys = KEY_OF | ({"load_exponent": "load_exponent"} if part.law == "exponent" else {})
-    highest = Value(min(100.0, float(scene.engine.family.loads[-1])))
+    last_row = scene.engine.family.high
+    highest = Value(min(100.0, last_row))
     given = {field: scene.known[key] for field, key in keys.items() if key in scene.known}
     given = {"highest_command": highest} | given
     dims = list(dict.fromkeys(dim for one in given.values() for dim in one.dims))
@@ -41,7 +42,7 @@ def impossible(scene: Scene) -> list[tuple[str, float]]:
         for field, one in given.items()
     }  # fmt: skip
     found = []
-    for name, wrong, must in faults(numbers):
+    for name, wrong, must in faults(numbers, last_row):
         if wrong.any():
             bad = {
                 field: np.broadcast_to(value, wrong.shape)[wrong].flat[0] / given[field].unit
@@ -86,7 +87,12 @@ def check_transient(scene: Scene, name: str) -> None:
     gains = ("governor_gain", "governor_integral")
     of_governor = (node.name for node in PARAMETERS if node.name.startswith("governor_"))
     governed = [key for key in of_governor if given(key)]
-    where = f"{name}: [transient]"
+    where, last_row = f"{name}: [transient]", scene.engine.family.high
+    if part.command is not None and part.command.value.max() > last_row:
+        raise SceneError(
+            f"{where} command_steps: command {part.command.value.max():g}: must be at most "
+            f"{last_row:g}, the load of the last diagram of engine {scene.engine.name}"
+        )
     if part.command is not None and governed:
         raise SceneError(
             f"{where} command_steps: not allowed together with {governed[0]}: a governor gives the "

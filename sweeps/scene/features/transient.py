@@ -27,7 +27,7 @@ from engine_dyn.quantities.features.transient import (
     Points,
     Transient,
 )
-from engine_dyn.transient.fields import MOST_CYCLES
+from engine_dyn.transient.fields import LOWEST_COMMAND, MOST_CYCLES
 from engine_dyn.transient.limits import ISO_8528_5_G2, TransientLimits
 from engine_dyn.types import Floats
 from sweeps.base.checks import Strict, check_range
@@ -66,7 +66,9 @@ class CommandStep(Strict):
     """A fuel command from a time on."""
 
     time: float = Field(description="a number in s, 0 or more", ge=0.0)
-    command: float = Field(description="a number in percent of load")
+    command: float = Field(
+        description=f"a number in percent of load, at least {LOWEST_COMMAND:g}", ge=LOWEST_COMMAND
+    )
     ramp: float = Field(
         default=0.0, description="a number in s, 0 or more: how long the change takes", ge=0.0
     )
