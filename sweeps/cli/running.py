@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sweeps.base.dimensions import OUTCOMES, STATUS
 from sweeps.base.errors import SceneError, counted, size_text
 from sweeps.cli.arguments import (
     PATH,
@@ -40,8 +41,6 @@ from sweeps.cli.exits import (
 from sweeps.cli.files import check_archive_output, check_output, files_of, writing
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from sweeps.running.compute.options import Finished
     from sweeps.scene.model import Scene
     from sweeps.scene.plan.plan import Plan
@@ -175,7 +174,7 @@ def run(
         _print_numbers(plan, output)
         _print_load(plan)
         tell(f"{output} ({size_text(output.stat().st_size)})")
-    _end_if_designs_failed(read, done.outcomes, output)
+    _end_if_designs_failed(read, done, output)
 
 
 @click.command()
@@ -406,6 +405,11 @@ def _print_outcomes(scene: Scene, plan: Plan, done: Finished) -> None:
 
         counts = of_all_designs(done.outcomes, plan.designs)
         tell("outcomes: " + ", ".join(f"{one} {n}{explained(one)}" for one, n in counts.items()))
+    for name in OUTCOMES:
+        # Those of a shaft, or of a periodic speed beside, where they say what is not said above
+        told = done.outcomes_of(name)
+        if name != STATUS and told and (not done.outcomes or told.keys() - {"converged"}):
+            tell(f"{name}: " + ", ".join(f"{one} {n}" for one, n in told.items()))
     if scene.gives("wanted_delta") and "stalled" in done.outcomes:
         tell(
             "stalled: the wanted delta is so large that the engine would stall first; no inertia "
@@ -433,12 +437,16 @@ def _resumed(done: Finished) -> str:
     return f" ({'; '.join(parts)})" if parts else ""
 
 
-def _end_if_designs_failed(scene: Scene, outcomes: Mapping[str, int], output: Path) -> None:
-    failed = {name: count for name, count in outcomes.items() if name in scene.fail_on}
+def _end_if_designs_failed(scene: Scene, done: Finished, output: Path) -> None:
+    failed = [
+        f"{'' if name == STATUS else f'{name} '}{word} {count}"
+        for name in OUTCOMES
+        for word, count in done.outcomes_of(name).items()
+        if word in scene.fail_on
+    ]
     if failed:
         end(
-            f"designs failed: {', '.join(f'{name} {count}' for name, count in failed.items())} "
-            f"([output] fail_on); {output} is written",
+            f"designs failed: {', '.join(failed)} ([output] fail_on); {output} is written",
             DESIGNS_FAILED,
         )
 

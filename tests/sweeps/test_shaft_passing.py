@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import sweeps
 from engine_dyn.torsion.system import propulsion_shaft_limits
 from engine_dyn.units import MPA, RPM
+from sweeps.cli.exits import DESIGNS_FAILED
 from sweeps.decide.explore.shaft_extremes import worst_of_shaft
 from sweeps.running.compute import into_archive, limits
 from sweeps.running.compute.options import Options
@@ -21,7 +22,8 @@ from sweeps.scene.plan.plan import make_plan
 from sweeps.view.report import shaft_calculation
 from sweeps.view.report.sections import outcomes
 from tests.support.archives import interrupted
-from tests.support.scenes import refusal
+from tests.support.commands import invoke
+from tests.support.scenes import refusal, write_scene
 from tests.sweeps.test_shaft_excitations import DISCS, engine, of_torque, three
 from tests.sweeps.test_shaft_scenes import SWUNG, run, throw_torques
 
@@ -288,6 +290,19 @@ def test_a_report_says_whether_a_pass_is_within_its_limit() -> None:
     assert "Above the limit in passing" in part and "2000 rpm/s is enough" in part
     html = "".join(shaft_calculation.calculation(found.isel(speed_ramp=[1]), None))
     assert "Within the limit in passing" in html
+
+
+def test_a_shaft_that_fails_is_counted_and_ends_the_command(tmp_path: Path) -> None:
+    output, path = tmp_path / "out.nc", engine(tmp_path, "[{ order = 1.5, sine = -8000 }]")
+    scene = write_scene(
+        tmp_path, [TORQUE], engine=path, shaft=three(**UP), axes={"speed_ramp": [60.0, 1e12]},
+        output={"fail_on": ["not_converged"]},
+    )  # fmt: skip
+    for again in ([], ["--resume"]):  # The second time the archive is complete already
+        done = invoke("run", scene, "-o", output, *again)
+        assert done.exit_code == DESIGNS_FAILED, done.output
+        assert "passing_status: converged 1, not_converged 1" in done.stdout
+        assert "designs failed: passing_status not_converged 1 ([output] fail_on)" in done.stderr
 
 
 @pytest.mark.compiled

@@ -26,6 +26,7 @@ import numpy as np
 
 from engine_dyn.compilation import seconds_compiling
 from engine_dyn.status import MEANINGS
+from sweeps.base.dimensions import OUTCOMES, STATUS
 from sweeps.base.errors import SceneError, counted, one_line, printable, shown, size_text
 from sweeps.base.netcdf.netcdf_files import DAMAGE, opened_archive
 from sweeps.running.archive import netcdf
@@ -263,7 +264,8 @@ class _Run:
             written = self._all_blocks(lengths, one_piece=one_piece)
             done.computing += time.perf_counter() - began
             began = time.perf_counter()
-            done.codes[:] = 0
+            for counts in done.codes.values():
+                counts[:] = 0
             damaged = self._assemble(lengths, written, done, discard=discard)
             if not damaged:
                 self._publish()
@@ -352,8 +354,9 @@ class _Run:
                     continue
                 for name, values in arrays.items():
                     file.put(name, index_of(labels.variables[name].dims, block), values)
-                if "status" in arrays:
-                    done.count(arrays["status"])
+                for name in OUTCOMES:
+                    if name in arrays:
+                        done.count(name, arrays[name])
                 if discard:
                     self.partial.discard(number)
             done.warnings = tuple(file.warnings.splitlines())
@@ -431,7 +434,7 @@ class _ReducedRun(_Run):
             except (KeyError, ValueError, IndexError):
                 damaged.append(number)
         if not damaged:
-            done.codes += whole.outcomes.reshape(-1, len(done.codes)).sum(axis=0)
+            done.codes[STATUS] += whole.outcomes.reshape(-1, len(MEANINGS)).sum(axis=0)
             done.warnings = whole.warnings
             done.found = whole.found
             whole.write(self.partial.archive, done.computing)
@@ -462,11 +465,12 @@ def _already(output: Path, now: dict[str, Any]) -> Finished:
             if "outcomes" in file.variables:  # Counts of all designs; `status` has the kept ones
                 counts = np.asarray(file.variables["outcomes"][...])
                 codes = [MEANINGS.index(word) for word in file.variables["outcome"][...]]
-                done.codes[codes] = counts.reshape(-1, len(codes)).sum(axis=0)
-            elif "status" in file.variables:
-                status = file.variables["status"]
-                for place in slabs(status.shape, (1,) * status.ndim, 1, 1_000_000):
-                    done.count(np.asarray(status[place if place else ...]))
+                done.codes[STATUS][codes] = counts.reshape(-1, len(codes)).sum(axis=0)
+            else:
+                for name in {*OUTCOMES} & file.variables.keys():
+                    status = file.variables[name]
+                    for place in slabs(status.shape, (1,) * status.ndim, 1, 1_000_000):
+                        done.count(name, np.asarray(status[place if place else ...]))
             unequal = differences(before, now)
     except DAMAGE as error:
         reason = one_line(getattr(error, "strerror", None) or error, 200)

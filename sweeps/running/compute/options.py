@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from engine_dyn.status import MEANINGS
 from engine_dyn.types import Integers
+from sweeps.base.dimensions import OUTCOMES, STATUS
 from sweeps.base.errors import counted
 
 
@@ -45,8 +46,8 @@ class Finished:
 
     Attributes
     ----------
-    codes : ndarray of int
-        Number of designs of each outcome, by its code.
+    codes : dict of str to ndarray of int
+        Number of values of each outcome, by its code, for each name of `dimensions.OUTCOMES`.
     blocks : int
         Number of blocks that the run was divided into.
     before : int
@@ -65,7 +66,9 @@ class Finished:
         What the searches of [reduce] found, a line each.
     """
 
-    codes: Integers = field(default_factory=lambda: np.zeros(len(MEANINGS), dtype=np.int64))
+    codes: dict[str, Integers] = field(
+        default_factory=lambda: {name: np.zeros(len(MEANINGS), dtype=np.int64) for name in OUTCOMES}
+    )
     blocks: int = 1
     before: int = 0
     computing: float = 0.0
@@ -89,13 +92,19 @@ class Finished:
     @property
     def outcomes(self) -> dict[str, int]:
         """Number of designs of each outcome that occurred, in the order of the codes."""
-        return {name: int(n) for name, n in zip(MEANINGS, self.codes, strict=True) if n}
+        return self.outcomes_of(STATUS)
 
-    def count(self, status: npt.NDArray[Any]) -> None:
-        """Add the outcomes of some designs."""
+    def outcomes_of(self, name: str) -> dict[str, int]:
+        """Number of values of each outcome that occurred in one of `dimensions.OUTCOMES`."""
+        return {word: int(n) for word, n in zip(MEANINGS, self.codes[name], strict=True) if n}
+
+    def count(self, name: str, status: npt.NDArray[Any]) -> None:
+        """Add the outcomes of some designs; what has none is left out."""
         codes = status.reshape(-1)
         most_counted = 1_000_000  # Outcomes that are counted at a time
         for begin in range(0, codes.size, most_counted):
             # Counting makes an index of eight bytes out of each code: it is done for some at a
             # time.
-            self.codes += np.bincount(codes[begin : begin + most_counted], minlength=len(MEANINGS))
+            some = codes[begin : begin + most_counted]
+            known = some[np.isfinite(some)].astype(np.uint8)
+            self.codes[name] += np.bincount(known, minlength=len(MEANINGS))
