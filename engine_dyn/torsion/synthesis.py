@@ -130,9 +130,10 @@ def extremes_of(
 
 @inlined
 def _sample_at(sums: Floats, quarter: int, place: int) -> float:
-    """The sample at a place of the cycle, from 0 to M - 1 and on."""
-    psi = place % (2 * quarter)
-    turned = 1.0 if place % (4 * quarter) < 2 * quarter else -1.0
+    """The sample at a place of the cycle, from 0 to M - 1, or at most M beside."""
+    half = 2 * quarter
+    place += 2 * half if place < 0 else (-2 * half if place >= 2 * half else 0)
+    turned, psi = (1.0, place) if place < half else (-1.0, place - half)
     if psi < quarter:
         return sums[0, psi] + sums[1, psi] + turned * (sums[2, psi] + sums[3, psi])
     psi = 2 * quarter - 1 - psi
