@@ -190,7 +190,11 @@ def check_structure(model: type[Model], data: Any, name: str) -> Model:
         return model.model_validate(data)
     except ValidationError as failure:
         errors = failure.errors(include_url=False, include_context=False)
-    error = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
+    # Of a table where a word may stand in its place, the error is told that lies within it.
+    first = errors[0]
+    within = (e for e in errors if len(e["loc"]) > len(first["loc"])
+              and isinstance(first["input"], Mapping))  # fmt: skip
+    error = next((e for e in errors if e["type"] == "extra_forbidden"), next(within, first))
     raise SceneError(f"{name}: {_sentence(model, error)}")
 
 
@@ -224,6 +228,8 @@ def _sentence(model: type[Strict], error: Any) -> str:
             continue
         field = inside.model_fields.get(part)
         if field is None:
+            if rest and part == inside.__name__:  # The member of a union that pydantic tried
+                continue
             if error["type"] != "extra_forbidden":
                 if of_free_keys:
                     place.append(part)

@@ -148,6 +148,7 @@ def read_solver(solver: Solver, name: str) -> SolverSettings:
     where = f"{name}: [solver]"
     start = _start(solver, where)
     axes: dict[str, tuple[str, ...]] = {}
+    asked = solver.method if isinstance(solver.method, str) else ", ".join(solver.method)
     if solver.method == TRANSIENT:
         solver = solver.model_copy(update={"method": "auto"})
     elif TRANSIENT in solver.method:
@@ -161,7 +162,7 @@ def read_solver(solver: Solver, name: str) -> SolverSettings:
     models, several = _words(solver.inertia_model, INERTIA_MODELS, f"{where} inertia_model")
     if several:
         axes[INERTIA_MODEL] = models
-    _check_solver(solver, methods, start, where)
+    _check_solver(solver, methods, start, where, asked)
     return SolverSettings(methods, models, axes, start)
 
 
@@ -192,7 +193,7 @@ def _words(
 
 
 def _check_solver(
-    solver: Solver, methods: tuple[str, ...], start: dict[str, float], where: str
+    solver: Solver, methods: tuple[str, ...], start: dict[str, float], where: str, asked: str
 ) -> None:
     if not SMALLEST_TOLERANCE <= solver.tolerance <= LARGEST_TOLERANCE:
         raise SceneError(
@@ -204,7 +205,7 @@ def _check_solver(
     for key, value in start.items():
         if not stepping:
             raise SceneError(
-                f"{where} {key} = {value:g}: has no effect with method '{', '.join(methods)}'; "
+                f"{where} {key} = {value:g}: has no effect with method '{asked}'; "
                 f"allowed with {' and '.join(STEPPING)}"
             )
 

@@ -38,6 +38,7 @@ SET: dict[str, Any] = {
         "gain": 8.0, "integral": 16.0, "actuator_lag": 0.05, "lowest_command": -20.0,
     },
 }  # fmt: skip
+LIMITS = {"fall": 10.0, "rise": 10.0, "band": 2.0, "recovery": 5.0}
 JUDGED = ("speed_fall", "speed_rise", "recovery_time", "limits_kept", "transient_delta")
 
 
@@ -52,10 +53,11 @@ def changed(**tables: Any) -> dict[str, Any]:
     return {name: table for name, table in made.items() if table is not None}
 
 
-def commands(*steps: tuple[float, float]) -> dict[str, Any]:
+def commands(*steps: tuple[float, float], start_command: float | None = None) -> dict[str, Any]:
     """Tables in which no governor gives the fuel commands, but these, each from a time on."""
     given = [{"time": time, "command": command} for time, command in steps]
-    return {"governor": None, "transient": {"command_steps": given, "start_command": None}}
+    transient = {"command_steps": given, "start_command": start_command}
+    return {"governor": None, "transient": transient}
 
 
 @pytest.mark.compiled
@@ -325,6 +327,16 @@ def test_one_design_that_an_engine_does_not_allow_stops_no_other() -> None:
     assert np.isnan(found.limits_kept.values[1])
 
 
+@pytest.mark.compiled
+def test_a_search_replaces_the_number_of_a_table() -> None:
+    scene = asking(("largest_speed_fall",), "ntua", **changed())
+    found = sweeps.optimise(
+        scene, least="largest_speed_fall", over="governor_gain = 12 to 16", number=8, generations=1,
+        restarts=1,
+    )  # fmt: skip
+    assert 12.0 <= float(found.governor_gain.min()) <= float(found.governor_gain.max()) <= 16.0
+
+
 @pytest.mark.parametrize(
     ("tables", "says"),
     [
@@ -372,6 +384,24 @@ def test_one_design_that_an_engine_does_not_allow_stops_no_other() -> None:
         ({"governor": {"lowest_command": None, "highest_command": 20.0},
           "axes": {"governor_lowest_command": [30.0, 40.0]}},
          "governor_lowest_command = 30: must be at most governor_highest_command, 20"),
+        (commands((0.0, 20.0), (99.0, 50.0)), "they last 6.4 s at nominal speed, and the command"),
+        ({"transient": {"duration": 4.0, "missed": [{"cycle": 79, "cylinder": 1}]}},
+         "cycle 79 lies behind duration = 4 s, in which the engine makes some 50 cycles"),
+        (commands((0.0, 20.0), start_command=17.0),
+         "start_command: not allowed together with command_steps"),
+        ({"clutch": {"speed": 2.0}}, "clutch_speed: needs clutch_time and clutch_inertia"),
+        ({"transient": {"limits": LIMITS | {"x": 1.0}}}, "[transient] limits x: unknown key"),
+        ({"transient": {"limits": LIMITS | {"recovery": -1.0}}},
+         "limits recovery = -1: must be a number in s, above 0"),
+        ({"transient": {"limits": {"fall": 10.0}}}, "[transient] limits rise: missing; must be a"),
+        ({"transient": {"limits": 5.0}}, "limits = 5: must be 'ISO 8528-5 G2', or a table"),
+        ({"set": {"governor_gain": 5.0}}, "governor_gain is in both [set] and [governor]; give"),
+        ({"axes": {"governor_gain": [5.0, 6.0]}}, "in both [axes] and [governor]; give it in one"),
+        ({"sample": {"number": 4, "governor_gain": {"low": 4.0, "high": 6.0}}},
+         "governor_gain is in both [sample] and [governor]; give it in one place"),
+        ({"transient": {"missed": 2 * [{"cycle": 7, "cylinder": 1}]}}, "cylinder 1 is given twice"),
+        ({"solver": {"passes": 3}}, "passes = 3: has no effect with method 'transient'"),
+        ({"output": {"quantities": ["cycles_to_stop"]}}, "needs [transient] fuel_cut, from which"),
         ({"clutch": {"inertia": 1.0}}, "clutch_inertia: needs clutch_time, the time at which"),
         ({"output": {"quantities": ["run_speed"]}}, "'run_speed' needs [transient] record"),
         ({"reduce": {"quantiles": [0.5]}, "output": {"quantities": ["speed_fall"]}}, "one number"),
@@ -405,12 +435,19 @@ def test_a_load_over_time_comes_from_a_file(tmp_path: Path, monkeypatch: Any) ->
     )
     Path("load.csv").write_text("time,power_W\n0,0\n")
     assert "must be time_s and one of" in refusal(asking(("speed_fall",), "ntua", **scene))
+    Path("load.csv").write_text("time_s,power_W\n-1,0\n1,9\n")
+    assert "load.csv: line 2: time_s = -1: must be 0 or more" in refusal(
+        asking(("speed_fall",), "ntua", **scene)
+    )
 
 
 def test_what_an_engine_does_not_have_is_asked_for() -> None:
     scene = changed(transient={"start_command": None})
     said = refusal(asking(("speed_fall",), "b112", **{**scene, "set": {"speed": 1500.0}}))
     assert "[transient] start_command: missing; engine b112 has diagrams for one load" in said
+    scene = changed(**commands((1.0, 80.0)), set={"cylinders": None})
+    plan = make_plan(read_scene(asking(("speed_fall",), "b112", **scene)))
+    assert "transient_start_command" not in plan.scene.given
     scene = changed(transient={"command_angle": -300.0}, set={"cylinders": None})
     said = refusal(asking(("speed_fall",), "marine_80x345", **scene))
     assert "command_angle = -300 degree: must be at least -270" in said

@@ -104,9 +104,15 @@ _OF_TORQUE = (
 
 
 def _start_command(
-    *, load_at_start: Any, variant_of: Callable[[str], Node], family: Any, **needs: Any
-) -> Any:
-    """Command with the torque of the load at the beginning, below the diagrams in a line."""
+    *, transient: Transient, load_at_start: Any, variant_of: Callable[[str], Node], family: Any,
+    **needs: Any,
+) -> Any:  # fmt: skip
+    """Command with the torque of the load at the beginning, below the diagrams in a line.
+
+    Where commands are given over the time, the first of them.
+    """
+    if transient.command is not None:
+        return np.broadcast_to(transient.command.value[0], _shape(needs, load_at_start))
     known = {**needs, "family": family}
     found = load_with_torque(load_at_start, "load", known, variant_of)
     loads = np.asarray(family.loads, dtype=float)
@@ -128,10 +134,13 @@ def _full_load_torque(
     load = min(100.0, float(family.loads[-1]))
     known = {**needs, "family": family, "load": load, "cylinder_set": undisturbed_set}
     torque = made_of("torque_mean", known, variant_of)
-    # It may depend on fewer of its needs than vary
+    return np.broadcast_to(torque, _shape(needs, torque, undisturbed_set))
+
+
+def _shape(needs: dict[str, Any], *values: Any) -> tuple[int, ...]:
+    """Shape of all that varies: a value may depend on fewer of its needs."""
     varying = (value.shape for value in needs.values() if isinstance(value, np.ndarray))
-    shape = np.broadcast_shapes(np.shape(torque), np.shape(undisturbed_set), *varying)
-    return np.broadcast_to(torque, shape)
+    return np.broadcast_shapes(*map(np.shape, values), *varying)
 
 
 def _load_size(
@@ -147,7 +156,8 @@ _AS_FIELDS: tuple[tuple[str, str, dict[str, Any]], ...] = (
         "make": lambda governor_speed, governor_droop, transient_start_command: governor_speed
         * (1.0 - PERCENT**2 * governor_droop * transient_start_command)}),
     ("transient_start_command", "y_0", {
-        "make": _start_command, "needs": ("load_at_start", "variant_of", *_OF_TORQUE)}),
+        "make": _start_command,
+        "needs": ("transient", "load_at_start", "variant_of", *_OF_TORQUE)}),
     ("transient_ready_speed", "n_r", {"make": lambda speed: OF_SPEED["ready_speed"] * speed}),
     ("transient_fuel_from", "n_f", {}),
     ("transient_fuel_cut", "t_f", {}),

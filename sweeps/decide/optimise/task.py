@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from engine_dyn.quantities.features.transient import TABLES
 from engine_dyn.quantities.graph import ALL_QUANTITIES, DIMENSIONS, PARAMETERS
 from sweeps.base.arguments import names_given
 from sweeps.base.dimensions import DESIGN
@@ -189,9 +190,11 @@ def _check_number(name: str, plan: Plan) -> None:
 def _without(raw: Mapping[str, Any], space: Space) -> dict[str, Any]:
     """Tables of a scene without [sample] and without values of the varied parameters."""
     tables = {key: table for key, table in raw.items() if key not in ("sample", *space.parameters)}
-    settings = raw.get("set")
-    if isinstance(settings, Mapping):
-        tables["set"] = {key: v for key, v in settings.items() if key not in space.parameters}
+    for table, before in (("set", ""), *((one, f"{one}_") for one in TABLES)):
+        given = raw.get(table)
+        if isinstance(given, Mapping):
+            kept = {k: v for k, v in given.items() if f"{before}{k}" not in space.parameters}
+            tables[table] = kept
     return tables
 
 

@@ -21,6 +21,7 @@ _NEEDED = (
     ("clutch_inertia", ("clutch_time",), "the time at which it is switched in"),
     ("clutch_time", ("clutch_inertia",), "the inertia that is switched in"),
     ("clutch_torque", ("clutch_time", "clutch_inertia"), "what is switched in, and when"),
+    ("clutch_speed", ("clutch_time", "clutch_inertia"), "what is switched in, and when"),
     ("transient_boost_margin", ("transient_boost_lag",), "the time constant of the air"),
 )  # fmt: skip
 """Keys, those that they need, and what these are."""
@@ -103,9 +104,9 @@ def check_transient(scene: Scene, name: str) -> None:
             f"{name}: {governed[0]}: a governor needs gain or integral in [governor], above 0"
         )
     for one, others, why in _NEEDED:
-        for other in others if given(one) else ():
-            if not given(other):
-                raise SceneError(f"{name}: {one}: needs {other}, {why}")
+        lacks = [other for other in others if given(one) and not given(other)]
+        if lacks:
+            raise SceneError(f"{name}: {one}: needs {' and '.join(lacks)}, {why}")
     if not given("transient_command_angle"):
         raise SceneError(
             f"{where} command_angle: missing; must be the angle from its firing at which a "
@@ -120,8 +121,14 @@ def check_transient(scene: Scene, name: str) -> None:
     for text, share in impossible(scene):
         if share == 1.0:
             raise SceneError(f"{name}: {text}")
+    if part.command is not None and given("transient_start_command"):
+        raise SceneError(
+            f"{where} start_command: not allowed together with command_steps, whose first command "
+            "is that of the beginning"
+        )
     family = scene.engine.family
-    if family.low == family.high and not given("transient_start_command"):
+    known = part.command is not None or given("transient_start_command")
+    if family.low == family.high and not known:
         raise SceneError(
             f"{where} start_command: missing; engine {scene.engine.name} has diagrams for one "
             "load alone, from which the command of another load does not follow"
@@ -133,10 +140,19 @@ def check_transient(scene: Scene, name: str) -> None:
             f"engine, 1 to {min(counts)}"
         )
     speeds, start = at("speed") * RPM, at("transient_start_speed") * RPM
+    fastest = max(float(np.nanmax(one)) for one in (speeds, start, at("governor_speed") * RPM)
+                  if not np.isnan(one).all())  # fmt: skip
+    most = part.duration * fastest / part.period
+    if part.missed is not None and part.missed[:, 0].max() > 1.1 * most + 1.0:
+        raise SceneError(
+            f"{where} missed: cycle {part.missed[:, 0].max() + 1} lies behind duration = "
+            f"{part.duration:g} s, in which the engine makes some {most:.3g} cycles"
+        )
     if math.isinf(part.duration) and not (start < 0.5 * speeds.max()).any():
         lasts = part.cycles * part.period / float(speeds.max())
-        if part.load.time[-1] > 1.1 * lasts:
-            raise SceneError(
-                f"{where} cycles = {part.cycles}: they last {lasts:.3g} s at nominal speed, and "
-                f"the load changes at {part.load.time[-1]:g} s"
-            )
+        for what, points in (("load", part.load), ("command", part.command)):
+            if points is not None and points.time[-1] > 1.1 * lasts:
+                raise SceneError(
+                    f"{where} cycles = {part.cycles}: they last {lasts:.3g} s at nominal speed, "
+                    f"and the {what} changes at {points.time[-1]:g} s"
+                )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from engine_dyn.loads.driven_machine import repeats_of
 from engine_dyn.loads.laws import LOAD_LAWS
 from engine_dyn.loads.torque_curves import TorqueOverSpeed
 from engine_dyn.quantities.features import auxiliaries
+from engine_dyn.quantities.features.transient import TABLES
 from engine_dyn.quantities.friction import COMPONENT_NODES
 from engine_dyn.quantities.graph import UNLESS_GIVEN
 from engine_dyn.quantities.parameters import STROKE_SHARES
@@ -62,12 +63,14 @@ def check_places(values: GivenValues, start: Mapping[str, float], name: str) -> 
     SceneError
         With both places.
     """
-    tables: dict[str, Mapping[str, Any]] = {
+    tables: dict[str, Iterable[str]] = {
         "set": values.settings,
         "axes": values.axes,
         "designs": values.designs,
         "solver": start,
-    }
+        **{table: [key for key in values.engine.values if key.startswith(f"{table}_")]
+           for table in TABLES},
+    }  # fmt: skip
     place: dict[str, str] = {}
     for table, keys in tables.items():
         for key in keys:

@@ -84,12 +84,13 @@ class Missed(Strict):
 class Limits(Strict):
     """Limits after a change of load."""
 
-    fall: float = Field(description="a number in percent of the nominal speed", gt=0.0)
-    rise: float = Field(description="a number in percent of the nominal speed", gt=0.0)
+    fall: float = Field(description="a number in percent of the nominal speed, above 0", gt=0.0)
+    rise: float = Field(description="a number in percent of the nominal speed, above 0", gt=0.0)
     band: float = Field(
-        description="a number in percent, at most 100: the width of the band", gt=0.0, le=100.0
-    )
-    recovery: float = Field(description="a number in s", gt=0.0)
+        description="a number in percent, above 0 and at most 100: the width of the band",
+        gt=0.0, le=100.0,
+    )  # fmt: skip
+    recovery: float = Field(description="a number in s, above 0", gt=0.0)
 
 
 class _Transient(Strict):
@@ -194,6 +195,14 @@ def _read(engine: Engine, given: Any, folder: Path, where: str) -> Engine:
             raise SceneError(
                 f"{place} missed: cycle {cycle + 1} lies behind cycles = {given.cycles}"
             )
+    once: set[tuple[int, int]] = set()
+    for one in given.missed:
+        if (one.cycle, one.cylinder) in once:
+            raise SceneError(
+                f"{place} missed: cycle {one.cycle}, cylinder {one.cylinder} is given twice; "
+                "firings must be unique"
+            )
+        once.add((one.cycle, one.cylinder))
     return with_part(
         engine, FEATURE.name,
         Transient(
@@ -273,6 +282,10 @@ def _of_file(file: str, folder: Path, where: str) -> tuple[str, Points]:
     if falls.size:
         line = table.lines[int(falls[0]) + 1]
         raise SceneError(f"{table.name}: line {line}: time_s must not descend")
+    if time[0] < 0.0:
+        raise SceneError(
+            f"{table.name}: line {table.lines[0]}: time_s = {time[0]:g}: must be 0 or more"
+        )
     return here[0], Points(time, value)
 
 
@@ -295,6 +308,8 @@ def _check_asked(values: GivenValues, quantities: Sequence[str], name: str) -> N
         (names, key) for names, key, given in (
             (("limits_kept",), "limits", part.limits is not None),
             (OF_CHANGES, "load_steps or load_file, with a change of the load", part.marks.size > 0),
+            (("cycles_to_stop",), "fuel_cut, from which they are counted",
+             bool(np.isfinite(values.given_or_own("transient_fuel_cut", math.inf).values).any())),
             (OF_RECORD, "record, the first and the last cycle", part.recorded_points > 0),
         ) if not given
     ]  # fmt: skip
