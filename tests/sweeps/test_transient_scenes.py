@@ -238,6 +238,10 @@ def test_a_report_leads_with_the_limits_of_changes_of_load() -> None:
     assert "margin" not in verdict and "at the limit" not in verdict
     rigid, steady = "followed in time is that of a rigid crankshaft", "Friction is a mean effective"
     assert rigid in written and steady in written
+    assert 'id="followed"' not in written  # Neither cycles nor points were asked for
+    both = ("transient_time", "transient_mean_speed")
+    over_time = page(computed(both, **changed(axes={"inertia": [4.0, 8.0]}, set={"inertia": None})))
+    assert 'alt="transient cycles inertia"' in over_time
     periodic = page(computed(("delta",), axes={"inertia": [4.0, 8.0]}))
     assert rigid not in periodic and steady in periodic
 

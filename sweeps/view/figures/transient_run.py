@@ -37,6 +37,12 @@ JUDGED = (("settled_speed", "Recovery band around the speed at the end"),
           ("speed_before_change", "Limit of fall or rise from the speed before"))  # fmt: skip
 """Speeds from which changes of load are judged, and what is drawn about them."""
 
+RUN_NAMES = (
+    *(name for time, panels in RUNS.values() for name in (*panels, time)),
+    *SPAN, *(name for name, _ in JUDGED), "status",
+)  # fmt: skip
+"""Variables of which figures over the time are made."""
+
 TURNS = 720.0  # Crank angle of a phase [degree]: a cycle, or two of a two-stroke engine
 
 

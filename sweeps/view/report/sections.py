@@ -24,6 +24,7 @@ from sweeps.decide.explore.attributes import (
 )
 from sweeps.decide.explore.columns import columns_of
 from sweeps.running.reduce.ranges import ranges
+from sweeps.view.figures.transient_run import RUN_NAMES
 from sweeps.view.report.html import (
     FIRST_ROWS,
     details,
@@ -35,7 +36,7 @@ from sweeps.view.report.html import (
 )
 from sweeps.view.report.key_results import Choices, results
 from sweeps.view.report.model_limits import features_of, model_limits
-from sweeps.view.report.shaft_calculation import calculation
+from sweeps.view.report.shaft_calculation import calculation, drawn
 from sweeps.view.texts.archives import PASSES, outcome_counts
 from sweeps.view.texts.key_texts import with_word
 from sweeps.view.texts.readable_units import converted
@@ -437,10 +438,28 @@ def cited(archive: xr.Dataset, choices: Choices) -> str:
     return "".join(parts)
 
 
+# ---- speed that does not repeat ------------------------------------------------------------------
+
+MOST_POINTS, LARGEST = 50_000, 2_000_000
+"""Points of a line, and characters of figures; larger ones would leave no room for numbers."""
+
+
+def followed(archive: xr.Dataset, choices: Choices) -> str:
+    """Speed over the time as `engine-dyn plot` draws it, where the archive has every design."""
+    points = max(archive.sizes.get(dim, 0) for dim in ("run_cycle", "run_point"))
+    if not points or REDUCTION in archive.attrs:
+        return ""
+    written = "".join(drawn(archive, RUN_NAMES, "transient_run")) if points <= MOST_POINTS else ""
+    if points > MOST_POINTS or len(written) > LARGEST:
+        return paragraph(f"Runs of {points:,} points are drawn by engine-dyn plot, not here.")
+    return written
+
+
 SECTIONS: Mapping[str, Sequence[tuple[str, str, Callable[[Any, Choices], str]]]] = {
     "before": (
         ("computed", "What was computed", computed),
         ("results", "Key results", results),
+        ("followed", "Speed over the time", followed),
         ("torsion", "Torsional vibration", calculation),
     ),
     "after": (
