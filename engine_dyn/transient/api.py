@@ -114,7 +114,8 @@ def follow_designs(
         points, two points at one time are a step; constant before the first and after the last.
     command : pair of array_like, optional
         Times [s] and fuel command [percent of load], in the same way, where there is no governor;
-        `start_command` for ever if not given.
+        `start_command` for ever if not given. Of commands beyond the rows of the diagrams, also
+        those of a governor, the outermost row is burnt.
     missed : array_like of int, shape (count, 2) or (designs, count, 2)
         Cycles and cylinders, both from 0, of firings without fuel; the cycle is that in which the
         cylinder's firing angle lies. A negative cycle is none.

@@ -498,10 +498,12 @@ def _transient(draw: Draw, given: Given) -> None:
     }  # fmt: skip
     own, high = given.own["speed"], given.engine.family.high
     percent, short, part = near(0.0, 0.6 * high), near(0.001, 0.1), near(0.0, 0.1)
+    cycle = given.engine.period / (own * RPM)
+    early = near(0.1 * cycle, cycle)
     kinds: dict[str, dict[str, Any]] = {
         "transient": {
             "step_factor": near(0.5, 1.5), "start_speed": around(own), "start_command": percent,
-            "ready_speed": around(own), "fuel_from": near(0.0, 0.2 * own), "fuel_cut": short,
+            "ready_speed": around(own), "fuel_from": near(0.0, 0.2 * own), "fuel_cut": early,
             "boost_lag": short, "dispersion": part, "cylinder_dispersion": part,
             "seed": st.integers(0, 9).map(float), "recovery_band": near(0.5, 5.0),
         },
@@ -514,7 +516,7 @@ def _transient(draw: Draw, given: Given) -> None:
         "starter": {"release": around(0.9 * own)},
         "clutch": {"speed": near(0.0, own), "torque": near(10.0, 100.0)},
     }  # fmt: skip
-    needed = {"governor": {"gain": near(2.0, 20.0)}, "clutch": {"time": short, "inertia": part},
+    needed = {"governor": {"gain": near(2.0, 20.0)}, "clutch": {"time": early, "inertia": part},
               "starter": {"torque": near(100.0, 400.0), "speed": around(own)}}  # fmt: skip
     for table, choices in kinds.items():
         if table == "transient" or draw(st.booleans()):

@@ -393,6 +393,8 @@ def test_a_search_replaces_the_number_of_a_table() -> None:
          "cycle 79 lies behind duration = 4 s, in which the engine makes some 50 cycles"),
         (commands((0.0, 20.0), start_command=17.0),
          "start_command: not allowed together with command_steps"),
+        ({"transient": {"fuel_cut": 99.0}}, "transient_fuel_cut = 99: lies behind the end of the"),
+        ({"clutch": {"time": 99.0, "inertia": 2.0}}, "clutch_time = 99: lies behind the end of th"),
         ({"clutch": {"speed": 2.0}}, "clutch_speed: needs clutch_time and clutch_inertia"),
         ({"transient": {"limits": LIMITS | {"x": 1.0}}}, "[transient] limits x: unknown key"),
         ({"transient": {"limits": LIMITS | {"recovery": -1.0}}},

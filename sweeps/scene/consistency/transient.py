@@ -148,6 +148,16 @@ def check_transient(scene: Scene, name: str) -> None:
             f"{where} missed: cycle {part.missed[:, 0].max() + 1} lies behind duration = "
             f"{part.duration:g} s, in which the engine makes some {most:.3g} cycles"
         )
+    cycle = part.period / min(float(np.nanmin(one)) for one in (speeds, at("governor_speed") * RPM)
+                              if not np.isnan(one).all())  # fmt: skip
+    lasts = min(part.cycles * cycle, part.duration + cycle)
+    for key in ("transient_fuel_cut", "clutch_time"):
+        # Twice: the speed may fall below the nominal one
+        if not (start < 0.5 * speeds.max()).any() and np.min(at(key)) > 2.0 * lasts:
+            raise SceneError(
+                f"{name}: {key} = {np.min(at(key)):g}: lies behind the end of the run, some "
+                f"{lasts:.3g} s"
+            )
     if math.isinf(part.duration) and not (start < 0.5 * speeds.max()).any():
         lasts = part.cycles * part.period / float(speeds.max())
         for what, points in (("load", part.load), ("command", part.command)):
