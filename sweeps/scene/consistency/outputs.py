@@ -116,6 +116,15 @@ _NOT_OF_SHAFT: dict[str, tuple[Callable[[Shaft], Any], str]] = {
 }  # fmt: skip
 """Nodes that some shafts lack: whether a shaft does, and why."""
 
+_OF_COUPLINGS = ("nonlinear_response", "coupling_departure")
+
+_OF_PARTS = ("sized_flywheel_inertia", "load_side_inertia")
+"""Nodes that exist only where the inertia is given in parts."""
+
+_NOT_OF_EVERY_ENGINE = {
+    *BY_CONSTANT, *_NOT_OF_SHAFT, *_OF_COUPLINGS, *_OF_PARTS, *OF_FOUR_STROKES,
+}  # fmt: skip
+
 
 def check_needs(scene: Scene, name: str) -> None:
     """Check that scene and engine give everything that the asked quantities need.
@@ -138,7 +147,8 @@ def check_needs(scene: Scene, name: str) -> None:
         while waiting:
             need = waiting.pop()
             along_shaft |= need in ALONG_SHAFT
-            _check_need(scene, need, where)
+            if need in _NOT_OF_EVERY_ENGINE:
+                _check_need(scene, need, where)
             if need == "bank_offset" and need not in given:
                 _check_bank_offset(scene.all_cylinders, quantity, where)
             if need in seen:
@@ -190,8 +200,7 @@ def _check_need(scene: Scene, need: str, where: str) -> None:
         lacks, why = _NOT_OF_SHAFT[need]
         if lacks(shaft):
             raise SceneError(f"{where} {why}")
-    of_couplings = need in ("nonlinear_response", "coupling_departure")
-    if of_couplings and shaft and not shaft.couplings(dict.fromkeys(scene.shaft_keys)):
+    if need in _OF_COUPLINGS and shaft and not shaft.couplings(dict.fromkeys(scene.shaft_keys)):
         raise SceneError(
             f"{where} needs a coupling that is not linear: torque_over_twist, clearance "
             "or friction_torque of a shaft"
@@ -201,8 +210,7 @@ def _check_need(scene: Scene, need: str, where: str) -> None:
             f"{where} needs a four-stroke engine; a two-stroke engine has "
             "compression_duration and expansion_duration, and interval_duration"
         )
-    # Nodes that exist only where the inertia is given in parts
-    if need in ("sized_flywheel_inertia", "load_side_inertia") and not _parts_known(scene.words):
+    if need in _OF_PARTS and not _parts_known(scene.words):
         raise SceneError(
             f"{where} needs the separate inertias of flywheel and load, which are not "
             "known if inertia is given as a whole; give flywheel_inertia, "
