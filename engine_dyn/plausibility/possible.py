@@ -2,8 +2,9 @@
 
 A length of 105 m in place of 105 mm makes all results wrong. These ends leave a factor of ten or
 more beyond the largest engines ever built (bore 0.98 m, stroke 3.7 m, 15 t of reciprocating masses
-a cylinder, some 10^6 kg m2) and the smallest (model engines, of 6 mm); all are judgement. Nearer
-values are questioned by the usual ranges. A size of 0 is always possible: it leaves something out.
+a cylinder) and the smallest (model engines, of 6 mm); all are judgement. Nearer values are
+questioned by the usual ranges. A size of 0 is always possible: it leaves something out; and so is
+any inertia: a huge one holds the speed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from engine_dyn.plausibility.usual_ranges import (
-    INERTIA,
     LENGTH,
     MASS,
     PRESSURE,
@@ -33,7 +33,6 @@ class Possible(NamedTuple):
 _OF_UNITS: Mapping[str, tuple[Possible, tuple[Suspicion, ...]]] = {
     "m": (Possible(0.0, 30.0), LENGTH),
     "kg": (Possible(1e-9, 1e6), MASS),
-    "kg m2": (Possible(1e-14, 1e9), INERTIA),
     "rpm": (Possible(0.0, 1e6), SPEED),
     "rad s-1": (Possible(0.0, 1e5), SPEED),
     "bar": (Possible(0.0, 1e3), PRESSURE),

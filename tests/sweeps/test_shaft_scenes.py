@@ -510,8 +510,8 @@ def test_an_engine_file_has_a_shaft(tmp_path: Path) -> None:
         (changed(load="water"), "load = 'water': no such disc"),
         (changed(reciprocating=None), "reciprocating: missing; must be 'included'"),
         (changed(reciprocating="half"), "reciprocating = 'half': must be 'included'"),
-        (changed(shafts__2__stress_limit=30e6), r"stress_limit = 30000000: .* below 3000 \[MPa\]"),
-        (changed(shafts__2__tensile_strength=600e6), r"tensile_strength = 6.* 3000 \[MPa\]"),
+        (changed(shafts__2__stress_limit=30e3), r"stress_limit = 30000: .* below 3000 \[MPa\]"),
+        (changed(shafts__2__tensile_strength=600e6), r"tensile_strength = 6.* is it in Pa\?"),
         (changed(shafts__5__shear_modulus=80e9), r"shear_modulus = 8.* below 1000 \[GPa\]"),
         (changed(shafts__2__tensile_strength=600.0), "needs shaft_shape_factor_3, shape_factor"),
         (changed(shafts__2__steel="brass"), "steel = 'brass': must be 'carbon' or 'alloy'"),
@@ -571,7 +571,7 @@ def test_keys_that_do_not_fit_the_shaft(tables: dict[str, Any], expected: str) -
 @pytest.mark.parametrize(
     ("key", "value"),
     [("disc_inertia_7", 1e30), ("disc_inertia_7", 1e-30), ("shaft_stiffness_7", 1e30),
-     ("shaft_stiffness_7", 1e-30), ("damper_damping_1", 1e30), ("pendulum_mass_1", 1e30),
+     ("shaft_stiffness_7", 1e-30), ("damper_damping_1", 1e30), ("pendulum_mass_1", 1e6),
      ("pendulum_length_1", 1e-30), ("disc_ground_stiffness_10", 1e30)],
 )  # fmt: skip
 def test_absurd_numbers_of_one_design_stop_no_other(key: str, value: float) -> None:

@@ -154,15 +154,19 @@ def page(
         )
     archive = archive[of_designs(archive)]  # Of a reduced archive, the designs that it kept
     template = Template(_resource("page.html"))
-    nothing = paragraph("No quantity varies, so there is nothing to draw.")
+    # What belongs to parts and modes of a shaft is drawn in its section.
+    apart = any(key == "torsion" for key, *_ in made_sections["before"])
+    nothing = paragraph(
+        "What belongs to the shaft is drawn in its section." if apart else
+        "No quantity varies, so there is nothing to draw."
+    )  # fmt: skip
     place = Wording(archive, units).place(archive, judged.at)
     begins = paragraph(f"It begins where the verdict is decided: {place}.") if place else ""
     tries = 0
     while True:
         content = embedded(archive, choices, room, judged.at)
         figures, explored = key_figures(content), views(content)
-        if any(key == "torsion" for key, *_ in made_sections["before"]):
-            # What belongs to parts and modes of a shaft is drawn in its section.
+        if apart:
             figures = [one for one in figures if not _of_shaft(archive, one["quantities"])]
         data = {**content.json(), "made": made, "figures": figures, "views": explored,
                 "start": starting_places(content),
