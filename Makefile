@@ -27,8 +27,8 @@ typed := $(wildcard engine_dyn sweeps oracle tools benchmarks)
 help:
 	@echo "make demo        the thesis's parametric study: out/thesis.nc, out/figures"
 	@echo "make check       the first tier: lint and the quick tests (4 to 5 min; more after a change of engine_dyn)"
-	@echo "make test        every test (17 min)"
-	@echo "make coverage    which lines of engine_dyn the tests reach, with the compiler off (3 min)"
+	@echo "make test        every test (20 min)"
+	@echo "make coverage    which lines of engine_dyn the tests reach, with the compiler off (5 min)"
 	@echo "make lint types  ruff and the rules of imports, mypy"
 	@echo "make imports     who imports whom, against the contracts of pyproject.toml"
 	@echo "make environment all that these commands need, installed at once"
