@@ -80,7 +80,8 @@ class Finished:
     found: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        outcomes = ", ".join(f"{n} {name}" for name, n in self.outcomes.items())
+        first = next(filter(None, map(self.outcomes_of, OUTCOMES)), {})  # The speed's, or a shaft's
+        outcomes = ", ".join(f"{n} {name}" for name, n in first.items())
         parts = [
             outcomes or "no design can fail",
             counted(self.blocks, "block"),
