@@ -13,6 +13,9 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from engine_dyn.plausibility.usual_ranges import (
     LENGTH,
     MASS,
@@ -21,6 +24,7 @@ from engine_dyn.plausibility.usual_ranges import (
     SUSPICIONS,
     Suspicion,
 )
+from engine_dyn.types import Booleans
 
 
 class Possible(NamedTuple):
@@ -28,6 +32,11 @@ class Possible(NamedTuple):
 
     least: float
     most: float
+
+    def beyond(self, values: npt.ArrayLike) -> Booleans:
+        """Whether values have a size that is not possible; 0 always is."""
+        size = np.abs(values)
+        return np.asarray((size > self.most) | ((size < self.least) & (size > 0.0)))
 
 
 _OF_UNITS: Mapping[str, tuple[Possible, tuple[Suspicion, ...]]] = {
@@ -107,7 +116,7 @@ def impossible(name: str, value: float, unit: str, si: float, written: float = 0
     ''
     """
     ends, size = possible(name, unit), abs(value)
-    if ends is None or size == 0.0 or ends.least <= size <= ends.most:
+    if ends is None or not ends.beyond(value):
         return ""
     large = size > ends.most
     text = f"at most {ends.most:g}" if large else f"at least {ends.least:g}"

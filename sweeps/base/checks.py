@@ -419,9 +419,7 @@ def outside(values: Floats, node: Node) -> npt.NDArray[np.bool_]:
         bad |= np.remainder(values, 2.0) != 0.0
     ends = possible(node.name, node.unit) if node.kind == "parameter" else None
     if ends is not None:
-        size = np.abs(values)
-        bad |= size > ends.most
-        bad |= (size < ends.least) & (size > 0.0)
+        bad |= ends.beyond(values)
     return bad
 
 
