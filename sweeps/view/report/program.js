@@ -446,7 +446,7 @@
     let [first, last] = [rising[0], rising[rising.length - 1]]
     const only = Math.abs(first) / 10 || 0.5
     if (!inner.length) [first, last] = [first - only, last + only]
-    else if (!joined) [first, last] = [2 * first - inner[0], 2 * last - inner[inner.length - 1]]
+    else if (!joined) [first, last] = [[first, inner[0]], [last, inner[inner.length - 1]]].map(([end, middle]) => (log ? end ** 2 / middle : 2 * end - middle))
     const middles = [first, ...inner, last]
     const places = values.map((v) => rising.indexOf(v))
     return [places.map((i) => middles[i] ?? NaN), places.map((i) => middles[i + 1])]
